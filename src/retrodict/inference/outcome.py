@@ -1,0 +1,87 @@
+"""What a reconstruction comes to: draws, checks and the record of how they were made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import xarray as xr
+
+from retrodict.scene.records import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """What a model is, in words that a report can print.
+
+    Args:
+        name: the rung's identifier.
+        title: one line.
+        equations: what is solved, one line each, with the source.
+        assumptions: what is taken for granted, one line each.
+        left_out: what the model does not hold, one line each.
+        priors: (quantity, prior, reason) for each unknown that the scene does not measure.
+    """
+
+    name: str
+    title: str
+    equations: tuple[str, ...]
+    assumptions: tuple[str, ...]
+    left_out: tuple[str, ...]
+    priors: tuple[tuple[str, str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Checks:
+    """The verdict on the draws' numerical quality.
+
+    Args:
+        divergences: divergent transitions after warm-up.
+        max_rhat: largest R-hat of a reported quantity.
+        min_ess_bulk: smallest bulk effective sample size of a reported quantity.
+        min_ess_tail: smallest tail effective sample size of a reported quantity.
+        passed: whether every check held.
+        reasons: one sentence for each check that did not.
+        failed: reported quantities that failed a check of their own.
+        flags: findings about the scene (energy gained, reversed sliding, a surprising item of
+            evidence), which do not fail the draws.
+    """
+
+    divergences: int
+    max_rhat: float
+    min_ess_bulk: float
+    min_ess_tail: float
+    passed: bool
+    reasons: tuple[str, ...] = ()
+    failed: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All that a report needs; nothing in it has to be computed again.
+
+    Args:
+        scene: what was measured.
+        card: the model, in words.
+        idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
+            sample_stats, observed_data, constant_data and trajectories; each variable has
+            attributes `unit` (SI) and `label`. trajectories/path has dimensions
+            (path, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws.
+        checks: the verdict on the draws.
+        seconds: total, compile and sample.
+        versions: of retrodict, Python and the libraries that made the numbers.
+        seed: of every random number.
+        settings: chains, draws, warmup.
+        complete: False when the run was interrupted.
+    """
+
+    scene: Scene
+    card: Card
+    idata: xr.DataTree
+    checks: Checks
+    seconds: dict[str, float]
+    versions: dict[str, str]
+    seed: int
+    settings: dict[str, int]
+    complete: bool = True
+    notes: tuple[str, ...] = field(default=())

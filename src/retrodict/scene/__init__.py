@@ -1,0 +1,1 @@
+"""What was measured: records in SI, the scene file at the door, defaults with their sources."""

@@ -1,0 +1,95 @@
+"""How each named quantity is called and in which units it is told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Units = Literal["si", "us"]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit to print in: `symbol`, and how many SI units (or radians) it is worth."""
+
+    symbol: str
+    worth: float
+
+
+_DEGREE = 0.017453292519943295
+_UNITS: dict[str, dict[Units, Unit]] = {
+    "speed": {"si": Unit("m/s", 1.0), "us": Unit("mph", 0.44704)},
+    "length": {"si": Unit("m", 1.0), "us": Unit("ft", 0.3048)},
+    "angle": {"si": Unit("deg", _DEGREE), "us": Unit("deg", _DEGREE)},
+    "yaw rate": {"si": Unit("rad/s", 1.0), "us": Unit("deg/s", _DEGREE)},
+    "mass": {"si": Unit("kg", 1.0), "us": Unit("lb", 0.45359237)},
+    "inertia": {"si": Unit("kg m²", 1.0), "us": Unit("lb ft s²", 1.3558179483314004)},
+    "inverse speed": {"si": Unit("s/m", 1.0), "us": Unit("1/mph", 1 / 0.44704)},
+    "number": {"si": Unit("", 1.0), "us": Unit("", 1.0)},
+}
+
+# what is unknown and reported, in the order it is reported: name -> (label, dimension)
+REPORTED: dict[str, tuple[str, str]] = {
+    "speed_b": ("speed of B before impact", "speed"),
+    "e": ("restitution e", "number"),
+    "e_m": ("impact moment coefficient e_m", "number"),
+    "mu": ("equivalent friction μ", "number"),
+    "vbx": ("velocity of B before impact, x", "speed"),
+    "vby": ("velocity of B before impact, y", "speed"),
+    "omega_b": ("yaw rate of B before impact", "yaw rate"),
+}
+
+_FAMILIES: dict[str, tuple[str, str]] = {
+    "mass": ("mass of {}", "mass"),
+    "yaw_inertia": ("yaw inertia of {}", "inertia"),
+    "front_axle": ("centre of gravity to front axle, {}", "length"),
+    "rear_axle": ("centre of gravity to rear axle, {}", "length"),
+    "track": ("track of {}", "length"),
+    "impact_distance": ("centre of gravity to impact centre, {}", "length"),
+    "impact_angle": ("angle of the impact centre from straight ahead, {}", "angle"),
+    "heading": ("heading of {} at impact", "angle"),
+    "speed": ("speed of {} before impact", "speed"),
+    "direction": ("direction of travel of {} before impact", "angle"),
+    "omega": ("yaw rate of {} before impact", "yaw rate"),
+    "rest_x": ("rest of {}, x", "length"),
+    "rest_y": ("rest of {}, y", "length"),
+    "rest_heading": ("rest of {}, heading", "angle"),
+}
+
+
+def describe(name: str) -> tuple[str, str]:
+    """Label and dimension of a quantity by its flat name.
+
+    Args:
+        name: as in `Scene.inputs`, `Scene.evidence` or `REPORTED`.
+
+    Returns:
+        (label, dimension); dimension is a key for `unit_of`.
+
+    Raises:
+        KeyError: no quantity has that name.
+    """
+    if name in REPORTED:
+        return REPORTED[name]
+    fixed = {
+        "impact_x": ("impact centre, x", "length"),
+        "impact_y": ("impact centre, y", "length"),
+        "Gamma": ("contact line Γ from the y axis", "angle"),
+    }
+    if name in fixed:
+        return fixed[name]
+    for prefix, label, dimension in (
+        ("friction_", "friction of the {}", "number"),
+        ("speed_dependence_", "fall of the {}'s friction with speed", "inverse speed"),
+        ("edge_", "place of the {}'s edge", "length"),
+    ):
+        if name.startswith(prefix):
+            return label.format(name.removeprefix(prefix)), dimension
+    family, _, vehicle = name.rpartition("_")
+    label, dimension = _FAMILIES[family]
+    return label.format(vehicle.upper()), dimension
+
+
+def unit_of(dimension: str, units: Units = "si") -> Unit:
+    """The unit that a dimension is told in ("si" or "us" customary)."""
+    return _UNITS[dimension][units]

@@ -1,0 +1,168 @@
+"""What was measured at a scene, as frozen records in SI units and radians: no files, no units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Literal
+
+VEHICLES = ("a", "b")
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One measured quantity.
+
+    Args:
+        value: the best estimate, SI units or radians.
+        sd: one standard deviation, same unit; 0 for a quantity taken as exact.
+        law: error law; "lognormal" (with this mean and sd) for quantities that cannot be negative.
+        source: who measured it and how, or where an assumed uncertainty comes from.
+        assumed: "sd" where the uncertainty is a default, "value" where the value is one too.
+    """
+
+    value: float
+    sd: float = 0.0
+    law: Literal["normal", "lognormal"] = "normal"
+    source: str = ""
+    assumed: Literal["", "sd", "value"] = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """A vehicle's measured properties and how it stood at impact (kg, kg m², m, rad).
+
+    The impact centre is given by its distance from the centre of gravity and its angle, counted
+    counter-clockwise from straight ahead. `heading` is the heading at impact, counter-clockwise
+    from the x axis.
+    """
+
+    name: str
+    mass: Measured
+    yaw_inertia: Measured
+    front_axle: Measured
+    rear_axle: Measured
+    track: Measured
+    impact_distance: Measured
+    impact_angle: Measured
+    heading: Measured
+    length: float
+    width: float
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """Motion just before impact (m/s, rad, rad/s); what is None is unknown.
+
+    `direction` is that of travel, counter-clockwise from the x axis; it need not be the heading.
+    """
+
+    speed: Measured | None
+    direction: Measured | None
+    yaw_rate: Measured | None
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Where a vehicle came to rest (m, rad): its centre of gravity and its heading.
+
+    `heading` is unwrapped: it is the heading at impact plus the total rotation when
+    `turns_known`, else the representative within half a turn of the heading at impact.
+    """
+
+    x: Measured
+    y: Measured
+    heading: Measured
+    turns_known: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Impact centre in the road plane (m) and Gamma (rad), the contact line's angle from the y axis."""
+
+    x: Measured
+    y: Measured
+    Gamma: Measured
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A straight edge (m, rad) beyond which a surface lies.
+
+    The surface lies to the `side` of someone who stands at (x, y) and looks along `direction`.
+    `offset` shifts the edge towards the surface; its sd is the edge's uncertainty.
+    """
+
+    x: float
+    y: float
+    direction: float
+    side: Literal["left", "right"]
+    offset: Measured
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A surface: sliding friction f at low speed, f exp(-speed_dependence v) at speed v (s/m).
+
+    The first surface of a scene has no edge: it lies everywhere that no later one covers.
+    """
+
+    name: str
+    friction: Measured
+    speed_dependence: Measured
+    edge: Edge | None
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A whole measured scene: what a model needs and a report prints.
+
+    Args:
+        title: one line.
+        name: short identifier, used to name output.
+        text: the scene file as it was written, for the record.
+        vehicles: keyed "a" and "b".
+        approach: motion before impact, keyed likewise; vehicle B's speed is the unknown.
+        rest: where each vehicle came to rest, keyed likewise.
+        contact: where and along which line they touched.
+        surfaces: road first, then those with edges.
+        notes: remarks of the scene's author, printed in the report.
+    """
+
+    title: str
+    name: str
+    text: str
+    vehicles: dict[str, Vehicle]
+    approach: dict[str, Approach]
+    rest: dict[str, Rest]
+    contact: Contact
+    surfaces: tuple[Surface, ...]
+    notes: tuple[str, ...] = ()
+
+    def inputs(self) -> dict[str, Measured]:
+        """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
+        flat: dict[str, Measured] = {}
+        for v in VEHICLES:
+            for part, names in ((self.vehicles[v], None), (self.approach[v], _APPROACH_NAMES)):
+                for field in fields(part):
+                    value = getattr(part, field.name)
+                    if isinstance(value, Measured):
+                        name = names[field.name] if names else field.name
+                        flat[f"{name}_{v}"] = value
+        flat |= {"impact_x": self.contact.x, "impact_y": self.contact.y, "Gamma": self.contact.Gamma}
+        for surface in self.surfaces:
+            flat[f"friction_{surface.name}"] = surface.friction
+            flat[f"speed_dependence_{surface.name}"] = surface.speed_dependence
+            if surface.edge is not None:
+                flat[f"edge_{surface.name}"] = surface.edge.offset
+        return flat
+
+    def evidence(self) -> dict[str, Measured]:
+        """The measured rest poses by flat name (rest_x_a, …): what the likelihood compares with."""
+        return {
+            f"rest_{part}_{v}": getattr(self.rest[v], part)
+            for v in VEHICLES
+            for part in ("x", "y", "heading")
+        }
+
+
+_APPROACH_NAMES = {"speed": "speed", "direction": "direction", "yaw_rate": "omega"}
