@@ -6,28 +6,11 @@ from dataclasses import dataclass, field
 
 import xarray as xr
 
+from retrodict.models.card import Card
 from retrodict.scene.records import Scene
 
 
-@dataclass(frozen=True, slots=True)
-class Card:
-    """What a model is, in words that a report can print.
-
-    Args:
-        name: the rung's identifier.
-        title: one line.
-        equations: what is solved, one line each, with the source.
-        assumptions: what is taken for granted, one line each.
-        left_out: what the model does not hold, one line each.
-        priors: (quantity, prior, reason) for each unknown that the scene does not measure.
-    """
-
-    name: str
-    title: str
-    equations: tuple[str, ...]
-    assumptions: tuple[str, ...]
-    left_out: tuple[str, ...]
-    priors: tuple[tuple[str, str, str], ...]
+__all__ = ["Card", "Checks", "Outcome"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,8 +25,10 @@ _UNITS: dict[str, dict[Units, Unit]] = {
     "mass": {"si": Unit("kg", 1.0), "us": Unit("lb", 0.45359237)},
     "inertia": {"si": Unit("kg m²", 1.0), "us": Unit("lb ft s²", 1.3558179483314004)},
     "inverse speed": {"si": Unit("s/m", 1.0), "us": Unit("1/mph", 1 / 0.44704)},
+    "energy": {"si": Unit("kJ", 1000.0), "us": Unit("ft lbf", 1.3558179483314004)},
     "number": {"si": Unit("", 1.0), "us": Unit("", 1.0)},
 }
+_SI_SYMBOLS = {"angle": "rad", "energy": "J"}  # where numbers are told in another unit than stored
 
 # what is unknown and reported, in the order it is reported: name -> (label, dimension)
 REPORTED: dict[str, tuple[str, str]] = {
@@ -37,6 +39,19 @@ REPORTED: dict[str, tuple[str, str]] = {
     "vbx": ("velocity of B before impact, x", "speed"),
     "vby": ("velocity of B before impact, y", "speed"),
     "omega_b": ("yaw rate of B before impact", "yaw rate"),
+}
+
+_SINGLE: dict[str, tuple[str, str]] = {
+    "impact_x": ("impact centre, x", "length"),
+    "impact_y": ("impact centre, y", "length"),
+    "Gamma": ("contact line Γ from the y axis", "angle"),
+    "Vax": ("velocity of A after impact, x", "speed"),
+    "Vay": ("velocity of A after impact, y", "speed"),
+    "Vbx": ("velocity of B after impact, x", "speed"),
+    "Vby": ("velocity of B after impact, y", "speed"),
+    "energy_lost": ("kinetic energy lost in the impact", "energy"),
+    "moment_work": ("work of the moment impulse", "energy"),
+    "mu_critical": ("μ at which sliding just ends", "number"),
 }
 
 _FAMILIES: dict[str, tuple[str, str]] = {
@@ -51,6 +66,8 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "speed": ("speed of {} before impact", "speed"),
     "direction": ("direction of travel of {} before impact", "angle"),
     "omega": ("yaw rate of {} before impact", "yaw rate"),
+    "Omega": ("yaw rate of {} after impact", "yaw rate"),
+    "delta_v": ("delta-v of {}", "speed"),
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),
@@ -61,7 +78,7 @@ def describe(name: str) -> tuple[str, str]:
     """Label and dimension of a quantity by its flat name.
 
     Args:
-        name: as in `Scene.inputs`, `Scene.evidence` or `REPORTED`.
+        name: as in `Scene.inputs`, `Scene.evidence`, `REPORTED` or a variable of the posterior.
 
     Returns:
         (label, dimension); dimension is a key for `unit_of`.
@@ -71,13 +88,8 @@ def describe(name: str) -> tuple[str, str]:
     """
     if name in REPORTED:
         return REPORTED[name]
-    fixed = {
-        "impact_x": ("impact centre, x", "length"),
-        "impact_y": ("impact centre, y", "length"),
-        "Gamma": ("contact line Γ from the y axis", "angle"),
-    }
-    if name in fixed:
-        return fixed[name]
+    if name in _SINGLE:
+        return _SINGLE[name]
     for prefix, label, dimension in (
         ("friction_", "friction of the {}", "number"),
         ("speed_dependence_", "fall of the {}'s friction with speed", "inverse speed"),
@@ -93,3 +105,8 @@ def describe(name: str) -> tuple[str, str]:
 def unit_of(dimension: str, units: Units = "si") -> Unit:
     """The unit that a dimension is told in ("si" or "us" customary)."""
     return _UNITS[dimension][units]
+
+
+def si_symbol(dimension: str) -> str:
+    """The SI unit that numbers of a dimension are stored in (angles in rad)."""
+    return _SI_SYMBOLS.get(dimension, _UNITS[dimension]["si"].symbol)

@@ -1,0 +1,106 @@
+"""The verdict on draws: which numbers may be told, and what about the scene must be told with them."""
+
+from __future__ import annotations
+
+import arviz_stats
+import numpy as np
+import xarray as xr
+
+from retrodict.inference.outcome import Checks
+from retrodict.scene.quantities import REPORTED, describe
+from retrodict.scene.records import Scene
+
+MAX_RHAT = 1.01
+MIN_ESS = 400.0
+MIN_BFMI = 0.3
+_SURPRISE = 2.5  # standard deviations from what was measured
+_OFTEN = 0.01  # share of draws from which on an odd outcome is told
+
+
+def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Checks:
+    """Check draws (Vehtari et al. 2021: R-hat, bulk and tail ESS; Betancourt 2016: E-BFMI).
+
+    Args:
+        idata: with groups posterior, posterior_predictive, observed_data, constant_data and
+            sample_stats.
+        scene: what was measured.
+        reasons: faults already known; any makes the verdict negative.
+
+    Returns:
+        The verdict, with one sentence for each check that failed.
+    """
+    posterior = idata["posterior"].to_dataset()[list(REPORTED)]
+    divergences = int(idata["sample_stats"]["diverging"].sum())
+    rhat = _by_name(arviz_stats.rhat(posterior))
+    bulk = _by_name(arviz_stats.ess(posterior, method="bulk"))
+    tail = _by_name(arviz_stats.ess(posterior, method="tail"))
+    bfmi = _bfmi(idata["sample_stats"]["energy"].values)
+
+    found = list(reasons)
+    failed = []
+    for name in REPORTED:
+        faults = []
+        if not rhat[name] <= MAX_RHAT:
+            faults.append(f"R-hat {rhat[name]:.3f} is above {MAX_RHAT}")
+        if not bulk[name] >= MIN_ESS:
+            faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")
+        if not tail[name] >= MIN_ESS:
+            faults.append(f"tail effective sample size {tail[name]:.0f} is below {MIN_ESS:.0f}")
+        if faults:
+            failed.append(name)
+            found.append(f"{describe(name)[0]}: {', '.join(faults)}")
+    if divergences:
+        found.append(f"{divergences} divergent transitions: part of the posterior may be missing")
+    if not bfmi >= MIN_BFMI:
+        found.append(f"E-BFMI {bfmi:.2f} is below {MIN_BFMI}: the energy was explored too slowly")
+    return Checks(
+        divergences=divergences,
+        max_rhat=max(rhat.values()),
+        min_ess_bulk=min(bulk.values()),
+        min_ess_tail=min(tail.values()),
+        passed=not found,
+        reasons=tuple(found),
+        failed=tuple(failed),
+        flags=_flags(idata, scene),
+    )
+
+
+def _by_name(dataset: xr.Dataset) -> dict[str, float]:
+    return {name: float(dataset[name]) for name in REPORTED}
+
+
+def _bfmi(energy: np.ndarray) -> float:
+    """The smallest of the chains' E-BFMI."""
+    if energy.shape[1] < 2:
+        return float("nan")
+    return float(np.min(np.mean(np.diff(energy, axis=1) ** 2, axis=1) / np.var(energy, axis=1)))
+
+
+def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
+    """Findings about the scene: odd physics, and measurements that disagree with the rest."""
+    posterior = idata["posterior"]
+    flags = []
+    mu, critical = posterior["mu"].values, posterior["mu_critical"].values
+    reversed_ = float(np.mean(mu / critical > 1))
+    if reversed_ > _OFTEN:
+        flags.append(
+            f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
+            "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
+        )
+    fed = float(np.mean(posterior["moment_work"].values > 0))
+    if fed > _OFTEN:
+        flags.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
+    gained = float(np.mean(posterior["energy_lost"].values < 0))
+    if gained > _OFTEN:
+        flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
+    told = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]
+    predicted = idata["posterior_predictive"]
+    told += [(n, m, predicted[n]) for n, m in scene.evidence().items()]
+    for name, m, draws in told:
+        shift = (float(draws.mean()) - m.value) / m.sd
+        if abs(shift) > _SURPRISE:
+            flags.append(
+                f"{describe(name)[0]}: what was measured lies {abs(shift):.1f} standard deviations "
+                f"{'below' if shift > 0 else 'above'} what everything else together says"
+            )
+    return tuple(flags)

@@ -1,0 +1,147 @@
+"""A scene's posterior as a function in good coordinates: density, mode, and the way back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import brentq, minimize
+
+from retrodict.inference import coordinates, sheet
+from retrodict.inference.coordinates import BOUNDS, Chart, Wall
+from retrodict.inference.programs import Programs, programs_for
+from retrodict.models import parts
+from retrodict.scene.records import Scene
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A posterior ready to be sampled: near w = 0 it is close to a standard normal.
+
+    Args:
+        programs: compiled functions, among them the density and its gradient.
+        data: the scene's numbers.
+        chart: the coordinates, centred and whitened at the mode.
+        sheet_error: of the fitted sheets for A and B, in standard deviations of the rest pose.
+        log_evidence: Laplace's approximation at the mode.
+    """
+
+    programs: Programs
+    data: parts.Data
+    chart: Chart
+    sheet_error: np.ndarray
+    log_evidence: float
+
+    def potential(self, w: np.ndarray) -> tuple[float, np.ndarray]:
+        """Minus the log density, and its gradient, at w."""
+        value, gradient = self.programs("potential", jnp.asarray(w), self.data, self.chart)
+        return float(value), np.asarray(gradient)
+
+
+def prepare(scene: Scene, rung: str) -> Posterior:
+    """A scene's posterior under a rung, in coordinates made for it.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+
+    Returns:
+        The posterior.
+
+    Raises:
+        NoRunOut: a measured rest pose cannot be reached.
+        NoMode: the density has no finite mode in the coordinates.
+    """
+    structure, data = parts.of_scene(scene)
+    programs = programs_for(rung, structure)
+    separation = sheet.shoot(programs, data)
+    sheets, error = sheet.fit(programs, data, separation)
+    n = coordinates.size(structure)
+    centre, spread = np.zeros(n), np.eye(n)
+    chart = Chart(sheets, _no_wall(n), jnp.asarray(centre), jnp.asarray(spread))
+    # walls and whitening depend on the mode and it on them: twice is enough
+    for _ in range(3):
+        chart = _chart(programs, data, sheets, centre, spread)
+        mode, value = _mode(programs, data, chart)
+        spread = spread @ _spread_at(programs, data, chart, mode)
+        centre = np.asarray(
+            programs("bent", data, chart, chart.centre + chart.spread @ jnp.asarray(mode))
+        )
+    chart = _chart(programs, data, sheets, centre, np.linalg.cholesky(spread @ spread.T))
+    return Posterior(programs, data, chart, error, -value)
+
+
+class NoMode(Exception):
+    """The search for the posterior's mode failed."""
+
+
+def _no_wall(n: int) -> Wall:
+    zero = jnp.zeros(n)
+    return Wall(zero, jnp.zeros(2), jnp.zeros((2, n)), jnp.zeros((n, 2)), jnp.ones(2))
+
+
+def _chart(
+    programs: Programs,
+    data: parts.Data,
+    sheets: tuple,
+    centre: np.ndarray,
+    spread: np.ndarray,
+) -> Chart:
+    """Coordinates about `centre`, with walls along the directions cheapest in `spread`."""
+    n = len(centre)
+    q = jnp.asarray(centre)
+    chart = Chart(sheets, _no_wall(n), q, jnp.asarray(spread))
+    value, gradient = (np.asarray(a) for a in programs("bounded", data, chart, q))
+    metric = spread @ spread.T
+    along = metric @ gradient.T @ np.linalg.inv(gradient @ metric @ gradient.T)
+    sd = np.sqrt(np.einsum("ij,jk,ik->i", gradient, metric, gradient))
+    softness = np.clip(0.5 * sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
+    level = np.array([_unsquash(value, softness, i) for i in range(2)])
+    wall = Wall(*(jnp.asarray(a) for a in (centre, level, gradient, along, softness)))
+    return chart._replace(wall=wall)
+
+
+def _unsquash(value: np.ndarray, softness: np.ndarray, i: int) -> float:
+    """The level whose squashed value is nearest to value[i]; just inside where it is outside."""
+    low, high = BOUNDS[i]
+    target = float(np.clip(value[i], low + 0.2 * softness[i], high - 0.2 * softness[i]))
+
+    def miss(level: float) -> float:
+        levels = jnp.full(2, level)
+        return float(coordinates.squash(levels, jnp.asarray(softness))[i]) - target
+
+    return brentq(miss, low - 40 * softness[i], high + 40 * softness[i], xtol=1e-10)
+
+
+def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:
+    def potential(w: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = programs("potential", jnp.asarray(w), data, chart)
+        value = float(value)
+        if not np.isfinite(value):
+            return 1e10 + 1e8 * float(w @ w), 2e8 * w
+        return value, np.nan_to_num(np.asarray(gradient))
+
+    best = minimize(potential, np.zeros(chart.centre.size), jac=True, method="BFGS",
+                    options={"gtol": 1e-3, "maxiter": 400})
+    if best.fun > 1e9:
+        raise NoMode("the posterior has no finite density near the measured scene")
+    return best.x, float(best.fun)
+
+
+def _spread_at(
+    programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray
+) -> np.ndarray:
+    """Square root of the inverse Hessian at the mode, by differences of the compiled gradient."""
+    h = 0.05
+    rows = []
+    for i in range(mode.size):
+        ends = []
+        for sign in (1, -1):
+            w = mode.copy()
+            w[i] += sign * h
+            ends.append(np.asarray(programs("potential", jnp.asarray(w), data, chart)[1]))
+        rows.append((ends[0] - ends[1]) / (2 * h))
+    hessian = np.nan_to_num((np.array(rows) + np.array(rows).T) / 2)
+    values, vectors = np.linalg.eigh(hessian)
+    return vectors @ np.diag(1 / np.sqrt(np.clip(values, 1e-2, 1e4))) @ vectors.T

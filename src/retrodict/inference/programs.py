@@ -1,0 +1,198 @@
+"""The compiled programs of a rung and a scene's structure; numbers come in as arguments.
+
+Two scenes of one structure share them, and a cache in the user's own directory keeps them between
+runs, so that only the first run of a structure pays for compilation.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property, lru_cache
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import platformdirs
+from jaxtyping import Array, Float
+from numpyro import handlers
+from numpyro.infer.hmc import hmc
+from numpyro.infer.util import ParamInfo, log_density
+
+from retrodict.inference import coordinates
+from retrodict.mechanics import run_out
+from retrodict.models import RUNGS, parts
+
+BATCH = 512  # run-outs per call of `rests`
+CHUNK = 500  # draws per call of `simulate`
+BLOCK = 50  # iterations per call of `advance`
+"""Chains run in blocks: between them progress is told and an interrupt is heeded."""
+
+
+def keep_compiled() -> None:
+    """Keep compiled programs in the user's cache directory, unless JAX was told where already."""
+    if jax.config.jax_compilation_cache_dir is None:
+        # trusted input: whoever can write it can run code, so it is the user's own, never a scene's
+        folder = os.path.join(platformdirs.user_cache_dir("retrodict"), "compiled")
+        jax.config.update("jax_compilation_cache_dir", folder)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
+
+
+class Programs:
+    """Everything of a posterior that is compiled."""
+
+    def __init__(self, rung: str, structure: parts.Structure) -> None:
+        self.structure = structure
+        self.model = RUNGS[rung].model
+        self.compile_seconds = 0.0
+        self._lock = threading.Lock()
+        self._compiled: dict[Any, Callable[..., Any]] = {}
+
+    # -- what is computed --------------------------------------------------------------------
+
+    def log_density(
+        self, w: Float[Array, " q"], data: parts.Data, chart: coordinates.Chart
+    ) -> Float[Array, ""]:
+        """Log posterior density in w: the model's joint at the unknowns, times the Jacobian."""
+        sites, log_det = coordinates.locate(self.structure, data, chart, w)
+        joint, _ = log_density(self.model, (self.structure, data), {}, sites)
+        return joint + log_det
+
+    def _rests(self, data: parts.Data, separation: Array, xi: Array) -> Array:
+        def one(V: Array, deviates: Array) -> Array:
+            x = parts.from_standard(self.structure, data, deviates)
+            return parts.rest_poses(self.structure, data, x, V)
+
+        return jax.vmap(one)(separation, xi)
+
+    def _potential(self, w: Array, data: parts.Data, chart: coordinates.Chart) -> Array:
+        return jax.value_and_grad(lambda w: -self.log_density(w, data, chart))(w)
+
+    def _simulate(self, data: parts.Data, sites: parts.Values) -> dict[str, Array]:
+        def one(values: parts.Values) -> dict[str, Array]:
+            conditioned = handlers.substitute(self.model, values)
+            trace = handlers.trace(handlers.seed(conditioned, 0)).get_trace(self.structure, data)
+            out = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
+            for k, s in trace.items():
+                if s["type"] == "sample" and s["is_observed"]:
+                    out[f"predicted/{k}"] = s["fn"].mean
+                    out[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
+            return out
+
+        return jax.vmap(one)(sites)
+
+    def _prior(self, keys: Array, data: parts.Data) -> dict[str, Array]:
+        def one(key: Array) -> dict[str, Array]:
+            trace = handlers.trace(handlers.seed(self.model, key)).get_trace(self.structure, data)
+            return {
+                k: s["value"]
+                for k, s in trace.items()
+                if s["type"] == "sample" and not s["is_observed"]
+            }
+
+        return jax.vmap(one)(keys)
+
+    def _paths(self, data: parts.Data, sites: parts.Values, separation: Array) -> Array:
+        def one(values: parts.Values, V: Array) -> Array:
+            x = {name: pair[0] for name, pair in data.inputs.items()} | values
+            on = parts.ground(self.structure, data, x)
+            run = jax.vmap(lambda pose, velocity, car: run_out(pose, velocity, car, on).pose)
+            return run(parts.impact_poses(x), V.reshape(2, 3), parts.cars(x))
+
+        return jax.vmap(one)(sites, separation)
+
+    # -- compiled, each once -----------------------------------------------------------------
+
+    def __call__(self, name: str, *arguments: Any) -> Any:
+        """Run one of: rests, potential, locate, bounded, simulate, prior, paths."""
+        with self._lock:
+            if name not in self._compiled:
+                self._compiled[name] = self._compile(self._functions[name], arguments)
+        return self._compiled[name](*arguments)
+
+    @cached_property
+    def _functions(self) -> dict[str, Callable[..., Any]]:
+        s = self.structure
+        in_batch = jax.vmap(coordinates.locate, in_axes=(None, None, None, 0))
+        return {
+            "rests": self._rests,
+            "potential": self._potential,
+            "locate": lambda data, chart, w: in_batch(s, data, chart, w),
+            "bounded": lambda data, chart, q: (
+                coordinates.bounded(s, data, chart, q),
+                jax.jacfwd(lambda q: coordinates.bounded(s, data, chart, q))(q),
+            ),
+            "bent": lambda data, chart, q: coordinates.walls(s, data, chart, q)[0],
+            "simulate": self._simulate,
+            "prior": self._prior,
+            "paths": self._paths,
+        }
+
+    def sampler(self, warmup: int, target_accept: float) -> tuple[Callable, Callable]:
+        """NUTS: how to start a chain, and how to advance it by a block.
+
+        Args:
+            warmup: iterations that adapt the step size.
+            target_accept: acceptance that they aim for.
+
+        Returns:
+            start(key, w, potential, gradient, data, chart) -> state and
+            advance(state, data, chart) -> (state, records of BLOCK iterations).
+        """
+
+        def potential_of(data: parts.Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
+            return lambda w: -self.log_density(w, data, chart)
+
+        initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")
+
+        def start(key: Array, w: Array, potential: Array, gradient: Array, *arguments: Any) -> Any:
+            return initial(
+                ParamInfo(w, potential, gradient),
+                num_warmup=warmup,
+                step_size=0.7,
+                target_accept_prob=target_accept,
+                model_args=arguments,
+                rng_key=key,
+            )
+
+        def advance(state: Any, data: parts.Data, chart: coordinates.Chart) -> Any:
+            def iterate(state: Any, _: None) -> tuple[Any, dict[str, Array]]:
+                state = step(state, (data, chart))
+                return state, {
+                    "w": state.z,
+                    "diverging": state.diverging,
+                    "n_steps": state.num_steps,
+                    "energy": state.energy,
+                    "acceptance_rate": state.accept_prob,
+                    "lp": -state.potential_energy,
+                    "step_size": state.adapt_state.step_size,
+                }
+
+            return jax.lax.scan(iterate, state, None, length=BLOCK)
+
+        key = ("advance", warmup, target_accept)
+
+        def advance_compiled(state: Any, *arguments: Any) -> Any:
+            with self._lock:
+                if key not in self._compiled:
+                    self._compiled[key] = self._compile(advance, (state, *arguments))
+            return self._compiled[key](state, *arguments)
+
+        return start, advance_compiled
+
+    def _compile(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callable:
+        begin = time.perf_counter()
+        compiled = jax.jit(function).lower(*arguments).compile()
+        self.compile_seconds += time.perf_counter() - begin
+        return compiled
+
+
+@lru_cache(maxsize=16)
+def programs_for(rung: str, structure: parts.Structure) -> Programs:
+    """The programs of a rung and structure, made once a session."""
+    keep_compiled()
+    return Programs(rung, structure)

@@ -1,0 +1,262 @@
+"""From a scene to an outcome: coordinates, draws, checks, and the record of how it was done."""
+
+from __future__ import annotations
+
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.metadata import version
+from itertools import product
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+
+from retrodict.inference import gate
+from retrodict.inference.chains import Draws, sample
+from retrodict.inference.outcome import Outcome
+from retrodict.inference.posterior import NoMode, Posterior, prepare
+from retrodict.inference.programs import CHUNK, programs_for
+from retrodict.inference.sheet import NoRunOut
+from retrodict.models import RUNGS, parts
+from retrodict.scene.quantities import describe, si_symbol
+from retrodict.scene.records import VEHICLES, Scene
+
+DEFAULT_RUNG = "planar-moment-wheels"
+PATHS = 60
+_OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
+_SECOND_TRY = 0.95  # target acceptance of the run that follows one with divergences
+
+Progress = Callable[[str, int, int], None]  # stage, done, of all
+
+
+class Interrupted(Exception):
+    """The run was stopped before any draw was kept."""
+
+
+def reconstruct(
+    scene: Scene,
+    *,
+    model: str = DEFAULT_RUNG,
+    chains: int = 4,
+    draws: int = 500,
+    warmup: int = 300,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Outcome:
+    """The joint posterior of B's approach, e, e_m and mu, with its checks.
+
+    Args:
+        scene: what was measured.
+        model: a name in `retrodict.models.RUNGS`.
+        chains: NUTS chains.
+        draws: kept of each.
+        warmup: iterations before them.
+        seed: of every random number.
+        progress: called as the work goes on.
+
+    Returns:
+        The outcome; marked incomplete when interrupted with some draws already kept.
+
+    Raises:
+        KeyError: no rung has that name.
+        NoRunOut: a measured rest pose cannot be reached by a skid.
+        NoMode: the posterior has no finite mode.
+        Interrupted: stopped before any draw was kept.
+    """
+    begin = time.perf_counter()
+    tell = progress or (lambda stage, done, total: None)
+    card = RUNGS[model].card
+    tell("finding where the posterior lies", 0, 1)
+    programs = programs_for(model, parts.of_scene(scene)[0])
+    compiled_before = programs.compile_seconds
+    posterior, scene, faults = _settle_turns(scene, model)
+    tell("finding where the posterior lies", 1, 1)
+
+    def run(target_accept: float, warmup: int) -> tuple[Draws, float]:
+        tell("sampling", 0, 1)
+        start, before = time.perf_counter(), programs.compile_seconds
+        drawn = sample(
+            posterior,
+            chains=chains,
+            draws=draws,
+            warmup=warmup,
+            seed=seed,
+            target_accept=target_accept,
+            progress=lambda done, total: tell("sampling", done, total),
+        )
+        spent = time.perf_counter() - start
+        return drawn, spent - (programs.compile_seconds - before)
+
+    drawn, sampling = run(0.8, warmup)
+    notes = []
+    divergences = int(drawn.stats["diverging"].sum()) if drawn.stats else 0
+    if drawn.complete and divergences:
+        notes.append(
+            f"a first run had {divergences} divergent transitions; the run told of here took shorter "
+            f"steps (target acceptance {_SECOND_TRY}) and twice the warm-up"
+        )
+        drawn, more = run(_SECOND_TRY, 2 * warmup)
+        sampling += more
+    if drawn.w.shape[1] < 4:
+        raise Interrupted("stopped before any draws were kept")
+    if not drawn.complete:
+        faults = (*faults, f"interrupted: {drawn.w.shape[1]} of {draws} draws a chain were kept")
+
+    tell("predicting", 0, 1)
+    idata = _tree(posterior, scene, drawn, seed)
+    tell("predicting", 1, 1)
+    return Outcome(
+        scene=scene,
+        card=card,
+        idata=idata,
+        checks=gate.judge(idata, scene, faults),
+        seconds={
+            "total": time.perf_counter() - begin,
+            "compile": programs.compile_seconds - compiled_before,
+            "sample": sampling,
+        },
+        versions=_versions(),
+        seed=seed,
+        settings={"chains": chains, "draws": draws, "warmup": warmup},
+        complete=drawn.complete,
+        notes=tuple(notes),
+    )
+
+
+def _settle_turns(scene: Scene, model: str) -> tuple[Posterior, Scene, tuple[str, ...]]:
+    """The posterior at the number of turns that fits best; a fault where others fit too."""
+    unknown = [v for v in VEHICLES if not scene.rest[v].turns_known]
+    if not unknown:
+        return prepare(scene, model), scene, ()
+    found: list[tuple[Posterior, Scene, tuple[int, ...]]] = []
+    for turns in product(range(-2, 3), repeat=len(unknown)):
+        turned = _turned(scene, dict(zip(unknown, turns, strict=True)))
+        try:
+            found.append((prepare(turned, model), turned, turns))
+        except (NoRunOut, NoMode):
+            continue
+    if not found:
+        prepare(scene, model)  # raises the reason
+    found.sort(key=lambda one: -one[0].log_evidence)
+    log_evidence = np.array([one[0].log_evidence for one in found])
+    weights = np.exp(log_evidence - log_evidence[0])
+    weights /= weights.sum()
+    rivals = [(one, w) for one, w in zip(found, weights, strict=True) if w > _OTHER_TURNS]
+    best, turned, _ = found[0]
+    if len(rivals) == 1:
+        return best, turned, ()
+    told = "; ".join(
+        ", ".join(
+            f"{v.upper()} turns {np.degrees(one[1].rest[v].heading.value - scene.vehicles[v].heading.value):+.0f} deg"
+            for v in unknown
+        )
+        + f" (weight {w:.1%})"
+        for one, w in rivals[:4]
+    )
+    fault = (
+        f"the rest headings fit several numbers of turns: {told}; only the first was sampled: "
+        "state the vehicles' total rotation"
+    )
+    return best, turned, (fault,)
+
+
+def _turned(scene: Scene, turns: dict[str, int]) -> Scene:
+    """The scene with whole turns added to rest headings."""
+    rest = dict(scene.rest)
+    for v, count in turns.items():
+        heading = rest[v].heading
+        heading = replace(heading, value=heading.value + 2 * np.pi * count)
+        rest[v] = replace(rest[v], heading=heading)
+    return replace(scene, rest=rest)
+
+
+def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.DataTree:
+    """Draws as an ArviZ DataTree, named, with units."""
+    programs, data = posterior.programs, posterior.data
+    chains, draws, n = drawn.w.shape
+    rng = np.random.default_rng([seed, 1])
+
+    sites = _in_chunks(
+        lambda w: programs("locate", data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
+    )
+    told = _in_chunks(lambda s: programs("simulate", data, s), sites)
+    keys = jax.random.split(jax.random.key(seed), CHUNK)
+    prior_sites = programs("prior", keys, data)
+    prior_told = programs("simulate", data, prior_sites)
+
+    def group(values: dict[str, np.ndarray], prefix: str, shape: tuple[int, int]) -> xr.Dataset:
+        chosen = {
+            k.removeprefix(prefix): np.asarray(v).reshape(shape)
+            for k, v in values.items()
+            if k.startswith(prefix) and (prefix or "/" not in k)
+        }
+        return _labelled(chosen, ("chain", "draw"))
+
+    evidence = scene.evidence()
+
+    def noisy(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {
+            f"predicted/{k}": values[f"predicted/{k}"]
+            + m.sd * rng.standard_normal(np.shape(values[f"predicted/{k}"]))
+            for k, m in evidence.items()
+        }
+
+    shape, once = (chains, draws), (1, CHUNK)
+    groups = {
+        "posterior": group(sites | told, "", shape),
+        "prior": group(prior_sites | prior_told, "", once),
+        "posterior_predictive": group(noisy(told), "predicted/", shape),
+        "prior_predictive": group(noisy(prior_told), "predicted/", once),
+        "log_likelihood": group(told, "log_likelihood/", shape),
+        "sample_stats": xr.Dataset({k: (("chain", "draw"), v) for k, v in drawn.stats.items()}),
+        "observed_data": _labelled({k: np.asarray(m.value) for k, m in evidence.items()}, ()),
+        "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
+        "trajectories": _trajectories(posterior, sites, told),
+    }
+    return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
+
+
+def _in_chunks(function: Callable, values: np.ndarray | dict[str, np.ndarray]) -> dict:
+    """Call a program of fixed batch size over any number of draws."""
+    count = len(jax.tree.leaves(values)[0])
+    parts_ = []
+    for i in range(0, count, CHUNK):
+        index = np.minimum(np.arange(i, i + CHUNK), count - 1)  # the last batch repeats its end
+        out = function(jax.tree.map(lambda v, index=index: jnp.asarray(v[index]), values))
+        parts_.append({k: np.asarray(v)[: count - i] for k, v in out.items()})
+    return {k: np.concatenate([part[k] for part in parts_]) for k in parts_[0]}
+
+
+def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Dataset:
+    variables = {}
+    for name, value in values.items():
+        label, dimension = describe(name)
+        variables[name] = (dims, value, {"unit": si_symbol(dimension), "label": label})
+    coords = {d: np.arange(np.shape(next(iter(values.values())))[i]) for i, d in enumerate(dims)}
+    return xr.Dataset(variables, coords=coords)
+
+
+def _trajectories(posterior: Posterior, sites: dict, told: dict) -> xr.Dataset:
+    """Run-outs of draws taken evenly along the chains."""
+    count = len(sites["speed_b"])
+    index = np.linspace(0, count - 1, PATHS).astype(int)
+    columns = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
+    V = np.stack([told[name][index] for name in columns], axis=1)
+    chosen = {k: v[index] for k, v in sites.items()}
+    path = posterior.programs("paths", posterior.data, chosen, V)
+    return xr.Dataset(
+        {"path": (("path", "vehicle", "step", "pose"), np.asarray(path))},
+        coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"]},
+    )
+
+
+def _versions() -> dict[str, str]:
+    names = ("retrodict", "jax", "jaxlib", "numpyro", "arviz", "numpy", "scipy")
+    return {n: version(n) for n in names} | {
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "dtype": "float64",
+    }

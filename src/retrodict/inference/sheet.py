@@ -1,0 +1,233 @@
+"""Which velocities after the impact end at the measured rest poses, and how they bend with all else.
+
+Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
+least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
+"""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.stats import qmc
+
+from retrodict.inference import coordinates
+from retrodict.inference.programs import BATCH, Programs
+from retrodict.models import parts
+
+_ROUNDS = 4
+_STEP = np.array([1e-4, 1e-4, 1e-4])  # of Vx, Vy, Omega in difference quotients
+
+
+class NoRunOut(Exception):
+    """No velocities after the impact bring a vehicle to where it was found."""
+
+
+def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
+    """Velocities after the impact that end at the measured rest poses.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers, taken at their measured values.
+
+    Returns:
+        (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s.
+
+    Raises:
+        NoRunOut: no start came near the measured rest pose of a vehicle.
+    """
+    xi = np.zeros((BATCH, len(programs.structure.uncertain)))
+    values = parts.from_standard(programs.structure, data, jnp.zeros(xi.shape[1]))
+    poses = np.asarray(parts.impact_poses(values))
+    target, sd = _evidence(data)
+    grip = float(values[f"friction_{programs.structure.surfaces[0]}"]) * 9.8
+    k = np.sqrt(np.asarray(parts.cars(values).k2))
+    starts = BATCH // 4
+    V = np.stack([_guesses(target[v] - poses[v], grip, k[v], starts) for v in range(2)], axis=1)
+    best = np.full((2,), np.inf)
+    found = np.zeros((2, 3))
+    damping = np.ones((starts, 2, 1))
+    previous, cost_before = V.copy(), np.full((starts, 2), np.inf)
+    for _ in range(14):
+        # four run-outs a start: where it ends, and where with each velocity nudged
+        nudged = np.repeat(V[:, None], 4, axis=1)
+        for j in range(3):
+            nudged[:, j + 1, :, j] += _STEP[j]
+        ends = np.asarray(programs("rests", data, nudged.reshape(BATCH, 6), xi))
+        ends = ends.reshape(starts, 4, 2, 3)
+        miss = (ends[:, 0] - target) / sd
+        cost = np.sum(miss**2, axis=-1)
+        worse = ~(cost <= cost_before)
+        for v in range(2):
+            i = int(np.nanargmin(cost[:, v]))
+            if cost[i, v] < best[v]:
+                best[v], found[v] = cost[i, v], V[i, v]
+        if np.all(best < 1e-6):
+            break
+        damping = np.where(worse[..., None], damping / 4, np.minimum(damping * 2, 1))
+        J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP[:, None, None] * sd), 1, -1)
+        J = np.nan_to_num(J, posinf=0.0, neginf=0.0)
+        ridge = J.swapaxes(-1, -2) @ J
+        ridge += 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) + 1e-12 * np.eye(3)
+        step = -np.linalg.solve(ridge, J.swapaxes(-1, -2) @ np.nan_to_num(miss)[..., None])[..., 0]
+        limit = 0.3 * np.linalg.norm(V * [1, 1, 1.4], axis=-1, keepdims=True) + 0.5
+        length = np.linalg.norm(step * [1, 1, 1.4], axis=-1, keepdims=True)
+        step *= np.minimum(1, limit / np.maximum(length, 1e-12))
+        # a start that got worse goes back and tries a shorter step
+        V_next = np.where(worse[..., None], (V + 3 * previous) / 4, V + damping * step)
+        previous = np.where(worse[..., None], previous, V)
+        cost_before = np.where(worse, cost_before, cost)
+        V = V_next
+    for v, name in enumerate("AB"):
+        if best[v] > 1.0:
+            raise NoRunOut(
+                f"vehicle {name}: no velocities after the impact bring it to its measured rest "
+                f"(the nearest run-out misses by {np.sqrt(best[v]):.1f} standard deviations); "
+                "check its rest position, heading and rotation, and the friction"
+            )
+    return found.reshape(6)
+
+
+def fit(
+    programs: Programs, data: parts.Data, separation: np.ndarray
+) -> tuple[tuple[coordinates.Sheet, coordinates.Sheet], np.ndarray]:
+    """The quadratic sheets about a solution of `shoot`.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+        separation: velocities that end at the measured rest poses.
+
+    Returns:
+        The sheets for A and B, and the root mean square error of each fit in standard deviations
+        of the rest pose (A, B): how curved a target is left for the sampler.
+    """
+    structure = programs.structure
+    n = coordinates.size(structure)
+    normal = qmc.MultivariateNormalQMC(np.zeros(n), seed=0)
+    sample = np.clip(normal.random(BATCH) * 1.3, -3.5, 3.5)
+    xi = sample[:, 6:]
+    target, sd = _evidence(data)
+    scale = np.asarray(
+        jax.vmap(
+            lambda d: coordinates.friction_scale(
+                structure, data, parts.from_standard(structure, data, d)
+            )
+        )(jnp.asarray(xi))
+    )
+    shaping = [coordinates.shaping_inputs(structure, v) for v in "ab"]
+    sheets = _linear(programs, data, separation)
+    error = np.full(2, np.inf)
+    for _ in range(_ROUNDS):
+        V = np.concatenate(
+            [
+                scale[:, None] * _value(sheets[v], sample[:, 3 * v : 3 * v + 3], xi[:, shaping[v]])
+                for v in range(2)
+            ],
+            axis=1,
+        )
+        z = (np.asarray(programs("rests", data, V, xi)) - target) / sd
+        for v in range(2):
+            wanted, got, velocity = (a[:, 3 * v : 3 * v + 3] for a in (sample, z.reshape(-1, 6), V))
+            error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / 3)
+            A = _terms(got, xi[:, shaping[v]])
+            # run-outs that miss by far say little of the sheet where the posterior lies
+            weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / 6) ** 2)
+            weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
+            if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
+                sheets[v] = _least_squares(A, velocity / scale[:, None], weight)
+    return tuple(_as_sheet(c, 3 + len(s)) for c, s in zip(sheets, shaping, strict=True)), error
+
+
+def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Columns of the least squares: 1, x, and the products of the saturated x."""
+    x = np.concatenate([z, shape], axis=1)
+    s = np.asarray(coordinates.saturated(x))
+    rows, columns = np.triu_indices(x.shape[1])
+    return np.concatenate([np.ones((len(x), 1)), x, s[:, rows] * s[:, columns]], axis=1)
+
+
+def _value(coefficients: np.ndarray, z: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    return _terms(z, shape) @ coefficients
+
+
+def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    keep = weight > 0
+    A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
+    # a whiff of ridge: some inputs (a zone nobody reaches) shape nothing
+    ridge = 1e-4 * np.eye(A.shape[1])
+    return np.linalg.lstsq(np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), 3))]))[0]
+
+
+def _as_sheet(coefficients: np.ndarray, k: int) -> coordinates.Sheet:
+    quadratic = np.zeros((3, k, k))
+    rows, columns = np.triu_indices(k)
+    quadratic[:, rows, columns] = coefficients[1 + k :].T
+    quadratic = (quadratic + quadratic.swapaxes(1, 2)) / 2
+    return coordinates.Sheet(
+        *(jnp.asarray(a) for a in (coefficients[0], coefficients[1 : 1 + k].T, quadratic))
+    )
+
+
+def _linear(
+    programs: Programs, data: parts.Data, separation: np.ndarray
+) -> list[np.ndarray]:
+    """First sheets: linear in the rest pose and the inputs, by difference quotients."""
+    structure = programs.structure
+    p = len(structure.uncertain)
+    _, sd = _evidence(data)
+    V, xi = np.tile(separation, (BATCH, 1)), np.zeros((BATCH, p))
+    for j in range(3):
+        V[1 + j, j] += _STEP[j]
+        V[1 + j, 3 + j] += _STEP[j]
+    h = 0.01
+    for j in range(p):
+        xi[4 + j, j] = h
+    ends = np.asarray(programs("rests", data, V, xi))
+    sheets = []
+    for v, vehicle in enumerate("ab"):
+        shape = coordinates.shaping_inputs(structure, vehicle)
+        J_V = ((ends[1:4, v] - ends[0, v]) / _STEP[:, None]).T
+        J_xi = ((ends[4 : 4 + p, v] - ends[0, v]) / h).T[:, shape]
+        back = np.linalg.pinv(J_V)
+        k = 3 + len(shape)
+        sheet = np.zeros((1 + k + k * (k + 1) // 2, 3))
+        sheet[0] = separation[3 * v : 3 * v + 3]
+        sheet[1:4] = (back * sd[v]).T
+        sheet[4 : 4 + len(shape)] = -(back @ J_xi).T
+        # the friction's square root stands outside the sheet: take its slope out again
+        name = f"friction_{structure.surfaces[0]}"
+        if name in structure.names:
+            i = structure.names.index(name)
+            slope = 0.5 * float(data.inputs[name][1])
+            sheet[4 + shape.index(i)] -= slope * separation[3 * v : 3 * v + 3]
+        sheets.append(sheet)
+    return sheets
+
+
+def _evidence(data: parts.Data) -> tuple[np.ndarray, np.ndarray]:
+    """Measured rest poses and their standard deviations, shape (2, 3) each."""
+    pairs = np.array(
+        [[data.evidence[f"rest_{part}_{v}"] for part in ("x", "y", "heading")] for v in "ab"]
+    )
+    return pairs[..., 0], pairs[..., 1]
+
+
+def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.ndarray:
+    """Starting velocities: sliding that far while turning that much, faster and slower."""
+    dx, dy, turn = displacement
+    far = np.hypot(dx, dy)
+    # energy to slide and to turn, spread over both; a spinning car slides further for its speed
+    speed = np.sqrt(2 * grip * max(far, 0.05))
+    spin = np.sign(turn) * np.sqrt(2 * grip * abs(turn) / k)
+    a, b, c = (g.ravel()[:count] for g in np.meshgrid(*_GRID, indexing="ij"))
+    angle = np.arctan2(dy, dx) + c
+    guesses = np.stack([a * speed * np.cos(angle), a * speed * np.sin(angle), b * spin], axis=1)
+    return np.resize(guesses, (count, 3))
+
+
+_GRID = (
+    np.array([0.5, 0.7, 0.85, 1.0]),
+    np.array([0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2]),
+    np.array([0.0, -0.15, 0.15, -0.4]),
+)

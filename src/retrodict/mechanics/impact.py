@@ -1,0 +1,286 @@
+"""Planar impact of two vehicles with a moment impulse (SAE 770014, eqs 9-24), both ways.
+
+Lower case is before impact, upper case after. The normal of the contact line is
+n = (cos Gamma, sin Gamma), its tangent t = (-sin Gamma, cos Gamma). P acts on A and -P on B, M on A
+and -M on B. Two equations of the paper are misprinted and stand here corrected: in eq 21 the last
+term is m_a (d2 + d4)(V_ay - v_ay), and in eq 24 the bracket's sign is reversed, which makes it
+Omega_b - Omega_a = e_m [(omega_b + f_b/I_b) - (omega_a + f_a/I_a)]: the share of the relative spin
+left by the force impulse alone that survives the moment.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+Scalar = Float[Array, ""] | float
+State = Float[Array, "6"]  # (x, y, spin) of A, then of B: m/s, rad/s
+
+
+class Bodies(NamedTuple):
+    """Two vehicles in contact.
+
+    Args:
+        m_a, m_b: masses, kg.
+        I_a, I_b: yaw inertias, kg m².
+        d1, d2: impact centre seen from B's centre of gravity: (d2, d1), m (eqs 15, 16).
+        d3, d4: impact centre seen from A's centre of gravity: (-d4, -d3), m (eqs 17, 18).
+        Gamma: angle of the contact line from the y axis, rad.
+    """
+
+    m_a: Scalar
+    m_b: Scalar
+    I_a: Scalar
+    I_b: Scalar
+    d1: Scalar
+    d2: Scalar
+    d3: Scalar
+    d4: Scalar
+    Gamma: Scalar
+
+
+class Coefficients(NamedTuple):
+    """Restitution e, equivalent friction mu and impact moment coefficient e_m."""
+
+    e: Scalar
+    mu: Scalar
+    e_m: Scalar
+
+
+class Audit(NamedTuple):
+    """Where the kinetic energy went (J): after - before = normal + tangential + moment."""
+
+    before: Scalar
+    after: Scalar
+    normal: Scalar
+    tangential: Scalar
+    moment: Scalar
+
+
+def lever_arms(
+    lever_a: Float[Array, "2"], lever_b: Float[Array, "2"]
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """The paper's d1..d4 from the two levers (eqs 15-18).
+
+    Args:
+        lever_a: from A's centre of gravity to the impact centre, road frame, m.
+        lever_b: from B's centre of gravity to the impact centre, road frame, m.
+
+    Returns:
+        (d1, d2, d3, d4) in m; eqs 11, 14 and 22 fix the signs: lever_b = (d2, d1), lever_a = (-d4, -d3).
+    """
+    return lever_b[1], lever_b[0], -lever_a[1], -lever_a[0]
+
+
+def separation(approach: State, bodies: Bodies, coefficients: Coefficients) -> State:
+    """Velocities after the impact (eqs 19-24 solved for them).
+
+    Args:
+        approach: velocities before, (v_ax, v_ay, omega_a, v_bx, v_by, omega_b), m/s and rad/s.
+        bodies: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+
+    Returns:
+        Velocities after, same order and units.
+    """
+    P, M = impulse(approach, bodies, coefficients)
+    f_a, f_b = _force_moments(P, bodies)
+    m_a, m_b, I_a, I_b = bodies[:4]
+    return approach + jnp.stack(
+        [
+            P[0] / m_a,  # eq 9
+            P[1] / m_a,  # eq 10
+            (f_a + M) / I_a,  # eq 11
+            -P[0] / m_b,  # eq 12
+            -P[1] / m_b,  # eq 13
+            (f_b - M) / I_b,  # eq 14
+        ]
+    )
+
+
+def impulse(
+    approach: State, bodies: Bodies, coefficients: Coefficients
+) -> tuple[Float[Array, "2"], Scalar]:
+    """Force impulse P on A (N s) and moment impulse M on A (N m s), in closed form.
+
+    Args:
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+
+    Returns:
+        (P, M): eqs 22-24 with P_t = mu P_n and M = (1 - e_m) I_r [spin by the force alone].
+    """
+    (e, mu, e_m), (m_a, m_b, I_a, I_b) = coefficients, bodies[:4]
+    normal, tangent = _axes(bodies)
+    line = normal + mu * tangent  # P = P_n * line, eq 23
+    g_a, g_b = _force_moments(line, bodies)
+    h_a, h_b = _force_moments(normal, bodies)
+    I_r = 1 / (1 / I_a + 1 / I_b)
+    spin = approach[5] - approach[2]
+    # eq 22: u_n + (1 - e_m) I_r spin (h_a/I_a - h_b/I_b) + P_n * compliance = -e u_n
+    u_n = contact_velocity(approach, bodies) @ normal
+    carried = (1 - e_m) * I_r * spin * (h_a / I_a - h_b / I_b)
+    P_n = -((1 + e) * u_n + carried) / _compliance(bodies, coefficients)
+    M = (1 - e_m) * I_r * (spin + P_n * (g_b / I_b - g_a / I_a))  # eq 24
+    return P_n * line, M
+
+
+def approach_and_coefficients(
+    separation: State, approach_a: Float[Array, "3"], bodies: Bodies
+) -> tuple[Float[Array, "3"], Coefficients]:
+    """The paper's inverse: B's velocities before impact and the three coefficients.
+
+    Args:
+        separation: velocities after, (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s.
+        approach_a: A's velocities before, (v_ax, v_ay, omega_a).
+        bodies: masses, inertias, lever arms and Gamma.
+
+    Returns:
+        (v_bx, v_by, omega_b) from eqs 19, 20, 21 and e, mu, e_m from eqs 22, 23, 24. A coefficient
+        that the motion does not determine (no closing speed, no normal impulse, no spin by the force
+        alone) comes out infinite or NaN.
+    """
+    m_a, m_b, I_a, I_b, d1, d2, d3, d4, _ = bodies
+    V_a, V_b = separation[:3], separation[3:]
+    P = m_a * (V_a[:2] - approach_a[:2])
+    v_b = V_b[:2] + P / m_b  # eqs 19, 20
+    gain = -P[0] * (d1 + d3) + P[1] * (d2 + d4)
+    omega_b = V_b[2] + (I_a * (V_a[2] - approach_a[2]) + gain) / I_b  # eq 21, corrected
+    approach = jnp.concatenate([approach_a, v_b, omega_b[None]])
+    normal, tangent = _axes(bodies)
+    opening = contact_velocity(separation, bodies) @ normal
+    closing = contact_velocity(approach, bodies) @ normal
+    f_a, f_b = _force_moments(P, bodies)
+    free_spin = (omega_b + f_b / I_b) - (approach_a[2] + f_a / I_a)
+    return approach[3:], Coefficients(
+        e=-opening / closing,  # eq 22
+        mu=(P @ tangent) / (P @ normal),  # eq 23
+        e_m=(V_b[2] - V_a[2]) / free_spin,  # eq 24, corrected
+    )
+
+
+def inverse_log_det(
+    separation: State, approach_a: Float[Array, "3"], bodies: Bodies
+) -> tuple[Float[Array, "3"], Coefficients, Scalar]:
+    """The paper's inverse with its Jacobian determinant.
+
+    Args:
+        separation: velocities after, as in `approach_and_coefficients`.
+        approach_a: A's velocities before.
+        bodies: masses, inertias, lever arms and Gamma.
+
+    Returns:
+        (v_bx, v_by, omega_b), (e, mu, e_m) and log |det d(both) / d separation|. With C the compliance
+        of `impulse`, u_n the closing speed and S the spin by the force alone it is
+        m_a² I_a C / (I_r |P_n u_n S|): v_b and omega_b shift with V_b one to one, and at fixed v_b
+        and omega_b V_a follows (P_n, mu, M), which follow (e, mu, e_m) by eqs 22-24.
+    """
+    approach_b, coefficients = approach_and_coefficients(separation, approach_a, bodies)
+    approach = jnp.concatenate([approach_a, approach_b])
+    m_a, _, I_a, I_b = bodies[:4]
+    normal, _ = _axes(bodies)
+    P = m_a * (separation[:2] - approach_a[:2])
+    f_a, f_b = _force_moments(P, bodies)
+    spin = (approach[5] + f_b / I_b) - (approach[2] + f_a / I_a)
+    u_n = contact_velocity(approach, bodies) @ normal
+    I_r = 1 / (1 / I_a + 1 / I_b)
+    compliance = _compliance(bodies, coefficients)
+    volume = m_a**2 * I_a * compliance / (I_r * (P @ normal) * u_n * spin)
+    return approach_b, coefficients, jnp.log(jnp.abs(volume))
+
+
+def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
+    """Velocity of A relative to B at the impact centre (the brackets of eq 22), m/s.
+
+    Args:
+        state: six velocities, before or after.
+        bodies: lever arms.
+
+    Returns:
+        (x, y) components, m/s.
+    """
+    _, _, _, _, d1, d2, d3, d4, _ = bodies
+    v_ax, v_ay, w_a, v_bx, v_by, w_b = state
+    return jnp.stack([v_ax + d3 * w_a - v_bx + d1 * w_b, v_ay - d4 * w_a - v_by - d2 * w_b])
+
+
+def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scalar:
+    """The mu at which sliding along the contact line just ends (the caution at eq 23).
+
+    Args:
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        e: restitution.
+        e_m: impact moment coefficient.
+
+    Returns:
+        mu with no tangential velocity left at the impact centre; its sign is that of the sliding.
+        Beyond it the model would reverse the sliding.
+    """
+    normal, tangent = _axes(bodies)
+
+    def left_over(mu: float) -> Scalar:
+        after = separation(approach, bodies, Coefficients(e, mu, e_m))
+        P, _ = impulse(approach, bodies, Coefficients(e, mu, e_m))
+        return (contact_velocity(after, bodies) @ tangent) / (P @ normal)
+
+    # tangential velocity after per normal impulse is linear in mu, so two values fix its root
+    at_0, at_1 = left_over(0.0), left_over(1.0)
+    return at_0 / (at_0 - at_1)
+
+
+def audit(approach: State, bodies: Bodies, coefficients: Coefficients) -> Audit:
+    """The energy audit of an impact.
+
+    Args:
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+
+    Returns:
+        Kinetic energies and the work of each impulse: the impulse times the mean of the relative
+        velocities before and after, which is exact. Work is negative where energy is lost.
+    """
+    after = separation(approach, bodies, coefficients)
+    P, M = impulse(approach, bodies, coefficients)
+    normal, tangent = _axes(bodies)
+    mean = (contact_velocity(approach, bodies) + contact_velocity(after, bodies)) / 2
+    spin = (approach[5] - approach[2] + after[5] - after[2]) / 2
+    return Audit(
+        before=_kinetic_energy(approach, bodies),
+        after=_kinetic_energy(after, bodies),
+        normal=(P @ normal) * (mean @ normal),
+        tangential=(P @ tangent) * (mean @ tangent),
+        moment=-M * spin,
+    )
+
+
+def _compliance(bodies: Bodies, coefficients: Coefficients) -> Scalar:
+    """Change of the normal contact velocity per normal impulse, its moment included."""
+    (_, mu, e_m), (m_a, m_b, I_a, I_b) = coefficients, bodies[:4]
+    normal, tangent = _axes(bodies)
+    h_a, h_b = _force_moments(normal, bodies)
+    g_a, g_b = _force_moments(normal + mu * tangent, bodies)
+    I_r = 1 / (1 / I_a + 1 / I_b)
+    moment = (1 - e_m) * I_r * (g_b / I_b - g_a / I_a) * (h_a / I_a - h_b / I_b)
+    return 1 / m_a + 1 / m_b + h_a * g_a / I_a + h_b * g_b / I_b + moment
+
+
+def _kinetic_energy(state: State, bodies: Bodies) -> Scalar:
+    m_a, m_b, I_a, I_b = bodies[:4]
+    return 0.5 * (jnp.stack([m_a, m_a, I_a, m_b, m_b, I_b]) @ state**2)
+
+
+def _axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+    """Normal and tangent of the contact line."""
+    c, s = jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)
+    return jnp.stack([c, s]), jnp.stack([-s, c])
+
+
+def _force_moments(P: Float[Array, "2"], bodies: Bodies) -> tuple[Scalar, Scalar]:
+    """f_a = P_x d3 - P_y d4 and f_b = P_x d1 - P_y d2: moments of P about A's and B's centres."""
+    _, _, _, _, d1, d2, d3, d4, _ = bodies
+    return P[0] * d3 - P[1] * d4, P[0] * d1 - P[1] * d2

@@ -1,0 +1,366 @@
+"""What was found, as data: the summary that is saved as JSON, and the rows that are printed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from retrodict.report.rounding import decimals_of, told, told_range, told_with_sd
+from retrodict.scene.quantities import REPORTED, Unit, Units, describe, unit_of
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+    from retrodict.scene.records import Measured
+
+LEVELS = (50, 90, 95)  # per cent
+MARK = "†"
+WITHHELD = "withheld"
+NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
+
+# what follows from the same draws and is told beside the unknowns: name -> (label, dimension)
+DERIVED: dict[str, tuple[str, str]] = {
+    "delta_v_a": ("change of velocity of A (delta-v)", "speed"),
+    "delta_v_b": ("change of velocity of B (delta-v)", "speed"),
+    "energy_lost": ("kinetic energy lost in the impact", "energy"),
+    "Vax": ("velocity of A after impact, x", "speed"),
+    "Vay": ("velocity of A after impact, y", "speed"),
+    "Omega_a": ("yaw rate of A after impact", "yaw rate"),
+    "Vbx": ("velocity of B after impact, x", "speed"),
+    "Vby": ("velocity of B after impact, y", "speed"),
+    "Omega_b": ("yaw rate of B after impact", "yaw rate"),
+}
+_ENERGY: dict[Units, Unit] = {"si": Unit("kJ", 1e3), "us": Unit("ft lbf", 1.3558179483314004)}
+
+
+def draws(outcome: Outcome, group: str, name: str) -> np.ndarray | None:
+    """The finite draws of a variable in one row, or None where the group or variable is missing."""
+    if group not in outcome.idata.children or name not in outcome.idata[group].data_vars:
+        return None
+    values = np.asarray(outcome.idata[group][name].values, dtype=float).ravel()
+    values = values[np.isfinite(values)]
+    return values if values.size else None
+
+
+def told_as(name: str, units: Units) -> tuple[str, Unit]:
+    """Label and unit of any quantity that is reported: unknown, derived, input or evidence.
+
+    Args:
+        name: its flat name.
+        units: "si" or "us".
+
+    Returns:
+        (label, unit).
+
+    Raises:
+        KeyError: no quantity has that name.
+    """
+    label, dimension = DERIVED[name] if name in DERIVED else describe(name)
+    return label, _ENERGY[units] if dimension == "energy" else unit_of(dimension, units)
+
+
+def summarise(outcome: Outcome) -> dict[str, Any]:
+    """A reconstruction in numbers that are strict JSON, in SI units and radians.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        scene, model, parameters (statistics of each reported quantity, with `passed` for the
+        checks of its own), checks, seconds, versions, seed, settings and complete. What is not
+        finite is None.
+    """
+    checks = outcome.checks
+    parameters = {}
+    for name, numbers in statistics(outcome, tuple(REPORTED)).items():
+        label, unit = told_as(name, "si")
+        whole = numbers["mean"] is not None
+        passed = whole and name not in checks.failed
+        parameters[name] = {"unit": unit.symbol, "label": label, **numbers, "passed": passed}
+    return {
+        "scene": {"title": outcome.scene.title, "name": outcome.scene.name},
+        "model": outcome.card.name,
+        "parameters": parameters,
+        "checks": {
+            "divergences": int(checks.divergences),
+            "max_rhat": _finite(checks.max_rhat),
+            "min_ess_bulk": _finite(checks.min_ess_bulk),
+            "min_ess_tail": _finite(checks.min_ess_tail),
+            "passed": bool(checks.passed),
+            "reasons": list(checks.reasons),
+            "flags": list(checks.flags),
+        },
+        "seconds": {name: _finite(value) for name, value in outcome.seconds.items()},
+        "versions": dict(outcome.versions),
+        "seed": int(outcome.seed),
+        "settings": dict(outcome.settings),
+        "complete": bool(outcome.complete),
+    }
+
+
+def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+    """Mean, sd, median, shortest intervals and diagnostics of the posterior draws of quantities.
+
+    Args:
+        outcome: the reconstruction.
+        names: of variables in the posterior group.
+
+    Returns:
+        For each name: mean, sd, median, hdi_50, hdi_90, hdi_95, ess_bulk, ess_tail, rhat and
+        mcse_mean in SI units; None where not finite or where the variable is missing.
+    """
+    # arviz_stats takes a while to import, and a summary is not always asked for
+    from arviz_stats import ess, hdi, mcse, rhat
+
+    idata = outcome.idata
+    posterior = idata["posterior"].to_dataset() if "posterior" in idata.children else xr.Dataset()
+    there = [name for name in names if name in posterior.data_vars]
+    blank = {key: None for key in ("mean", "sd", "median")}
+    blank_intervals = {f"hdi_{level}": [None, None] for level in LEVELS}
+    blank_checks = {key: None for key in ("ess_bulk", "ess_tail", "rhat", "mcse_mean")}
+    found: dict[str, dict[str, Any]] = {
+        name: {**blank, **blank_intervals, **blank_checks} for name in names
+    }
+    if not there:
+        return found
+    data = posterior[there]
+    with np.errstate(all="ignore"):
+        measures = {
+            "mean": data.mean(),
+            "sd": data.std(ddof=1),
+            "median": data.median(),
+            "ess_bulk": ess(data, method="bulk"),
+            "ess_tail": ess(data, method="tail"),
+            "rhat": rhat(data, method="rank"),
+            "mcse_mean": mcse(data, method="mean"),
+        }
+        intervals = {level: hdi(data, prob=level / 100, method="nearest") for level in LEVELS}
+    for name in there:
+        for key, measure in measures.items():
+            found[name][key] = _finite(measure[name])
+        for level, interval in intervals.items():
+            found[name][f"hdi_{level}"] = [_finite(bound) for bound in interval[name].values]
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class ResultRow:
+    """A quantity's printed result; every text is already marked or withheld.
+
+    Args:
+        name: its flat name.
+        label: in words.
+        unit: symbol.
+        median, mean: texts, the latter with ± sd.
+        intervals: texts by level in per cent.
+        rhat, ess_bulk, ess_tail: texts.
+        monte_carlo_error: of the mean, text in the printed unit.
+        last_digit: worth of the last printed digit, text.
+        digit_holds: whether the Monte Carlo error is smaller than it.
+        withheld: whether the numbers were held back.
+    """
+
+    name: str
+    label: str
+    unit: str
+    median: str
+    mean: str
+    intervals: dict[int, str]
+    rhat: str
+    ess_bulk: str
+    ess_tail: str
+    monte_carlo_error: str
+    last_digit: str
+    digit_holds: bool
+    withheld: bool
+
+
+def result_rows(
+    outcome: Outcome, units: Units, names: tuple[str, ...] = tuple(REPORTED)
+) -> list[ResultRow]:
+    """The results as they are printed, rounded to their uncertainty.
+
+    When the run failed every number bears a mark; those of a quantity that failed checks of its
+    own, and of what follows from it, are withheld.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+        names: of the quantities, in order.
+
+    Returns:
+        One row for each quantity.
+    """
+    rows = []
+    for name, numbers in statistics(outcome, names).items():
+        label, unit = told_as(name, units)
+        scaled = {key: _scaled(value, unit.worth) for key, value in numbers.items()}
+        decimals = decimals_of(scaled["sd"])
+        digit = None if decimals is None else 10.0**-decimals
+        error = scaled["mcse_mean"]
+        withheld = is_withheld(outcome, name)
+        texts = {
+            "median": told(scaled["median"], decimals),
+            "mean": told_with_sd(scaled["mean"], scaled["sd"]),
+            **{str(level): told_range(scaled[f"hdi_{level}"], decimals) for level in LEVELS},
+        }
+        texts = {key: marked(outcome, text, withheld) for key, text in texts.items()}
+        rows.append(
+            ResultRow(
+                name=name,
+                label=label,
+                unit=unit.symbol,
+                median=texts["median"],
+                mean=texts["mean"],
+                intervals={level: texts[str(level)] for level in LEVELS},
+                rhat=told(numbers["rhat"], 3),
+                ess_bulk=told(numbers["ess_bulk"], 0),
+                ess_tail=told(numbers["ess_tail"], 0),
+                monte_carlo_error=told(error, decimals_of(error)),
+                last_digit=told(digit, decimals),
+                digit_holds=error is not None and digit is not None and error < digit,
+                withheld=withheld,
+            )
+        )
+    return rows
+
+
+def is_withheld(outcome: Outcome, name: str) -> bool:
+    """Whether a quantity's numbers are held back: it, or what it follows from, failed its checks."""
+    failed = outcome.checks.failed
+    return name in failed or (name in DERIVED and bool(failed))
+
+
+def marked(outcome: Outcome, text: str, withheld: bool = False) -> str:
+    """A printed number as the checks allow it: bare, marked, or withheld."""
+    if withheld:
+        return WITHHELD
+    return text if outcome.checks.passed else text + MARK
+
+
+def answer(outcome: Outcome, units: Units = "si") -> str:
+    """The answer in one sentence: B's speed before impact with its 95 % interval, or why not.
+
+    Args:
+        outcome: the reconstruction.
+        units: which come first; both are told.
+
+    Returns:
+        A sentence.
+    """
+    who = f"Vehicle B ({outcome.scene.vehicles['b'].name})"
+    numbers = statistics(outcome, ("speed_b",))["speed_b"]
+    if not outcome.checks.passed or is_withheld(outcome, "speed_b") or numbers["mean"] is None:
+        return f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
+    # a court outside the United States reads km/h, which is no unit of the tables
+    told_in = [Unit("m/s", 1.0), Unit("km/h", 1 / 3.6)]
+    us = [unit_of("speed", "us")]
+    all_units = us + told_in if units == "us" else told_in + us
+    middle, between = [], []
+    for unit in all_units:
+        decimals = decimals_of(numbers["sd"] / unit.worth)
+        low, high = (told(bound / unit.worth, decimals) for bound in numbers["hdi_95"])
+        middle.append(f"{told(numbers['median'] / unit.worth, decimals)} {unit.symbol}")
+        between.append(f"{low} and {high} {unit.symbol}")
+    return (
+        f"{who} was travelling at about {_first_and_rest(middle)} before impact; given the model "
+        f"and the inputs below, with 95 % probability between {_first_and_rest(between)}."
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class InputRow:
+    """A measured quantity beside what the reconstruction made of it (SI units, radians).
+
+    Args:
+        name: its flat name.
+        kind: "input" or "evidence".
+        measured: as in the scene.
+        mean: posterior mean of an input, posterior-predictive mean of an item of evidence.
+        sd: likewise.
+        shift: mean less measured, in measured standard deviations; None for an exact input.
+    """
+
+    name: str
+    kind: Literal["input", "evidence"]
+    measured: Measured
+    mean: float | None
+    sd: float | None
+    shift: float | None
+
+    @property
+    def label(self) -> str:
+        """What it is, in words."""
+        return told_as(self.name, "si")[0]
+
+    @property
+    def source(self) -> str:
+        """Who measured it and how."""
+        return self.measured.source
+
+    @property
+    def assumed(self) -> str:
+        """What of it is a default: "" (nothing), "sd" or "value"."""
+        return self.measured.assumed
+
+    def unit(self, units: Units) -> str:
+        """Symbol of the unit it is told in."""
+        return told_as(self.name, units)[1].symbol
+
+    def told_measured(self, units: Units) -> str:
+        """Measured value ± sd, rounded."""
+        worth = told_as(self.name, units)[1].worth
+        return told_with_sd(self.measured.value / worth, self.measured.sd / worth)
+
+    def told_found(self, units: Units) -> str:
+        """Posterior or predictive mean ± sd, rounded."""
+        worth = told_as(self.name, units)[1].worth
+        return told_with_sd(_scaled(self.mean, worth), _scaled(self.sd, worth))
+
+    def told_shift(self) -> str:
+        """The shift with its sign, to a tenth of a standard deviation."""
+        text = told(self.shift, 1)
+        return f"+{text}" if self.shift is not None and round(self.shift, 1) > 0 else text
+
+
+def inputs_table(outcome: Outcome) -> list[InputRow]:
+    """Every measured input and item of evidence with what became of it.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        Rows: the inputs in the scene's order, then the evidence.
+    """
+    rows = []
+    kinds: tuple[tuple[Literal["input", "evidence"], str, dict[str, Measured]], ...] = (
+        ("input", "posterior", outcome.scene.inputs()),
+        ("evidence", "posterior_predictive", outcome.scene.evidence()),
+    )
+    for kind, group, items in kinds:
+        for name, measured in items.items():
+            values = draws(outcome, group, name) if measured.sd > 0 else None
+            mean = sd = shift = None
+            if values is not None:
+                mean, sd = float(values.mean()), float(values.std(ddof=min(1, values.size - 1)))
+                shift = (mean - measured.value) / measured.sd
+            rows.append(InputRow(name, kind, measured, mean, sd, shift))
+    return rows
+
+
+def _first_and_rest(texts: list[str]) -> str:
+    return f"{texts[0]} ({'; '.join(texts[1:])})"
+
+
+def _scaled(value: Any, worth: float) -> Any:
+    if isinstance(value, list):
+        return [_scaled(each, worth) for each in value]
+    return None if value is None else value / worth
+
+
+def _finite(value: Any) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -1,0 +1,89 @@
+"""The findings on a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from retrodict.report.findings import LEVELS, MARK, NOT_TO_BE_RELIED_ON, answer, result_rows
+from retrodict.scene.quantities import Units
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+_WIDE = 120  # columns that a row with all of its intervals side by side needs
+
+
+def print_summary(outcome: Outcome, console: Console, units: Units = "si") -> None:
+    """Print the results, the verdict of the checks and its reasons.
+
+    Numbers of a run that failed its checks are marked; those of a quantity that failed checks of
+    its own are withheld.
+
+    Args:
+        outcome: the reconstruction.
+        console: where to.
+        units: "si" or "us".
+    """
+    checks = outcome.checks
+    _line(console, outcome.scene.title, "bold")
+    _line(console, outcome.card.title, "dim")
+    if not checks.passed:
+        _line(console, f"{NOT_TO_BE_RELIED_ON}: checks of the draws failed", "bold red")
+    console.print(_table(outcome, units, wide=console.width >= _WIDE))
+    _line(console, answer(outcome, units), "bold" if checks.passed else "bold red")
+    _line(console, verdict(outcome), "green" if checks.passed else "bold red")
+    for reason in checks.reasons:
+        _line(console, f"  {MARK} {reason}", "red")
+    for flag in checks.flags:
+        _line(console, f"  note: {flag}", "yellow")
+    for note in outcome.notes:
+        _line(console, f"  note: {note}", "dim")
+
+
+def verdict(outcome: Outcome) -> str:
+    """The checks in one line.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        The verdict with the figures it rests on.
+    """
+    checks = outcome.checks
+    words = "Checks passed" if checks.passed else f"Checks FAILED ({MARK} {NOT_TO_BE_RELIED_ON})"
+    text = (
+        f"{words}: {checks.divergences} divergences, R-hat at most {checks.max_rhat:.3f}, "
+        f"effective sample size at least {checks.min_ess_bulk:.0f} (bulk), "
+        f"{checks.min_ess_tail:.0f} (tail)."
+    )
+    return text if outcome.complete else f"{text} The run was interrupted before its end."
+
+
+def _table(outcome: Outcome, units: Units, wide: bool) -> Table:
+    title = None if outcome.checks.passed else Text(f"{MARK} {NOT_TO_BE_RELIED_ON}", "bold red")
+    table = Table(title=title, title_justify="left", show_lines=not wide)
+    table.add_column("quantity")
+    headings = [f"{level} %" for level in LEVELS] if wide else ["shortest intervals"]
+    for heading in ("median", "mean ± sd", *headings, "R-hat", "ESS"):
+        table.add_column(Text(heading), justify="right", no_wrap=True)
+    for row in result_rows(outcome, units):
+        intervals = [row.intervals[level] for level in LEVELS]
+        if not wide:
+            pairs = zip(LEVELS, intervals, strict=True)
+            intervals = ["\n".join(f"{level} %: {text}" for level, text in pairs)]
+        if row.withheld:
+            intervals = [row.intervals[LEVELS[0]]] * len(intervals)
+        label = f"{row.label}, {row.unit}" if row.unit else row.label
+        cells = [label, row.median, row.mean, *intervals, row.rhat, row.ess_bulk]
+        table.add_row(*(Text(cell) for cell in cells), style="red" if row.withheld else None)
+    return table
+
+
+def _line(console: Console, text: str, style: str) -> None:
+    # a Text is never read as markup; control characters and escape sequences are not let through
+    safe = "".join(c if c.isprintable() else " " for c in text)
+    console.print(Text(safe, style=style), soft_wrap=False, highlight=False)
