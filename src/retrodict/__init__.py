@@ -1,1 +1,42 @@
-"""…"""
+"""Reconstructs vehicle collisions and says how sure it is: the public names."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from retrodict.api import Result, reconstruct
+    from retrodict.scene import Scene, SceneError, load_scene, parse_scene
+
+__all__ = [
+    "Result",
+    "Scene",
+    "SceneError",
+    "__version__",
+    "load_scene",
+    "parse_scene",
+    "reconstruct",
+]
+__version__ = version("retrodict")
+
+# found when first asked for, so that importing the package, or its --help, does not wait for JAX
+_HOMES = {
+    "Result": "retrodict.api",
+    "reconstruct": "retrodict.api",
+    "Scene": "retrodict.scene",
+    "SceneError": "retrodict.scene",
+    "load_scene": "retrodict.scene",
+    "parse_scene": "retrodict.scene",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'retrodict' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -42,7 +42,9 @@ CARD = Card(
 )
 
 
-def _vehicle(name: str, mass: float, yaw: float, lever: tuple[float, float], heading: float) -> Vehicle:
+def _vehicle(
+    name: str, mass: float, yaw: float, lever: tuple[float, float], heading: float
+) -> Vehicle:
     return Vehicle(
         name=name,
         mass=Measured(mass, 40.0, "lognormal", "kerb weight and occupants, SAE 2016-01-1486"),
@@ -184,7 +186,9 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
     )
 
 
-def _paths(scene: Scene, rng: np.random.Generator, count: int = 60, steps: int = 40) -> xr.DataArray:
+def _paths(
+    scene: Scene, rng: np.random.Generator, count: int = 60, steps: int = 40
+) -> xr.DataArray:
     s = np.linspace(0, 1, steps)
     path = np.zeros((count, 2, steps, 3))
     for i, v in enumerate(VEHICLES):

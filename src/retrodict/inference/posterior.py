@@ -10,6 +10,7 @@ from scipy.optimize import brentq, minimize
 
 from retrodict.inference import coordinates, sheet
 from retrodict.inference.coordinates import BOUNDS, Chart, Wall
+from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import Programs, programs_for
 from retrodict.models import parts
 from retrodict.scene.records import Scene
@@ -50,8 +51,7 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         The posterior.
 
     Raises:
-        NoRunOut: a measured rest pose cannot be reached.
-        NoMode: the density has no finite mode in the coordinates.
+        Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = parts.of_scene(scene)
     programs = programs_for(rung, structure)
@@ -70,10 +70,6 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         )
     chart = _chart(programs, data, sheets, centre, np.linalg.cholesky(spread @ spread.T))
     return Posterior(programs, data, chart, error, -value)
-
-
-class NoMode(Exception):
-    """The search for the posterior's mode failed."""
 
 
 def _no_wall(n: int) -> Wall:
@@ -125,7 +121,7 @@ def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarra
     best = minimize(potential, np.zeros(chart.centre.size), jac=True, method="BFGS",
                     options={"gtol": 1e-3, "maxiter": 400})
     if best.fun > 1e9:
-        raise NoMode("the posterior has no finite density near the measured scene")
+        raise Unanswerable("the posterior has no finite density near the measured scene")
     return best.x, float(best.fun)
 
 

@@ -16,10 +16,10 @@ import xarray as xr
 
 from retrodict.inference import gate
 from retrodict.inference.chains import Draws, sample
+from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.posterior import NoMode, Posterior, prepare
+from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.programs import CHUNK, programs_for
-from retrodict.inference.sheet import NoRunOut
 from retrodict.models import RUNGS, parts
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import VEHICLES, Scene
@@ -30,10 +30,6 @@ _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in th
 _SECOND_TRY = 0.95  # target acceptance of the run that follows one with divergences
 
 Progress = Callable[[str, int, int], None]  # stage, done, of all
-
-
-class Interrupted(Exception):
-    """The run was stopped before any draw was kept."""
 
 
 def reconstruct(
@@ -62,8 +58,7 @@ def reconstruct(
 
     Raises:
         KeyError: no rung has that name.
-        NoRunOut: a measured rest pose cannot be reached by a skid.
-        NoMode: the posterior has no finite mode.
+        Unanswerable: a rest pose cannot be reached, or the posterior has no finite mode.
         Interrupted: stopped before any draw was kept.
     """
     begin = time.perf_counter()
@@ -136,7 +131,7 @@ def _settle_turns(scene: Scene, model: str) -> tuple[Posterior, Scene, tuple[str
         turned = _turned(scene, dict(zip(unknown, turns, strict=True)))
         try:
             found.append((prepare(turned, model), turned, turns))
-        except (NoRunOut, NoMode):
+        except Unanswerable:
             continue
     if not found:
         prepare(scene, model)  # raises the reason

@@ -12,15 +12,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from retrodict.inference import coordinates
+from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs
 from retrodict.models import parts
 
 _ROUNDS = 4
 _STEP = np.array([1e-4, 1e-4, 1e-4])  # of Vx, Vy, Omega in difference quotients
-
-
-class NoRunOut(Exception):
-    """No velocities after the impact bring a vehicle to where it was found."""
 
 
 def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
@@ -34,7 +31,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s.
 
     Raises:
-        NoRunOut: no start came near the measured rest pose of a vehicle.
+        Unanswerable: no start came near the measured rest pose of a vehicle.
     """
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
     values = parts.from_standard(programs.structure, data, jnp.zeros(xi.shape[1]))
@@ -80,7 +77,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         V = V_next
     for v, name in enumerate("AB"):
         if best[v] > 1.0:
-            raise NoRunOut(
+            raise Unanswerable(
                 f"vehicle {name}: no velocities after the impact bring it to its measured rest "
                 f"(the nearest run-out misses by {np.sqrt(best[v]):.1f} standard deviations); "
                 "check its rest position, heading and rotation, and the friction"

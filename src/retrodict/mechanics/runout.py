@@ -24,6 +24,9 @@ GRAVITY = 9.80665  # m/s²
 PATCH = 0.08  # m, radius of gyration of a contact patch of about 0.2 m by 0.18 m
 
 STEPS = 96
+_LAST = 1e-3  # of W: from here to rest in closed form, for at W = 0 friction has no direction
+_TINY = 1e-18  # m²/s²: a wheel that is the instant centre of a motion without spin
+_STANDS = 1e-4  # m/s: what is slower is run at this, some nanometres, so that derivatives exist
 _CLUSTER = 0.85  # W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
 
 Pose = Float[Array, "3"]  # x, y, heading: m, rad
@@ -98,9 +101,12 @@ def _integrate(
     compiles six times faster than with four, and runs faster too (measured on two cores).
     """
     metric = jnp.stack([jnp.ones(()), jnp.ones(()), jnp.asarray(car.k2)])
-    W_0 = jnp.sqrt(velocity**2 @ metric + 1e-12)  # finite derivative for a vehicle that stands
+    moves = velocity**2 @ metric > _STANDS**2
+    velocity = jnp.where(moves, velocity, jnp.array([_STANDS, 0.0, 0.0]))
+    W_0 = jnp.sqrt(velocity**2 @ metric)
     slope = _slope(car, ground, metric)
-    h = np.repeat(np.diff((1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER), 4)
+    levels = _LAST + (1 - _LAST) * (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER
+    h = np.repeat(np.diff(levels), 4)
     ahead = h * np.tile([0.5, 0.5, 1.0, 1.0], steps)  # where the next stage looks
     share = h * np.tile([1.0, 2.0, 2.0, 1.0], steps) / 6  # of a stage in its step
     last = np.tile([False, False, False, True], steps)
@@ -120,7 +126,12 @@ def _integrate(
     (end, _, _), states = jax.lax.scan(
         stage, (start, start, start), (jnp.asarray(ahead), jnp.asarray(share), jnp.asarray(last))
     )
-    return end, None if states is None else jnp.concatenate([start[None], states[3::4]])
+    # what is left of the motion keeps its direction: W falls evenly to nothing, and with it V, Omega
+    left = -_LAST * W_0 * slope(end)
+    halt = jnp.concatenate([end[:3] + left[:3] / 2, jnp.zeros(3), end[6:] + left[6:]])
+    if states is None:
+        return halt, None
+    return halt, jnp.concatenate([start[None], states[3:-1:4], halt[None]])
 
 
 def _slope(car: Car, ground: Ground, metric: Float[Array, "3"]):  # noqa: ANN202
@@ -135,15 +146,15 @@ def _slope(car: Car, ground: Ground, metric: Float[Array, "3"]):  # noqa: ANN202
         c, s = jnp.cos(y[2]), jnp.sin(y[2])
         arm_x, arm_y = c * wheel_x - s * wheel_y, s * wheel_x + c * wheel_y
         slip_x, slip_y = y[3] - y[5] * arm_y, y[4] + y[5] * arm_x
-        slip = jnp.sqrt(slip_x**2 + slip_y**2 + (PATCH * y[5]) ** 2 + 1e-18)
+        slip = jnp.sqrt(slip_x**2 + slip_y**2 + (PATCH * y[5]) ** 2 + _TINY)
         position = jnp.stack([y[0] + arm_x, y[1] + arm_y], axis=1)
         force = friction(position, slip, *ground) * load / slip
         force_x, force_y = -force * slip_x, -force * slip_y
         spin = arm_x * force_y - arm_y * force_x
         acceleration = jnp.stack([force_x.sum(), force_y.sum(), spin.sum() / car.k2])
         motion = y[3:6]
-        W = jnp.sqrt(motion**2 @ metric + 1e-18)
-        dW_dt = jnp.minimum((motion * metric) @ acceleration / W, -1e-6)
+        W = jnp.sqrt(motion**2 @ metric)
+        dW_dt = (motion * metric) @ acceleration / W
         return jnp.concatenate([motion, acceleration, jnp.ones(1)]) / dW_dt
 
     return slope

@@ -23,8 +23,8 @@ NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
 
 # what follows from the same draws and is told beside the unknowns: name -> (label, dimension)
 DERIVED: dict[str, tuple[str, str]] = {
-    "delta_v_a": ("change of velocity of A (delta-v)", "speed"),
-    "delta_v_b": ("change of velocity of B (delta-v)", "speed"),
+    "delta_v_a": ("Δv of A in the impact", "speed"),
+    "delta_v_b": ("Δv of B in the impact", "speed"),
     "energy_lost": ("kinetic energy lost in the impact", "energy"),
     "Vax": ("velocity of A after impact, x", "speed"),
     "Vay": ("velocity of A after impact, y", "speed"),
@@ -261,7 +261,8 @@ def answer(outcome: Outcome, units: Units = "si") -> str:
     all_units = us + told_in if units == "us" else told_in + us
     middle, between = [], []
     for unit in all_units:
-        decimals = decimals_of(numbers["sd"] / unit.worth)
+        # one digit of the uncertainty: a sentence is quoted without its table
+        decimals = decimals_of(numbers["sd"] / unit.worth, digits=1)
         low, high = (told(bound / unit.worth, decimals) for bound in numbers["hdi_95"])
         middle.append(f"{told(numbers['median'] / unit.worth, decimals)} {unit.symbol}")
         between.append(f"{low} and {high} {unit.symbol}")

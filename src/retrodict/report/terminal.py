@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from retrodict.report.findings import LEVELS, MARK, NOT_TO_BE_RELIED_ON, answer, result_rows
+from retrodict.report.rounding import told
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
@@ -31,8 +32,6 @@ def print_summary(outcome: Outcome, console: Console, units: Units = "si") -> No
     checks = outcome.checks
     _line(console, outcome.scene.title, "bold")
     _line(console, outcome.card.title, "dim")
-    if not checks.passed:
-        _line(console, f"{NOT_TO_BE_RELIED_ON}: checks of the draws failed", "bold red")
     console.print(_table(outcome, units, wide=console.width >= _WIDE))
     _line(console, answer(outcome, units), "bold" if checks.passed else "bold red")
     _line(console, verdict(outcome), "green" if checks.passed else "bold red")
@@ -56,9 +55,9 @@ def verdict(outcome: Outcome) -> str:
     checks = outcome.checks
     words = "Checks passed" if checks.passed else f"Checks FAILED ({MARK} {NOT_TO_BE_RELIED_ON})"
     text = (
-        f"{words}: {checks.divergences} divergences, R-hat at most {checks.max_rhat:.3f}, "
-        f"effective sample size at least {checks.min_ess_bulk:.0f} (bulk), "
-        f"{checks.min_ess_tail:.0f} (tail)."
+        f"{words}: {checks.divergences} divergences, R-hat at most {told(checks.max_rhat, 3)}, "
+        f"effective sample size at least {told(checks.min_ess_bulk, 0)} (bulk), "
+        f"{told(checks.min_ess_tail, 0)} (tail)."
     )
     return text if outcome.complete else f"{text} The run was interrupted before its end."
 
@@ -68,7 +67,7 @@ def _table(outcome: Outcome, units: Units, wide: bool) -> Table:
     table = Table(title=title, title_justify="left", show_lines=not wide)
     table.add_column("quantity")
     headings = [f"{level} %" for level in LEVELS] if wide else ["shortest intervals"]
-    for heading in ("median", "mean ± sd", *headings, "R-hat", "ESS"):
+    for heading in ("median", "mean ± sd", *headings, "R-hat", "ESS bulk / tail"):
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for row in result_rows(outcome, units):
         intervals = [row.intervals[level] for level in LEVELS]
@@ -78,7 +77,14 @@ def _table(outcome: Outcome, units: Units, wide: bool) -> Table:
         if row.withheld:
             intervals = [row.intervals[LEVELS[0]]] * len(intervals)
         label = f"{row.label}, {row.unit}" if row.unit else row.label
-        cells = [label, row.median, row.mean, *intervals, row.rhat, row.ess_bulk]
+        cells = [
+            label,
+            row.median,
+            row.mean,
+            *intervals,
+            row.rhat,
+            f"{row.ess_bulk} / {row.ess_tail}",
+        ]
         table.add_row(*(Text(cell) for cell in cells), style="red" if row.withheld else None)
     return table
 

@@ -1,0 +1,173 @@
+"""The user's home in a notebook: reconstruct a scene, then look, save and report."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from retrodict.inference.outcome import Checks, Outcome
+from retrodict.inference.reconstruct import DEFAULT_RUNG, Progress
+from retrodict.inference.reconstruct import reconstruct as _reconstruct
+from retrodict.scene.quantities import Units
+from retrodict.scene.records import Scene
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Result:
+    """A reconstruction: its draws, its checks, its figures and its report."""
+
+    outcome: Outcome
+
+    @property
+    def scene(self) -> Scene:
+        """What was measured."""
+        return self.outcome.scene
+
+    @property
+    def idata(self) -> xr.DataTree:
+        """Posterior, prior, predictions and diagnostics, as an ArviZ DataTree in SI units."""
+        return self.outcome.idata
+
+    @property
+    def checks(self) -> Checks:
+        """The verdict on the draws' numerical quality."""
+        return self.outcome.checks
+
+    def summary(self, units: Units = "si") -> pd.DataFrame:
+        """The reported quantities in a table.
+
+        Args:
+            units: "si" or "us".
+
+        Returns:
+            One row a quantity, one column a statistic; quantities that failed a check of their own
+            are NaN, and the column `checks` says so.
+        """
+        from retrodict.report.findings import summary_frame
+
+        return summary_frame(self.outcome, units)
+
+    def plot_posterior(self, units: Units = "si") -> Figure:
+        """Marginal posteriors of speed, e, e_m and mu with their intervals."""
+        return self._draw("posterior", units)
+
+    def plot_pair(self, units: Units = "si") -> Figure:
+        """The joint posterior of speed, e, e_m and mu, pair by pair."""
+        return self._draw("pair", units)
+
+    def plot_scene(self, units: Units = "si") -> Figure:
+        """The scene from above with measured rest poses and posterior trajectories."""
+        return self._draw("scene", units)
+
+    def plot_predictive(self, units: Units = "si") -> Figure:
+        """What the posterior predicts of every item of evidence, against what was measured."""
+        return self._draw("predictive", units)
+
+    def report(self, path: str | Path, units: Units = "si") -> Path:
+        """Write the self-contained HTML report.
+
+        Args:
+            path: of the file, replaced whole.
+            units: "si" or "us" first.
+
+        Returns:
+            The path.
+        """
+        from retrodict.report.document import write_report
+
+        write_report(self.outcome, Path(path), units)
+        return Path(path)
+
+    def save(self, directory: str | Path, units: Units = "si") -> Path:
+        """Write posterior.nc, summary.json, report.html and figures/*.png.
+
+        Args:
+            directory: made where missing; files of the same names in it are replaced, once all of
+                the new ones are written, and others are left alone.
+            units: "si" or "us".
+
+        Returns:
+            The directory.
+
+        Raises:
+            OSError: something could not be written; then nothing in the directory has changed.
+        """
+        from retrodict.report.document import write_report
+        from retrodict.report.figures import save_figures
+        from retrodict.report.findings import write_summary
+
+        directory = Path(directory)
+        directory.mkdir(parents=True, exist_ok=True)
+        staging = Path(tempfile.mkdtemp(prefix=".retrodict-", dir=directory))
+        try:
+            self.idata.to_netcdf(staging / "posterior.nc", engine="h5netcdf")
+            write_summary(self.outcome, staging / "summary.json")
+            save_figures(self.outcome, staging / "figures", units)
+            write_report(self.outcome, staging / "report.html", units)
+            for file in sorted(f for f in staging.rglob("*") if f.is_file()):
+                target = directory / file.relative_to(staging)
+                target.parent.mkdir(exist_ok=True)
+                os.replace(file, target)
+        finally:
+            shutil.rmtree(staging, ignore_errors=True)
+        return directory
+
+    def _draw(self, name: str, units: Units) -> Figure:
+        from retrodict.report.figures import FIGURES
+
+        return FIGURES[name].draw(self.outcome, units)
+
+    def _repr_html_(self) -> str:
+        from retrodict.report.document import outcome_html
+
+        return outcome_html(self.outcome)
+
+
+def reconstruct(
+    scene: Scene,
+    *,
+    model: str = DEFAULT_RUNG,
+    chains: int = 4,
+    draws: int = 500,
+    warmup: int = 300,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Result:
+    """The joint posterior of B's approach, e, e_m and mu.
+
+    Args:
+        scene: what was measured, from `load_scene`.
+        model: the rung's name.
+        chains: NUTS chains.
+        draws: kept of each.
+        warmup: iterations before them.
+        seed: of every random number; same seed, same machine, same numbers.
+        progress: called with (stage, done, of all) as the work goes on.
+
+    Returns:
+        The result.
+
+    Raises:
+        Unanswerable: the scene has no posterior that could be sampled; the message says why.
+        Interrupted: stopped before any draw was kept.
+    """
+    return Result(
+        _reconstruct(
+            scene,
+            model=model,
+            chains=chains,
+            draws=draws,
+            warmup=warmup,
+            seed=seed,
+            progress=progress,
+        )
+    )

@@ -1,0 +1,156 @@
+"""The commands, thin: read a scene, reconstruct, tell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+from rich.console import Console
+
+import retrodict
+
+if TYPE_CHECKING:
+    from retrodict.scene import Scene
+
+BAD_INPUT, INTERRUPTED = 2, 130
+
+app = typer.Typer(
+    name="retrodict",
+    help="Reconstructs vehicle collisions and says how sure it is.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+class UnitChoice(StrEnum):
+    """Units that results are told in."""
+
+    si = "si"
+    us = "us"
+
+
+SceneFile = Annotated[Path, typer.Argument(help="the scene file (TOML)", show_default=False)]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"retrodict {retrodict.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="the version")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def check(scene: SceneFile) -> None:
+    """Validate a scene file, without reconstructing anything."""
+    found = _load(scene)
+    uncertain = sum(m.sd > 0 for m in found.inputs().values())
+    typer.echo(
+        f"{scene}: {found.title}: fine. {len(found.evidence())} items of evidence at rest, "
+        f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
+    )
+
+
+@app.command()
+def reconstruct(
+    scene: SceneFile,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
+    ] = None,
+    chains: Annotated[int, typer.Option(min=1, max=64, help="NUTS chains")] = 4,
+    draws: Annotated[int, typer.Option(min=4, max=1_000_000, help="draws kept of each chain")] = 500,
+    warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 300,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
+    units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+) -> None:
+    """Reconstruct a collision: posterior, table, figures and report."""
+    found = _load(scene)
+    folder = out if out is not None else Path("out") / found.name
+    _writable(folder)
+
+    from retrodict.api import reconstruct as run
+    from retrodict.inference import Interrupted, Unanswerable
+    from retrodict.report.terminal import print_summary
+
+    console = Console(quiet=quiet)
+    try:
+        with _progress(console) as tell:
+            result = run(
+                found, chains=chains, draws=draws, warmup=warmup, seed=seed, progress=tell
+            )
+            tell("writing the report", 0, 1)
+            result.save(folder, units.value)
+            tell("writing the report", 1, 1)
+    except Unanswerable as error:
+        _fail(f"{scene}: {error}")
+    except Interrupted as error:
+        _fail(f"{scene}: {error}", INTERRUPTED)
+    except OSError as error:
+        _fail(f"{folder}: cannot write the results: {error}", 1)
+    print_summary(result.outcome, console, units.value)
+    console.print(f"{folder / 'report.html'}", highlight=False, markup=False, soft_wrap=True)
+    if not result.outcome.complete:
+        raise typer.Exit(INTERRUPTED)
+
+
+def _load(path: Path) -> Scene:
+    from retrodict.scene import SceneError, load_scene
+
+    try:
+        return load_scene(path)
+    except SceneError as error:
+        _fail(str(error))
+
+
+def _writable(folder: Path) -> None:
+    """Find out before the work whether its results have a place to go."""
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        _fail(f"--out {folder}: {nearest} is a file, not a folder; choose another folder")
+
+
+def _fail(line: str, status: int = BAD_INPUT) -> NoReturn:
+    typer.echo(line, err=True)
+    raise typer.Exit(status)
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[Callable[[str, int, int], None]]:
+    """A live bar for each stage of the work."""
+    from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=not console.is_terminal) as bar:
+        stages: dict[str, TaskID] = {}
+
+        def tell(stage: str, done: int, total: int) -> None:
+            if stage not in stages:
+                stages[stage] = bar.add_task(stage, total=total)
+            bar.update(stages[stage], completed=done, total=total)
+
+        yield tell
+
+
+def main() -> None:
+    """Entry point of the `retrodict` command."""
+    app()

@@ -1,0 +1,9 @@
+"""Why a reconstruction can end without a result."""
+
+
+class Unanswerable(Exception):
+    """The scene has no posterior that could be sampled; the message says why, and the mend."""
+
+
+class Interrupted(Exception):
+    """The run was stopped before any draw was kept."""

@@ -1,0 +1,216 @@
+"""The report: one HTML file that needs nothing else, and fragments for notebooks."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import shlex
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+from retrodict.report.files import write_whole
+from retrodict.report.findings import (
+    DERIVED,
+    LEVELS,
+    MARK,
+    NOT_TO_BE_RELIED_ON,
+    WITHHELD,
+    answer,
+    inputs_table,
+    marked,
+    result_rows,
+    told_as,
+)
+from retrodict.report.rounding import NOTHING, told, told_with_sd
+from retrodict.scene.quantities import Units
+from retrodict.scene.records import VEHICLES
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+    from retrodict.scene.records import Scene
+
+_SYSTEMS: dict[Units, str] = {"si": "SI", "us": "US customary"}
+_ASSUMED = {"": "", "sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
+
+COMMAND = "retrodict run"  # followed by the scene file and the options that make the same numbers
+
+# left to the expert: these are never invented
+FIELDS = (
+    "Name, position and organisation",
+    "Qualifications, and publications of the last ten years",
+    "Testimony given in the last four years",
+    "Compensation",
+    "Instructed by, and the question put",
+    "Propositions compared, and the likelihood ratio",
+    "Duty to the court and declaration of truth",
+    "Place and date",
+    "Signature",
+)
+
+
+def report_html(outcome: Outcome, units: Units = "si") -> str:
+    """The whole report as one HTML page with its figures in it.
+
+    Args:
+        outcome: the reconstruction.
+        units: which come first, and which the inputs and figures are told in.
+
+    Returns:
+        The page; it has no scripts and loads nothing.
+    """
+    # matplotlib is slow to import, and notebooks' fragments do without it
+    from retrodict.report.figures import FIGURES, to_png
+
+    figures = [
+        {
+            "title": figure.title,
+            "caption": figure.caption,
+            "image": base64.b64encode(to_png(figure.draw(outcome, units))).decode("ascii"),
+        }
+        for figure in FIGURES.values()
+    ]
+    other: Units = "us" if units == "si" else "si"
+    system_order: tuple[Units, ...] = (units, other)
+    return _template("report.html.j2").render(
+        **_common(outcome, units),
+        systems=[_SYSTEMS[system] for system in system_order],
+        results=_side_by_side(outcome, system_order),
+        derived=_side_by_side(outcome, system_order, tuple(DERIVED)),
+        figures=figures,
+        inputs=_input_cells(outcome, units, "input"),
+        evidence=_input_cells(outcome, units, "evidence"),
+        size=_size(outcome),
+        max_rhat=told(outcome.checks.max_rhat, 3),
+        min_ess_bulk=told(outcome.checks.min_ess_bulk, 0),
+        min_ess_tail=told(outcome.checks.min_ess_tail, 0),
+        told=told,
+        command=_command(outcome),
+        sha256=hashlib.sha256(outcome.scene.text.encode()).hexdigest(),
+        fields=FIELDS,
+    )
+
+
+def write_report(outcome: Outcome, path: Path, units: Units = "si") -> Path:
+    """Write the report, whole or not at all.
+
+    Args:
+        outcome: the reconstruction.
+        path: of the HTML file.
+        units: as for `report_html`.
+
+    Returns:
+        The path.
+
+    Raises:
+        OSError: the file could not be written; one that was there is as it was.
+    """
+    return write_whole(path, report_html(outcome, units).encode())
+
+
+def scene_html(scene: Scene, units: Units = "si") -> str:
+    """A scene as a small HTML table, for notebooks.
+
+    Args:
+        scene: what was measured.
+        units: "si" or "us".
+
+    Returns:
+        A fragment; every text of the scene is escaped.
+    """
+    rows = []
+    for name, m in (scene.inputs() | scene.evidence()).items():
+        label, unit = told_as(name, units)
+        measured = told_with_sd(m.value / unit.worth, m.sd / unit.worth)
+        rows.append((label, measured, unit.symbol, m.source, _ASSUMED[m.assumed]))
+    return _template("scene.html.j2").render(scene=scene, rows=rows, vehicles=VEHICLES)
+
+
+def outcome_html(outcome: Outcome, units: Units = "si") -> str:
+    """A reconstruction's results and verdict as a small HTML table, for notebooks.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+
+    Returns:
+        A fragment; every text of the scene is escaped.
+    """
+    return _template("outcome.html.j2").render(
+        **_common(outcome, units), rows=result_rows(outcome, units)
+    )
+
+
+def _common(outcome: Outcome, units: Units) -> dict[str, Any]:
+    return {
+        "outcome": outcome,
+        "scene": outcome.scene,
+        "card": outcome.card,
+        "checks": outcome.checks,
+        "answer": answer(outcome, units),
+        "levels": LEVELS,
+        "mark": MARK,
+        "withheld": WITHHELD,
+        "warning": NOT_TO_BE_RELIED_ON,
+        "vehicles": VEHICLES,
+    }
+
+
+def _side_by_side(
+    outcome: Outcome, systems: tuple[Units, ...], names: tuple[str, ...] | None = None
+) -> list[dict[str, Any]]:
+    """Results in each system of units; once where a quantity's unit is the same in all."""
+    columns = [
+        result_rows(outcome, system) if names is None else result_rows(outcome, system, names)
+        for system in systems
+    ]
+    rows = []
+    for in_each in zip(*columns, strict=True):
+        same = len({row.unit for row in in_each}) == 1
+        rows.append({"row": in_each[0], "told": in_each[:1] if same else in_each})
+    return rows
+
+
+def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, str]]:
+    return [
+        {
+            "label": row.label,
+            "unit": row.unit(units),
+            "measured": row.told_measured(units),
+            "law": row.measured.law if row.measured.sd > 0 else "exact",
+            "found": "" if row.mean is None else marked(outcome, row.told_found(units)),
+            "shift": "" if row.shift is None else marked(outcome, row.told_shift()),
+            "far": "yes" if row.shift is not None and abs(row.shift) > 2 else "",
+            "source": row.source,
+            "assumed": _ASSUMED[row.assumed],
+        }
+        for row in inputs_table(outcome)
+        if row.kind == kind
+    ]
+
+
+def _command(outcome: Outcome) -> str:
+    options = {"model": outcome.card.name, "seed": outcome.seed, **outcome.settings}
+    words = [f"--{name} {shlex.quote(str(value))}" for name, value in options.items()]
+    return " ".join([COMMAND, shlex.quote(f"{outcome.scene.name}.toml"), *words])
+
+
+def _size(outcome: Outcome) -> str:
+    if "posterior" not in outcome.idata.children:
+        return NOTHING
+    sizes = outcome.idata["posterior"].sizes
+    return f"{sizes.get('chain', 0)} × {sizes.get('draw', 0)}"
+
+
+@cache
+def _template(name: str) -> Template:
+    environment = Environment(
+        loader=PackageLoader("retrodict.report", "."),
+        autoescape=True,  # titles, notes and sources are a stranger's text
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)

@@ -1,0 +1,120 @@
+"""What the figures share: size, colours, the mark of a failed run, and how draws are shown.
+
+Figures are drawn with matplotlib directly and not with ArviZ's plots: they need units, fixed
+panels, line styles that survive a greyscale printer, and the mark of a failed run.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Concatenate
+
+import matplotlib as mpl
+import numpy as np
+from arviz_stats import hdi
+from arviz_stats.base import array_stats
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from retrodict.report.findings import NOT_TO_BE_RELIED_ON
+from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+DPI = 200
+STEPS = [1, 2, 5, 10]  # between ticks, times a power of ten
+# Okabe and Ito's palette, safe for the colour-blind; dark and light enough apart in grey
+INK, GREY, PALE = "#222222", "#777777", "#d9d9d9"
+BLUE, ORANGE = "#0072B2", "#D55E00"
+OF_VEHICLE = {"a": BLUE, "b": ORANGE}
+LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
+SHOWN = ("speed_b", "e", "e_m", "mu")  # in the figures of unknowns
+SHORT = {"speed_b": "speed of B", "e": "e", "e_m": "e$_m$", "mu": "μ"}
+
+_STYLE = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8.5,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.edgecolor": INK,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "hatch.linewidth": 0.4,
+    "figure.dpi": DPI,
+    "savefig.dpi": DPI,
+}
+
+
+def styled[**P](
+    draw: Callable[Concatenate[Outcome, Units, P], Figure],
+) -> Callable[Concatenate[Outcome, Units, P], Figure]:
+    """A figure's function made to draw in the common style, under a banner where checks failed."""
+
+    @functools.wraps(draw)
+    def drawn(outcome: Outcome, units: Units = "si", *args: P.args, **kwargs: P.kwargs) -> Figure:
+        with mpl.rc_context(_STYLE):
+            figure = draw(outcome, units, *args, **kwargs)
+            if not outcome.checks.passed:
+                # the style's banner is a title of the figure, which its layout makes room for
+                figure.suptitle(
+                    f"{NOT_TO_BE_RELIED_ON}: checks of the draws failed",
+                    color="white",
+                    weight="bold",
+                    size=10,
+                    bbox={
+                        "facecolor": "#b00000",
+                        "edgecolor": "none",
+                        "boxstyle": "square,pad=0.4",
+                    },
+                )
+            return figure
+
+    return drawn
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure (inches) that belongs to no window and lays itself out."""
+    figure = Figure(figsize=(width, height), layout="constrained", facecolor="white")
+    figure.get_layout_engine().set(w_pad=0.06, h_pad=0.06)  # type: ignore[union-attr]
+    return figure
+
+
+def axis_label(name: str, units: Units) -> str:
+    """A quantity's axis label with its unit."""
+    unit = unit_of(REPORTED[name][1], units)
+    return f"{SHORT[name]} ({unit.symbol})" if unit.symbol else SHORT[name]
+
+
+def worth(name: str, units: Units) -> Unit:
+    """The unit that a reported quantity is drawn in."""
+    return unit_of(REPORTED[name][1], units)
+
+
+def density(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """A smooth density of draws, corrected at bounds; None where they do not vary."""
+    if values.size < 10 or np.ptp(values) <= 0:
+        return None
+    grid, height, _ = array_stats.kde(values)
+    return grid, height
+
+
+def interval(values: np.ndarray, level: int) -> tuple[float, float]:
+    """The shortest interval that holds so many per cent of the draws."""
+    low, high = np.asarray(hdi(values, prob=level / 100, method="nearest"))
+    return float(low), float(high)
+
+
+def nothing_here(axes: Axes, what: str) -> None:
+    """Say in an otherwise empty panel that there is nothing to draw."""
+    axes.set_axis_off()
+    axes.text(0.5, 0.5, what, ha="center", va="center", color=GREY, transform=axes.transAxes)

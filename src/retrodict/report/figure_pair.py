@@ -1,0 +1,140 @@
+"""The unknowns two by two: how they depend on one another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from scipy.stats import gaussian_kde
+
+from retrodict.report import drawing
+from retrodict.report.findings import draws, is_withheld, marked
+from retrodict.report.rounding import told
+from retrodict.scene.quantities import Units
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+CAPTION = (
+    "Joint posterior of the unknowns. Lower left: draws (dots; thinned), and the smallest regions "
+    "that hold 50 % (solid line) and 90 % (dashed line) of them, from a Gaussian kernel density. "
+    "Diagonal: marginal densities. Upper right: coefficients of correlation over all draws."
+)
+_DOTS, _FOR_DENSITY, _GRID = 500, 2000, 60
+
+
+@drawing.styled
+def pair_figure(outcome: Outcome, units: Units = "si") -> Figure:
+    """Pair plot of B's speed, e, e_m and μ with density regions and correlations.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+
+    Returns:
+        The figure.
+    """
+    values = {
+        name: None if (v := draws(outcome, "posterior", name)) is None
+        else v / drawing.worth(name, units).worth
+        for name in drawing.SHOWN
+    }  # fmt: skip
+    figure = drawing.new_figure(7.2, 6.9)
+    grid = figure.subplots(4, 4)
+    for i, row in enumerate(drawing.SHOWN):
+        for j, column in enumerate(drawing.SHOWN):
+            axes, x, y = grid[i, j], values[column], values[row]
+            if x is None or y is None:
+                drawing.nothing_here(axes, "no draws")
+            elif i == j:
+                _marginal(axes, x)
+            elif i > j:
+                _joint(axes, x, y)
+            else:
+                _correlation(axes, outcome, (row, column), x, y)
+            _frame(axes, i, j, units, values)
+    figure.align_ylabels(grid[:, 0])
+    figure.legend(
+        handles=[
+            Line2D([], [], ls="", marker=".", color=drawing.GREY, label="draws"),
+            Line2D([], [], color=drawing.BLUE, lw=1.6, label="50 % of the draws"),
+            Line2D([], [], color=drawing.BLUE, lw=1.2, ls="--", label="90 % of the draws"),
+        ],
+        loc="outside lower center",
+        ncols=3,
+    )
+    return figure
+
+
+def _frame(axes: Axes, i: int, j: int, units: Units, values: dict[str, np.ndarray | None]) -> None:
+    """Limits shared along rows and columns; ticks and labels at the outer panels only."""
+    if i < j:
+        return
+    for axis, k, outer in ((axes.xaxis, j, i == 3), (axes.yaxis, i, j == 0 and i > 0)):
+        if axis is axes.yaxis and i == j:
+            axes.set_yticks([])
+            continue
+        axis.set_major_locator(MaxNLocator(5, steps=drawing.STEPS, prune="both"))
+        axis.set_tick_params(labelleft=outer, labelbottom=outer)
+        if outer:
+            axis.set_label_text(drawing.axis_label(drawing.SHOWN[k], units))
+        data = values[drawing.SHOWN[k]]
+        if data is not None and np.ptp(data) > 0:
+            low, high = np.quantile(data, [0.001, 0.999])
+            margin = 0.08 * (high - low)
+            limits = (low - margin, high + margin)
+            _ = axes.set_xlim(limits) if axis is axes.xaxis else axes.set_ylim(limits)
+
+
+def _marginal(axes: Axes, x: np.ndarray) -> None:
+    curve = drawing.density(x)
+    axes.spines["left"].set_visible(False)
+    if curve is None:
+        return
+    axes.fill_between(*curve, color=drawing.BLUE, alpha=0.25, lw=0)
+    axes.plot(*curve, color=drawing.BLUE, lw=1.4)
+    axes.set_ylim(0, None)
+
+
+def _joint(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    if x.size != y.size:
+        drawing.nothing_here(axes, "no joint draws")
+        return
+    thin = np.linspace(0, x.size - 1, min(_DOTS, x.size)).astype(int)
+    axes.plot(x[thin], y[thin], ".", color=drawing.GREY, ms=2.2, alpha=0.5, mew=0)
+    some = np.linspace(0, x.size - 1, min(_FOR_DENSITY, x.size)).astype(int)
+    points = np.stack([x[some], y[some]])
+    try:
+        kernel = gaussian_kde(points)
+    except (np.linalg.LinAlgError, ValueError):
+        return  # the draws lie on a line or are too few: the dots say all there is
+    # no density is drawn beyond the draws, so that none seems to lie past a bound
+    low, high = points.min(axis=1), points.max(axis=1)
+    mesh = np.meshgrid(*np.linspace(low, high, _GRID).T)
+    height = kernel(np.stack([m.ravel() for m in mesh])).reshape(_GRID, _GRID)
+    # the region of highest density that holds 90 % is where density exceeds its 10 % quantile
+    at_90, at_50 = np.quantile(kernel(points), [0.1, 0.5])
+    if at_90 < at_50 < height.max():
+        axes.contour(
+            *mesh, height, [at_90, at_50], colors=drawing.BLUE, linestyles=["--", "-"],
+            linewidths=[1.2, 1.6],
+        )  # fmt: skip
+
+
+def _correlation(
+    axes: Axes, outcome: Outcome, names: tuple[str, str], x: np.ndarray, y: np.ndarray
+) -> None:
+    axes.set_axis_off()
+    if x.size != y.size or np.ptp(x) <= 0 or np.ptp(y) <= 0:
+        return
+    r = float(np.corrcoef(x, y)[0, 1])
+    text = marked(outcome, told(r, 2), any(is_withheld(outcome, name) for name in names))
+    size = 10 + 7 * abs(r) if text[0].isdigit() or text[0] == "−" else 10
+    kwargs = {"ha": "center", "transform": axes.transAxes}
+    axes.text(0.5, 0.52, text, va="center", size=size, color=drawing.INK, **kwargs)
+    pair = " and ".join(drawing.SHORT[name] for name in reversed(names))
+    axes.text(0.5, 0.28, pair, va="center", size=7.5, color=drawing.GREY, **kwargs)

@@ -1,0 +1,111 @@
+"""Evidence and inputs against what the reconstruction makes of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from retrodict.report import drawing
+from retrodict.report.findings import InputRow, draws, inputs_table
+from retrodict.scene.quantities import Units
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+CAPTION = (
+    "Top: for each measured rest pose, what the model predicts for a measurement like it, as "
+    "distance from the measured value in its standard deviations. Bottom: for each measured "
+    "input, its posterior, likewise. Bars hold the middle 50 % (thick) and 95 % (thin) of the draws; "
+    "dots are medians, filled where they lie more than two standard deviations from the "
+    "measured value. Bands reach one and two measured standard deviations. At the right, what was "
+    "measured; * marks a default uncertainty, ** a default value."
+)
+_STARS = {"": "", "sd": " *", "value": " **"}
+_ROW = 0.19  # inches
+
+
+@drawing.styled
+def predictive_figure(outcome: Outcome, units: Units = "si") -> Figure:
+    """Predictive distributions of the evidence, and the inputs' posteriors, about what was measured.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+
+    Returns:
+        The figure.
+    """
+    rows = [row for row in inputs_table(outcome) if row.measured.sd > 0]
+    kinds = [
+        ("evidence", "posterior_predictive", "Evidence: predicted about measured"),
+        ("input", "posterior", "Inputs: posterior about measured"),
+    ]
+    counts = [max(sum(row.kind == kind for row in rows), 2) for kind, _, _ in kinds]
+    figure = drawing.new_figure(7.2, _ROW * sum(counts) + 2.0)
+    panels = figure.subplots(2, 1, height_ratios=counts, sharex=True)
+    reach = 3.0
+    for axes, (kind, group, title) in zip(panels, kinds, strict=True):
+        shown = [row for row in rows if row.kind == kind]
+        reach = max(reach, _panel(axes, outcome, group, shown, units))
+        axes.set_title(title)
+    reach = min(1.08 * reach, 12.0)  # an item further out is drawn at the edge by its own arrow
+    panels[0].set_xlim(-reach, reach)
+    panels[1].xaxis.set_major_locator(MaxNLocator(9, integer=True))
+    panels[1].set_xlabel("distance from the measured value (measured standard deviations)")
+    figure.legend(handles=_legend(), loc="outside lower center", ncols=5)
+    return figure
+
+
+def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units: Units) -> float:
+    """Draw the rows, first on top; return how far the furthest bar reaches."""
+    reach = 0.0
+    for band, shade in ((2, "#efefef"), (1, "#dedede")):
+        axes.axvspan(-band, band, color=shade, lw=0, zorder=0)
+    axes.axvline(0, color=drawing.INK, lw=0.8, zorder=1)
+    for y, row in enumerate(rows):
+        values = draws(outcome, group, row.name)
+        if values is None:
+            axes.text(0, y, "no draws", ha="center", va="center", color=drawing.GREY, size=7.5)
+            continue
+        z = (values - row.measured.value) / row.measured.sd
+        low, q1, middle, q3, high = np.quantile(z, [0.025, 0.25, 0.5, 0.75, 0.975])
+        reach = max(reach, abs(low), abs(high))
+        axes.plot([low, high], [y, y], color=drawing.BLUE, lw=1.2, solid_capstyle="butt", zorder=2)
+        axes.plot([q1, q3], [y, y], color=drawing.BLUE, lw=4.5, solid_capstyle="butt", zorder=2)
+        fill = drawing.ORANGE if abs(middle) > 2 else "white"
+        axes.plot(middle, y, "o", color=fill, mec=drawing.INK, mew=0.9, ms=4.8, zorder=3)
+        if abs(middle) > 12:
+            side = np.sign(middle)
+            axes.annotate(
+                f"{middle:+.0f} sd", (0.97 if side > 0 else 0.03, y), ha="center", va="center",
+                xycoords=axes.get_yaxis_transform(), weight="bold", color=drawing.ORANGE,
+            )  # fmt: skip
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    axes.set_yticks(range(len(rows)), [row.label for row in rows])
+    axes.tick_params(axis="y", length=0)
+    right = axes.secondary_yaxis("right")
+    right.set_yticks(
+        range(len(rows)),
+        [f"{row.told_measured(units)} {row.unit(units)}{_STARS[row.assumed]}" for row in rows],
+    )
+    right.tick_params(length=0, labelsize=7.5)
+    for spine in ("left", "right"):
+        axes.spines[spine].set_visible(False)
+        right.spines[spine].set_visible(False)
+    return reach
+
+
+def _legend() -> list[Patch | Line2D]:
+    return [
+        Line2D([], [], color=drawing.BLUE, lw=4.5, label="50 % of draws"),
+        Line2D([], [], color=drawing.BLUE, lw=1.2, label="95 % of draws"),
+        Line2D([], [], ls="", marker="o", color="white", mec=drawing.INK, label="median"),
+        Patch(color="#dedede", label="±1 sd measured"),
+        Patch(color="#efefef", label="±2 sd"),
+    ]

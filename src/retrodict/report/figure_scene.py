@@ -1,0 +1,257 @@
+"""The scene from above, to scale: what was measured, and a sample of run-outs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon
+from matplotlib.ticker import MaxNLocator
+
+from retrodict.report import drawing
+from retrodict.scene.quantities import Units, unit_of
+from retrodict.scene.records import VEHICLES, Edge, Scene, Vehicle
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+
+    from retrodict.inference.outcome import Outcome
+
+CAPTION = (
+    "The scene from above, to scale, in the scene's own axes. Dashed outlines: the vehicles at "
+    "impact as measured, each centre of gravity (+) placed by its lever from the impact centre. "
+    "Solid outlines: the measured rest poses, with ellipses of two standard deviations in x and "
+    "y. Thin lines: paths of the centres of gravity in run-outs of posterior draws, with the outlines "
+    "at the end of a dozen of them. A dark triangle marks a vehicle's front; an outline's middle "
+    "is taken to lie midway between the axles."
+)
+_ENDS = 12  # outlines drawn at the end of run-outs
+_HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
+_HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+Pose = tuple[float, float, float]
+
+
+@drawing.styled
+def scene_figure(outcome: Outcome, units: Units = "si") -> Figure:
+    """Scaled top view: surfaces, impact, measured poses and a fan of posterior run-outs.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+
+    Returns:
+        The figure.
+    """
+    scene, unit = outcome.scene, unit_of("length", units)
+    paths = _paths(outcome, unit.worth)
+    view = _view(scene, paths, unit.worth)
+    width, height = view[1] - view[0], view[3] - view[2]
+    figure = drawing.new_figure(7.2, float(np.clip(6.4 * height / width, 2.6, 7.4)) + 1.5)
+    axes = figure.add_subplot()
+    axes.set_aspect("equal")
+    axes.set_xlim(view[0], view[1])
+    axes.set_ylim(view[2], view[3])
+    handles = _surfaces(axes, scene, view, unit.worth)
+    handles += _run_outs(axes, scene, paths, unit.worth)
+    handles += _vehicles(axes, scene, unit.worth)
+    handles += _contact(axes, scene, unit.worth)
+    _scale_bar(axes, view, unit.symbol)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(9, steps=drawing.STEPS))
+    axes.set_xlabel(f"x ({unit.symbol})")
+    axes.set_ylabel(f"y ({unit.symbol})")
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(True)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=2.6)
+    return figure
+
+
+def impact_pose(scene: Scene, vehicle: str) -> Pose:
+    """A vehicle's measured pose at impact: the impact centre less the lever to it (m, rad)."""
+    v = scene.vehicles[vehicle]
+    angle = v.heading.value + v.impact_angle.value
+    x = scene.contact.x.value - v.impact_distance.value * np.cos(angle)
+    y = scene.contact.y.value - v.impact_distance.value * np.sin(angle)
+    return float(x), float(y), v.heading.value
+
+
+def outline(vehicle: Vehicle, pose: Pose) -> np.ndarray:
+    """Corners of a vehicle, then the three of its forward mark, shape (7, 2), in m."""
+    # the record has no overhangs: the middle of the body is taken midway between the axles
+    middle = (vehicle.front_axle.value - vehicle.rear_axle.value) / 2
+    front, rear = middle + vehicle.length / 2, middle - vehicle.length / 2
+    half = vehicle.width / 2
+    body = np.array([
+        [front, half], [rear, half], [rear, -half], [front, -half],
+        [front, 0], [front - half, 0.3 * half], [front - half, -0.3 * half],
+    ])  # fmt: skip
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    return body @ np.array([[c, s], [-s, c]]) + np.array(pose[:2])
+
+
+def half_plane(edge: Edge, view: tuple[float, float, float, float]) -> np.ndarray:
+    """The part of a view (x0, x1, y0, y1 in m) beyond an edge, as a polygon's corners."""
+    x0, x1, y0, y1 = view
+    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    sign = 1.0 if edge.side == "left" else -1.0
+    inward = sign * np.array([-np.sin(edge.direction), np.cos(edge.direction)])
+    origin = np.array([edge.x, edge.y]) + edge.offset.value * inward
+    depth = (corners - origin) @ inward
+    kept = []
+    for i in range(4):
+        j = (i + 1) % 4
+        if depth[i] >= 0:
+            kept.append(corners[i])
+        if depth[i] * depth[j] < 0:
+            share = depth[i] / (depth[i] - depth[j])
+            kept.append(corners[i] + share * (corners[j] - corners[i]))
+    return np.array(kept).reshape(-1, 2)
+
+
+def _paths(outcome: Outcome, worth: float) -> dict[str, np.ndarray]:
+    """Finite run-outs (path, step, pose) of each vehicle, lengths in the printed unit."""
+    tree = outcome.idata
+    # the variable bears the name of its first dimension, so xarray counts it as a coordinate
+    if "trajectories" not in tree.children or "path" not in tree["trajectories"].variables:
+        return {}
+    data = tree["trajectories"]["path"].transpose("vehicle", "path", "step", "pose").values
+    data = data / np.array([worth, worth, 1.0])
+    found = dict(zip(VEHICLES, data, strict=True))
+    return {v: paths[np.isfinite(paths).all(axis=(1, 2))] for v, paths in found.items()}
+
+
+def _view(
+    scene: Scene, paths: dict[str, np.ndarray], worth: float
+) -> tuple[float, float, float, float]:
+    points = [_rest_outline(scene, v) / worth for v in VEHICLES]
+    points += [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in VEHICLES]
+    # the odd run-out that ends far away must not shrink the rest to a dot
+    points += [np.quantile(p[..., :2], [0.02, 0.98], axis=(0, 1)) for p in paths.values() if p.size]
+    both = np.concatenate(points)
+    low, high = both.min(axis=0), both.max(axis=0)
+    margin = 0.07 * (high - low).max() + 1.0 / worth
+    return low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin
+
+
+def _rest_outline(scene: Scene, v: str) -> np.ndarray:
+    rest = scene.rest[v]
+    return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
+
+
+def _surfaces(
+    axes: Axes, scene: Scene, view: tuple[float, float, float, float], worth: float
+) -> list[Artist]:
+    handles: list[Artist] = []
+    in_metres = tuple(bound * worth for bound in view)
+    for surface, hatch in zip(scene.surfaces[1:], _HATCHES * 9, strict=False):
+        if surface.edge is None:
+            continue
+        corners = half_plane(surface.edge, in_metres) / worth  # type: ignore[arg-type]
+        if len(corners) >= 3:
+            look = {"facecolor": "#f1efe6", "edgecolor": "#b5b09a", "hatch": hatch, "lw": 0.8}
+            axes.add_patch(Polygon(corners, zorder=0.1, **look))
+            handles.append(Patch(label=_plain(surface.name), **look))
+    base = Patch(facecolor="white", edgecolor=drawing.PALE, label=_plain(scene.surfaces[0].name))
+    return [base, *handles]
+
+
+def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: float) -> list[Artist]:
+    handles: list[Artist] = []
+    for v, runs in paths.items():
+        colour, line = drawing.OF_VEHICLE[v], drawing.LINE_OF_VEHICLE[v]
+        for run in runs:
+            axes.plot(run[:, 0], run[:, 1], color=colour, ls=line, lw=0.6, alpha=0.35, zorder=2)
+        few = np.linspace(0, len(runs) - 1, min(_ENDS, len(runs))).astype(int)
+        for x, y, heading in runs[few, -1]:
+            corners = outline(scene.vehicles[v], (x * worth, y * worth, heading)) / worth
+            _ = axes.add_patch(
+                Polygon(corners[:4], fill=False, ec=colour, lw=0.5, alpha=0.45, zorder=2)
+            )
+        label = f"{v.upper()}: posterior run-outs"
+        handles.append(Line2D([], [], color=colour, ls=line, lw=1.0, label=label))
+    return handles
+
+
+def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    for v in VEHICLES:
+        vehicle, rest, colour = scene.vehicles[v], scene.rest[v], drawing.OF_VEHICLE[v]
+        x, y = rest.x.value / worth, rest.y.value / worth
+        at_rest = (rest.x.value, rest.y.value, rest.heading.value)
+        poses = (
+            (impact_pose(scene, v), (0, (4, 2)), f"{v.upper()} impact", 4.0),
+            (at_rest, "-", f"{v.upper()} rest", 5.0),
+        )
+        for pose, line, label, z in poses:
+            corners = outline(vehicle, pose) / worth
+            axes.add_patch(Polygon(corners[:4], fill=False, ec=colour, lw=1.5, ls=line, zorder=z))
+            axes.add_patch(Polygon(corners[4:], fc=colour, ec="none", zorder=z))
+            cx, cy = pose[0] / worth, pose[1] / worth
+            axes.plot(cx, cy, "+", color=drawing.INK, ms=5, mew=1.0, zorder=z + 2)
+            # the name goes behind the centre of gravity, inside the outline
+            back = 0.3 * vehicle.length / worth
+            tx, ty = cx - back * np.cos(pose[2]), cy - back * np.sin(pose[2])
+            axes.text(
+                tx, ty, label, ha="center", va="center", color=colour, size=7.5, weight="bold",
+                zorder=z + 3, path_effects=_HALO,
+            )  # fmt: skip
+        size = (4 * rest.x.sd / worth, 4 * rest.y.sd / worth)
+        ellipse = Ellipse((x, y), *size, fc=(1, 1, 1, 0.45), ec=drawing.INK, lw=1.1, zorder=5.5)
+        axes.add_patch(ellipse)
+    ink = drawing.INK
+    return [
+        Patch(fill=False, ec=ink, lw=1.5, ls=(0, (4, 2)), label="at impact, measured"),
+        Patch(fill=False, ec=ink, lw=1.5, label="at rest, measured"),
+        Line2D([], [], ls="", marker="o", mfc="white", mec=ink, ms=8, label="rest ± 2 sd"),
+        Line2D([], [], ls="", marker="+", color=ink, label="centre of gravity"),
+    ]
+
+
+def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    x, y = scene.contact.x.value / worth, scene.contact.y.value / worth
+    c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
+    half = 0.45 * max(v.length for v in scene.vehicles.values()) / worth
+    ink = drawing.INK
+    axes.plot([x + half * s, x - half * s], [y - half * c, y + half * c], "-.", color=ink, lw=1.0,
+              zorder=8)  # fmt: skip
+    axes.add_patch(
+        FancyArrowPatch(
+            (x, y),
+            (x + half * c, y + half * s),
+            arrowstyle="-|>",
+            mutation_scale=8,
+            color=ink,
+            lw=1.0,
+            shrinkA=0,
+            shrinkB=0,
+            zorder=8,
+        )  # fmt: skip
+    )
+    axes.plot(x, y, "*", color="white", mec=ink, ms=10, mew=0.9, zorder=9)
+    return [
+        Line2D([], [], ls="", marker="*", color="white", mec=ink, ms=10, label="impact centre"),
+        Line2D([], [], ls="-.", color=ink, lw=1.0, label="contact line (Γ)"),
+        Line2D([], [], ls="-", color=ink, lw=1.0, marker=">", ms=4, markevery=[1],
+               label="its normal"),
+    ]  # fmt: skip
+
+
+def _scale_bar(axes: Axes, view: tuple[float, float, float, float], symbol: str) -> None:
+    width = view[1] - view[0]
+    fits = [step * 10.0**k for k in range(-1, 5) for step in (1, 2, 5) if step * 10**k < width / 4]
+    length = max(fits, default=1.0)
+    x = view[0] + 0.03 * width
+    y = view[2] + 0.03 * width
+    axes.plot([x, x + length], [y, y], color=drawing.INK, lw=2.5, solid_capstyle="butt", zorder=10)
+    axes.text(
+        x + length / 2, y + 0.008 * width, f"{length:g} {symbol}", ha="center", va="bottom",
+        zorder=10, path_effects=_HALO,
+    )  # fmt: skip
+
+
+def _plain(text: str) -> str:
+    """A name from the scene, so that matplotlib reads no formula and no hidden label in it."""
+    return " " + text.replace("$", r"\$")

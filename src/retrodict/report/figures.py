@@ -1,0 +1,77 @@
+"""The figures: a new one is a module of its own and one line in `FIGURES`."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+
+from retrodict.report import figure_pair, figure_posterior, figure_predictive, figure_scene
+from retrodict.report.drawing import DPI
+from retrodict.report.figure_pair import pair_figure
+from retrodict.report.figure_posterior import posterior_figure
+from retrodict.report.figure_predictive import predictive_figure
+from retrodict.report.figure_scene import scene_figure
+from retrodict.report.files import write_whole
+from retrodict.scene.quantities import Units
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+__all__ = [
+    "FIGURES",
+    "Registered",
+    "pair_figure",
+    "posterior_figure",
+    "predictive_figure",
+    "save_figures",
+    "scene_figure",
+    "to_png",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Registered:
+    """A figure of the report: its function, its title and what its caption says is drawn."""
+
+    draw: Callable[[Outcome, Units], Figure]
+    title: str
+    caption: str
+
+
+# in the order of the report; the key is the file's name
+FIGURES: dict[str, Registered] = {
+    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION),
+    "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
+    "pair": Registered(pair_figure, "How the unknowns hang together", figure_pair.CAPTION),
+    "predictive": Registered(predictive_figure, "Fit to the evidence", figure_predictive.CAPTION),
+}
+
+
+def to_png(figure: Figure) -> bytes:
+    """A figure as a PNG image."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=DPI, bbox_inches="tight", pad_inches=0.08)
+    return buffer.getvalue()
+
+
+def save_figures(outcome: Outcome, directory: Path, units: Units = "si") -> list[Path]:
+    """Write every figure as a PNG file, each whole or not at all.
+
+    Args:
+        outcome: the reconstruction.
+        directory: made where missing.
+        units: "si" or "us".
+
+    Returns:
+        The files, in the order of the report.
+
+    Raises:
+        OSError: a file could not be written.
+    """
+    images = {name: to_png(figure.draw(outcome, units)) for name, figure in FIGURES.items()}
+    return [write_whole(directory / f"{name}.png", image) for name, image in images.items()]

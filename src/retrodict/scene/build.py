@@ -1,0 +1,182 @@
+"""From the entries of a scene file to the records of a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.records import Approach, Contact, Edge, Measured, Rest, Scene, Surface, Vehicle
+from retrodict.scene.schema import (
+    ApproachAEntry,
+    ApproachBEntry,
+    EdgeEntry,
+    RestEntry,
+    SceneEntry,
+    SurfaceEntry,
+    VehicleEntry,
+)
+
+Complain = Callable[[str, str], None]  # dotted key, what to write instead
+
+
+def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> Scene:
+    """The scene that a scene file tells.
+
+    Args:
+        entry: the file's entries, each plausible by itself.
+        name: short identifier.
+        text: the file as it was written.
+        complain: called for entries that contradict one another; the scene is then of no use.
+
+    Returns:
+        The scene, with every default filled in.
+    """
+    entries = {"A": entry.vehicles.A, "B": entry.vehicles.B}
+    # surfaces keep their order, but for the one without an edge
+    surfaces = sorted(entry.surfaces.items(), key=lambda item: item[1].edge is not None)
+    return Scene(
+        title=entry.title,
+        name=name,
+        text=text,
+        vehicles={v.lower(): _vehicle(v, entries[v], complain) for v in entries},
+        approach={
+            "a": _approach_a(entry.vehicles.A.approach, entry.vehicles.A.impact.heading),
+            "b": _approach_b(entry.vehicles.B.approach),
+        },
+        rest={
+            v.lower(): _rest(v, entries[v].rest, entries[v].impact.heading.value, complain)
+            for v in entries
+        },
+        contact=Contact(*entry.impact.point, entry.impact.contact_line),
+        surfaces=tuple(_surface(*item) for item in surfaces),
+        notes=tuple(entry.notes),
+    )
+
+
+def _vehicle(letter: str, entry: VehicleEntry, complain: Complain) -> Vehicle:
+    front, rear = _axle_distances(letter, entry, complain)
+    wheelbase = entry.wheelbase.value if entry.wheelbase else front.value + rear.value
+    overhang, margin = DEFAULTS["length"].value, DEFAULTS["width"].value
+    length = entry.length.value if entry.length else front.value + rear.value + overhang
+    width = entry.width.value if entry.width else entry.track.value + margin
+    if length < wheelbase:
+        complain(
+            f"vehicles.{letter}.length",
+            f"shorter than the wheelbase of {wheelbase:.2f} m; mend one",
+        )
+    reach = math.hypot(length, width) / 2 + 0.5
+    if entry.impact_centre.distance.value > reach:
+        complain(
+            f"vehicles.{letter}.impact_centre.distance",
+            f"outside the vehicle; write a distance from its centre of gravity of at most "
+            f"{reach:.2f} m (half its diagonal and 0.5 m), or mend its length and width",
+        )
+    return Vehicle(
+        name=entry.name or f"vehicle {letter}",
+        mass=entry.mass,
+        yaw_inertia=entry.yaw_inertia or _estimated_yaw_inertia(entry.mass.value, wheelbase),
+        front_axle=front,
+        rear_axle=rear,
+        track=entry.track,
+        impact_distance=entry.impact_centre.distance,
+        impact_angle=entry.impact_centre.angle,
+        heading=entry.impact.heading,
+        length=length,
+        width=width,
+    )
+
+
+def _axle_distances(
+    letter: str, entry: VehicleEntry, complain: Complain
+) -> tuple[Measured, Measured]:
+    front, rear, wheelbase = entry.cg_to_front_axle, entry.cg_to_rear_axle, entry.wheelbase
+    key = f"vehicles.{letter}.wheelbase"
+    if front and rear:
+        total = front.value + rear.value
+        if wheelbase and abs(total - wheelbase.value) > 0.05 * wheelbase.value:
+            complain(
+                key,
+                f"the two axle distances add up to {total:.2f} m; write a wheelbase within 5 % "
+                "of that, or leave it out",
+            )
+        return front, rear
+    assert wheelbase is not None, "the schema sees to it"
+    if front is None and rear is None:
+        share, spread = DEFAULTS["cg_to_front_axle"], DEFAULTS["cg_position"]
+        sd = math.hypot(spread.of(wheelbase.value), wheelbase.sd / 2)
+        source = f"assumed from the wheelbase: {share}; uncertainty assumed: {spread}"
+        ahead = share.of(wheelbase.value)
+        front, rear = (
+            Measured(value, sd, "lognormal", source, "value")
+            for value in (ahead, wheelbase.value - ahead)
+        )
+        return front, rear
+    known = front or rear
+    assert known is not None
+    other = replace(
+        known,
+        value=wheelbase.value - known.value,
+        sd=math.hypot(wheelbase.sd, known.sd),
+        source="the wheelbase less the other axle's distance",
+    )
+    if other.value < max(0.05, other.sd):
+        complain(key, f"leaves no room for both axles; write one above {known.value:.2f} m")
+    return (known, other) if front else (other, known)
+
+
+def _estimated_yaw_inertia(mass: float, wheelbase: float) -> Measured:
+    radius, spread = DEFAULTS["yaw_radius"], DEFAULTS["yaw_inertia"]
+    value = mass * radius.of(wheelbase) ** 2
+    source = f"estimated as m k² with k = {radius}; uncertainty assumed: {spread}"
+    return Measured(value, spread.of(value), "lognormal", source, "value")
+
+
+def _approach_a(entry: ApproachAEntry, heading: Measured) -> Approach:
+    assumed = DEFAULTS["yaw_rate"]
+    return Approach(
+        speed=entry.speed,
+        direction=entry.direction
+        or Measured(heading.value, source="assumed to be the heading at impact", assumed="value"),
+        yaw_rate=entry.yaw_rate
+        or Measured(0.0, assumed.of(0.0), source=f"assumed: 0 ± {assumed}", assumed="value"),
+    )
+
+
+def _approach_b(entry: ApproachBEntry) -> Approach:
+    return Approach(speed=None, direction=entry.direction, yaw_rate=entry.yaw_rate)
+
+
+def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -> Rest:
+    x, y = entry.position
+    turned = entry.heading.value - at_impact  # but for whole turns
+    expected = entry.rotation.value if entry.rotation else 0.0
+    rotation = turned + math.tau * round((expected - turned) / math.tau)
+    if entry.rotation and abs(rotation - expected) > math.pi / 2:
+        complain(
+            f"vehicles.{letter}.rest.rotation",
+            f"the two headings differ by {math.degrees(math.remainder(turned, math.tau)):.0f} deg "
+            "and whole turns; write a rotation (positive counter-clockwise) within 90 deg of that",
+        )
+    heading = replace(entry.heading, value=at_impact + rotation)
+    return Rest(x, y, heading, turns_known=entry.rotation is not None)
+
+
+def _surface(name: str, entry: SurfaceEntry) -> Surface:
+    dependence = entry.speed_dependence or Measured(
+        0.0, source="assumed: friction does not depend on speed", assumed="value"
+    )
+    return Surface(name, entry.friction, dependence, _edge(entry.edge) if entry.edge else None)
+
+
+def _edge(entry: EdgeEntry) -> Edge:
+    sd = entry.uncertainty.value if entry.uncertainty else 0.0
+    x, y = entry.point
+    return Edge(
+        x=x.value,
+        y=y.value,
+        direction=entry.direction.value,
+        side=entry.side,
+        offset=Measured(0.0, sd, source=entry.uncertainty.source if entry.uncertainty else ""),
+    )

@@ -1,0 +1,110 @@
+"""What is wrong with the entries of a scene file, told so that it can be mended."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from retrodict.scene.errors import Problem, key_path, shown
+from retrodict.scene.kinds import Kind
+from retrodict.scene.schema import SceneEntry
+
+# what people call a key that has another name here
+_OTHER_NAMES = {
+    "drag": "friction",
+    "gamma": "contact_line",
+    "inertia": "yaw_inertia",
+    "mu": "friction",
+    "omega": "yaw_rate",
+    "velocity": "speed",
+    "weight": "mass",
+}
+
+
+def problems_of(error: ValidationError) -> list[Problem]:
+    """What a validation error says, in the words of a scene file's author.
+
+    Args:
+        error: from validating a `SceneEntry`.
+
+    Returns:
+        Every problem with its key, the value as written, and what to write instead.
+    """
+    problems = []
+    for found in error.errors(include_url=False):
+        parts, value, kind = list(found["loc"]), found["input"], found["type"]
+        if parts and parts[-1] == "[key]":  # the name of a surface rather than what it holds
+            parts.pop()
+        if kind == "missing":
+            while isinstance(parts[-1], int):
+                parts.pop()
+            mend = f"missing; write {parts[-1]} = {_example(parts)}"
+            problems.append(Problem(key_path(parts), "", mend))
+            continue
+        if kind == "fault":
+            mend, at = found["ctx"]["mend"], found["ctx"]["at"]
+            if at:
+                parts.append(at)
+                value = value.get(at)
+        elif kind == "extra_forbidden":
+            mend = _unknown_key(parts)
+        else:
+            mend = f"not what is expected here; write {parts[-1]} = {_example(parts)}"
+        problems.append(Problem(key_path(parts), "" if value is None else shown(value), mend))
+    return problems
+
+
+def _unknown_key(parts: list[Any]) -> str:
+    model, _ = _descend(parts[:-1])
+    keys = list(_fields(model)) if model else []
+    key = parts[-1].lower()
+    if key.upper() in keys and key in keys:
+        return f"given twice; keep either {key.upper()} or {key}"
+    keys = [k for k in keys if k.upper() not in keys or k.isupper()]  # A, not also a
+    near = [_OTHER_NAMES[key]] if _OTHER_NAMES.get(key) in keys else []
+    near = near or difflib.get_close_matches(key, keys, 1)
+    if near:
+        return f'unknown key; did you mean "{near[0]}"?'
+    return f"unknown key; leave it out (known here: {', '.join(keys)})"
+
+
+def _example(parts: list[Any]) -> str:
+    _, field = _descend(parts)
+    if field is None:
+        return "{ … }"
+    if field.examples:
+        return str(field.examples[0])
+    return next(f'"{m.example}"' for m in field.metadata if isinstance(m, Kind))
+
+
+def _descend(parts: list[Any]) -> tuple[type[BaseModel] | None, FieldInfo | None]:
+    """The table that a key leads to, if it leads to one, and the field that the key is."""
+    model: type[BaseModel] | None = SceneEntry
+    field: FieldInfo | None = None
+    named = False  # the next part is a name that the user chose
+    for part in parts:
+        if named:
+            named, field = False, None
+            continue
+        field = _fields(model).get(part, field) if model else field
+        annotation = field.annotation if field else None
+        named = get_origin(annotation) is dict
+        model = _model_in(annotation)
+    return model, field
+
+
+def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    fields: dict[str, FieldInfo] = {}
+    for name, field in model.model_fields.items():
+        choices = getattr(field.validation_alias, "choices", None) or [field.alias or name]
+        fields |= dict.fromkeys(choices, field)
+    return fields
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((m for m in map(_model_in, get_args(annotation)) if m), None)

@@ -1,0 +1,200 @@
+"""What each quantity of a scene file accepts: its dimension, bounds, error law and default."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from retrodict.scene import units
+from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.records import Measured
+
+
+def fault(mend: str, at: str = "") -> PydanticCustomError:
+    """The error by which a validator says what to write instead, at a key below its own."""
+    return PydanticCustomError("fault", "{mend}", {"mend": mend, "at": at})
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What a key accepts: the annotation that reads it into a `Measured`.
+
+    Args:
+        dimension: what it measures.
+        low: the least value accepted, in the first of the dimension's units.
+        high: the greatest, likewise.
+        example: how it could be written.
+        law: error law.
+        uncertainty: "optional" (exact without one, or the default's), "required" or "refused".
+        default: key of `DEFAULTS` for the uncertainty where none is written.
+        advice: added to a complaint about the uncertainty, or where that is optional, the bounds.
+    """
+
+    dimension: units.Dimension
+    low: float
+    high: float
+    example: str
+    law: Literal["normal", "lognormal"] = "normal"
+    uncertainty: Literal["optional", "required", "refused"] = "optional"
+    default: str = ""
+    advice: str = ""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def read(self, raw: object) -> Measured:
+        """A TOML value as a measured quantity in SI units or radians.
+
+        Args:
+            raw: see `units.read_quantity`.
+
+        Returns:
+            The quantity, with the default uncertainty where it has one and none is written.
+
+        Raises:
+            PydanticCustomError: it cannot be read, or is out of bounds; says what to write.
+        """
+        try:
+            reading = units.read_quantity(raw, self.dimension, self.example)
+            worth = units.factor(self.dimension.units[0], self.dimension) if self._unit else 1.0
+        except units.QuantityError as found:
+            raise fault(found.mend, found.at) from None
+        span = (self.high - self.low) * worth
+        slack = 1e-12 * span  # the bounds themselves are accepted, whatever the rounding
+        if not self.low * worth - slack <= reading.value <= self.high * worth + slack:
+            bounds = f"between {self.low:g} and {self.high:g} {self._unit}".rstrip()
+            advice = self._advice if self.uncertainty == "optional" else ""
+            raise fault(f"not plausible; write {self.dimension.phrase} {bounds}{advice}")
+        if self.uncertainty == "refused" and reading.sd is not None:
+            raise fault(
+                f'no uncertainty is used here; write it like "{self.example}"{self._advice}'
+            )
+        if self.uncertainty == "required" and reading.sd is None:
+            raise fault(
+                "needs an uncertainty (one standard deviation); "
+                f'write it like "{self.example}"{self._advice}'
+            )
+        sd, source, assumed = reading.sd, reading.source, False
+        if sd is None and self.default:
+            default = DEFAULTS[self.default]
+            sd, assumed = default.of(reading.value), True
+            source = "; ".join(s for s in (source, f"uncertainty assumed: {default}") if s)
+        if sd is not None and not 1e-9 * span <= sd <= span:
+            raise fault(f'not a plausible uncertainty; write it like "{self.example}"')
+        if self.law == "lognormal" and sd is not None and sd > reading.value:
+            said = "default uncertainty is" if assumed else "uncertainty is"
+            raise fault(f'its {said} over 100 %; write a smaller one, like "{self.example}"')
+        return Measured(reading.value, sd or 0.0, self.law, source, "sd" if assumed else "")
+
+    @property
+    def _unit(self) -> str:
+        return self.dimension.units[0] if self.dimension.units else ""
+
+    @property
+    def _advice(self) -> str:
+        return f"; {self.advice}" if self.advice else ""
+
+
+# bounds are generous: they catch slips of a unit or a digit, not unusual vehicles
+Mass = Annotated[
+    Measured, Kind(units.MASS, 50, 100_000, "1857 ± 37 kg", "lognormal", default="mass")
+]
+YawInertia = Annotated[
+    Measured,
+    Kind(units.INERTIA, 5, 5e6, "3374 ± 270 kg m^2", "lognormal", default="yaw_inertia"),
+]
+AxleDistance = Annotated[Measured, Kind(units.LENGTH, 0.05, 20, "1.35 m", "lognormal")]
+Track = Annotated[Measured, Kind(units.LENGTH, 0.2, 5, "1.54 m", "lognormal")]
+_OUTLINE = "it is for drawing"
+OutlineLength = Annotated[
+    Measured, Kind(units.LENGTH, 0.5, 30, "5.2 m", uncertainty="refused", advice=_OUTLINE)
+]
+OutlineWidth = Annotated[
+    Measured, Kind(units.LENGTH, 0.3, 6, "1.8 m", uncertainty="refused", advice=_OUTLINE)
+]
+ImpactDistance = Annotated[
+    Measured,
+    Kind(units.LENGTH, 0.01, 20, "2.09 ± 0.05 m", "lognormal", default="impact_distance"),
+]
+ImpactAngle = Annotated[
+    Measured, Kind(units.ANGLE, -360, 360, "10 ± 2 deg", default="impact_angle")
+]
+Heading = Annotated[Measured, Kind(units.ANGLE, -360, 360, "180 ± 2 deg", default="heading")]
+Direction = Annotated[Measured, Kind(units.ANGLE, -360, 360, "180 ± 2 deg", default="direction")]
+YawRate = Annotated[Measured, Kind(units.YAW_RATE, -2000, 2000, "0 ± 2 deg/s", default="yaw_rate")]
+Speed = Annotated[
+    Measured,
+    Kind(units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required"),
+]
+_ORIGIN = "count from an origin near the impact"
+RestCoordinate = Annotated[
+    Measured,
+    Kind(units.LENGTH, -1000, 1000, "-5.1 ± 0.15 m", default="rest_position", advice=_ORIGIN),
+]
+RestHeading = Annotated[
+    Measured,
+    Kind(
+        units.ANGLE,
+        -360,
+        360,
+        "215 ± 3 deg",
+        default="rest_heading",
+        advice="whole turns go into rotation",
+    ),
+]
+Rotation = Annotated[
+    Measured,
+    Kind(
+        units.ANGLE,
+        -3600,
+        3600,
+        "35 deg",
+        uncertainty="refused",
+        advice="it only selects the number of whole turns",
+    ),
+]
+ImpactCoordinate = Annotated[
+    Measured,
+    Kind(units.LENGTH, -1000, 1000, "0 ± 0.3 m", default="impact_point", advice=_ORIGIN),
+]
+ContactLine = Annotated[
+    Measured, Kind(units.ANGLE, -180, 180, "-8.9 ± 3 deg", uncertainty="required")
+]
+Friction = Annotated[
+    Measured,
+    Kind(
+        units.NUMBER,
+        0.01,
+        1.5,
+        "0.50 ± 0.03",
+        "lognormal",
+        uncertainty="required",
+        advice="0.03 suits two or more skid tests, 0.05 one test, 0.07 a table",
+    ),
+]
+SpeedDependence = Annotated[Measured, Kind(units.INVERSE_SPEED, 0, 0.2, "0.002 s/m")]
+_EDGE = "that of the edge goes into its key uncertainty"
+EdgeCoordinate = Annotated[
+    Measured,
+    Kind(units.LENGTH, -1000, 1000, "4 m", uncertainty="refused", advice=_EDGE),
+]
+EdgeDirection = Annotated[
+    Measured,
+    Kind(units.ANGLE, -360, 360, "0 deg", uncertainty="refused", advice=_EDGE),
+]
+EdgeUncertainty = Annotated[
+    Measured,
+    Kind(
+        units.LENGTH,
+        0.0001,
+        100,
+        "0.2 m",
+        uncertainty="refused",
+        advice="it is itself one standard deviation",
+    ),
+]

@@ -1,0 +1,123 @@
+"""Reading a scene file: its text, its TOML, its entries, its scene."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from retrodict.scene.errors import Problem, SceneError, shown
+from retrodict.scene.records import Scene
+
+_FILE_BYTES = 100_000
+_LINE_LENGTH = 2_000  # the parser's time grows with the square of a dotted key's length
+_TOO_LONG = f"longer than {_FILE_BYTES} bytes; a scene file is a page of text"
+
+
+def load_scene(path: str | Path) -> Scene:
+    """A scene from a scene file.
+
+    Args:
+        path: a TOML file; its keys are described in docs/scene-file.md.
+
+    Returns:
+        The scene in SI units and radians, named after the file.
+
+    Raises:
+        SceneError: the file cannot be read, or something in it is wrong.
+    """
+    try:
+        if not Path(path).is_file():
+            what = "is a folder" if Path(path).is_dir() else "no such file"
+            raise _file_error(path, f"{what}; write the path of a scene file")
+        with open(path, "rb") as file:
+            raw = file.read(_FILE_BYTES + 1)
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        # a byte above the limit may have cut a character in two
+        if len(raw) > _FILE_BYTES:
+            raise _file_error(path, _TOO_LONG) from None
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise _file_error(path, f"line {line} is not UTF-8 text; save the file as UTF-8") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "not a path"
+        raise _file_error(path, f"cannot be read ({reason}); mend the path or the rights") from None
+    return _parse(text, Path(path).stem, str(path))
+
+
+def parse_scene(text: str, name: str) -> Scene:
+    """A scene from the text of a scene file.
+
+    Args:
+        text: TOML, see `load_scene`.
+        name: short identifier of the scene, which also stands for the file in error messages.
+
+    Returns:
+        The scene in SI units and radians.
+
+    Raises:
+        SceneError: something in it is wrong.
+    """
+    return _parse(text.removeprefix("\ufeff"), name, name)
+
+
+def _file_error(path: str | Path, mend: str) -> SceneError:
+    return SceneError(str(path), [Problem("", "", mend)])
+
+
+def _parse(text: str, name: str, file: str) -> Scene:
+    # pydantic takes a while to import; whoever needs only the records does not wait for it
+    from pydantic import ValidationError
+
+    from retrodict.scene.build import build_scene
+    from retrodict.scene.explain import problems_of
+    from retrodict.scene.schema import SceneEntry
+
+    document = _document(text, file)
+    try:
+        entry = SceneEntry.model_validate(document)
+    except ValidationError as error:
+        raise SceneError(file, problems_of(error)) from None
+    problems: list[Problem] = []
+
+    def complain(key: str, mend: str) -> None:
+        problems.append(Problem(key, shown(_written(document, key)), mend))
+
+    scene = build_scene(entry, name, text, complain)
+    if problems:
+        raise SceneError(file, problems)
+    return scene
+
+
+def _document(text: str, file: str) -> dict[str, Any]:
+    if len(text) > _FILE_BYTES:
+        raise _file_error(file, _TOO_LONG)
+    lines = text.split("\n")
+    for number, line in enumerate(lines, 1):
+        if len(line) > _LINE_LENGTH:
+            mend = f"longer than {_LINE_LENGTH} characters; break the line"
+            raise SceneError(file, [Problem(f"line {number}", shown(line), mend)])
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise _file_error(file, "nested too deeply; a scene file has tables in tables") from None
+    except ValueError as error:  # TOMLDecodeError, or a number of more digits than Python reads
+        said = re.fullmatch(r"(.*) \(at (line (\d+), column \d+)\)", str(error), re.DOTALL)
+        reason, place, line = said.group(1, 2, 3) if said else (str(error), "", "")
+        again = "declare" in reason or "overwrite" in reason
+        mend = (
+            "write every table and key once"
+            if again
+            else 'text and quantities stand in quotes, like mass = "1857 ± 37 kg"'
+        )
+        value = shown(lines[int(line) - 1].strip()) if line else ""
+        problem = Problem(place, value, f"not valid TOML ({shown(reason)[1:-1]}); {mend}")
+        raise SceneError(file, [problem]) from None
+
+
+def _written(document: dict[str, Any], key: str) -> Any:
+    value: Any = document
+    for part in key.split("."):
+        value = value[part] if part in value else value.get(part.lower(), "")
+    return value

@@ -1,0 +1,216 @@
+"""The scene file as it may be written: which tables and keys there are."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import (
+    AfterValidator,
+    AliasChoices,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    model_validator,
+)
+
+from retrodict.scene.kinds import (
+    AxleDistance,
+    ContactLine,
+    Direction,
+    EdgeCoordinate,
+    EdgeDirection,
+    EdgeUncertainty,
+    Friction,
+    Heading,
+    ImpactAngle,
+    ImpactCoordinate,
+    ImpactDistance,
+    Mass,
+    OutlineLength,
+    OutlineWidth,
+    RestCoordinate,
+    RestHeading,
+    Rotation,
+    Speed,
+    SpeedDependence,
+    Track,
+    YawInertia,
+    YawRate,
+    fault,
+)
+
+
+def _line(limit: int) -> BeforeValidator:
+    def read(raw: object) -> str:
+        # characters that do not print could forge lines in a terminal or a report
+        if not isinstance(raw, str) or not raw.strip():
+            raise fault("write some text in quotes")
+        if len(raw) > limit or not raw.replace("\N{NO-BREAK SPACE}", " ").isprintable():
+            raise fault(f"write one line of at most {limit} printable characters")
+        return raw
+
+    return BeforeValidator(read)
+
+
+def _pattern_name(raw: object) -> str:
+    name = str(raw)
+    plain = name.isascii() and name.replace("_", "a").isalnum() and name.islower()
+    if not plain or not name[0].isalpha() or len(name) > 40:
+        raise fault("write a surface's name in lower case: letters, digits and _, a letter first")
+    return name
+
+
+def _sought(raw: object) -> None:
+    raise fault("leave it out: the speed of B is what is sought")
+
+
+Title = Annotated[str, _line(200)]
+Note = Annotated[str, _line(1000)]
+SurfaceName = Annotated[str, BeforeValidator(_pattern_name)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ImpactCentreEntry(_Table):
+    """`[vehicles.A.impact_centre]`: from the centre of gravity, as seen by the driver."""
+
+    distance: ImpactDistance
+    angle: ImpactAngle
+
+
+class ImpactPoseEntry(_Table):
+    """`[vehicles.A.impact]`: how the vehicle stood at impact."""
+
+    heading: Heading
+
+
+class ApproachAEntry(_Table):
+    """`[vehicles.A.approach]`: motion of the vehicle whose speed is known."""
+
+    speed: Speed
+    direction: Direction | None = None
+    yaw_rate: YawRate | None = None
+
+
+class ApproachBEntry(_Table):
+    """`[vehicles.B.approach]`: evidence, if any, on the vehicle whose speed is sought."""
+
+    speed: Annotated[None, BeforeValidator(_sought)] = None
+    direction: Direction | None = None
+    yaw_rate: YawRate | None = None
+
+
+class RestEntry(_Table):
+    """`[vehicles.A.rest]`: where the vehicle came to rest."""
+
+    position: tuple[RestCoordinate, RestCoordinate] = Field(
+        examples=['["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]']
+    )
+    heading: RestHeading
+    rotation: Rotation | None = None
+
+
+class VehicleEntry(_Table):
+    """What `[vehicles.A]` and `[vehicles.B]` have in common."""
+
+    name: Annotated[str, _line(60)] | None = Field(None, examples=['"sedan"'])
+    mass: Mass
+    yaw_inertia: YawInertia | None = None
+    wheelbase: AxleDistance | None = None
+    cg_to_front_axle: AxleDistance | None = None
+    cg_to_rear_axle: AxleDistance | None = None
+    track: Track
+    length: OutlineLength | None = None
+    width: OutlineWidth | None = None
+    impact_centre: ImpactCentreEntry = Field(
+        examples=['{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }']
+    )
+    impact: ImpactPoseEntry = Field(examples=['{ heading = "180 ± 2 deg" }'])
+    rest: RestEntry = Field(
+        examples=['{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 deg" }']
+    )
+
+    @model_validator(mode="after")
+    def _axles_are_known(self) -> VehicleEntry:
+        if self.wheelbase is None:
+            for key in ("cg_to_front_axle", "cg_to_rear_axle"):
+                if getattr(self, key) is None:
+                    raise fault(f'missing; write {key} = "1.35 m", or the wheelbase', key)
+        return self
+
+
+class VehicleAEntry(VehicleEntry):
+    """`[vehicles.A]`: the vehicle whose speed before impact is known."""
+
+    approach: ApproachAEntry = Field(examples=['{ speed = "45 ± 2 mph" }'])
+
+
+class VehicleBEntry(VehicleEntry):
+    """`[vehicles.B]`: the vehicle whose speed before impact is sought."""
+
+    approach: ApproachBEntry = Field(ApproachBEntry(), examples=['{ direction = "0 ± 5 deg" }'])
+
+
+class VehiclesEntry(_Table):
+    """`[vehicles]`: exactly A and B."""
+
+    A: VehicleAEntry = Field(
+        validation_alias=AliasChoices("A", "a"), examples=['{ mass = "1857 ± 37 kg", … }']
+    )
+    B: VehicleBEntry = Field(
+        validation_alias=AliasChoices("B", "b"), examples=['{ mass = "1778 ± 36 kg", … }']
+    )
+
+
+class ImpactEntry(_Table):
+    """`[impact]`: where and along which line the vehicles touched."""
+
+    point: tuple[ImpactCoordinate, ImpactCoordinate] = Field(
+        examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
+    )
+    contact_line: ContactLine
+
+
+class EdgeEntry(_Table):
+    """`edge` of a surface: the straight line beyond which it lies."""
+
+    point: tuple[EdgeCoordinate, EdgeCoordinate] = Field(examples=['["0 m", "4 m"]'])
+    direction: EdgeDirection
+    side: Literal["left", "right"] = Field(examples=['"left" or "right"'])
+    uncertainty: EdgeUncertainty | None = None
+
+
+class SurfaceEntry(_Table):
+    """`[surfaces.NAME]`: what the vehicles slid over."""
+
+    friction: Friction
+    speed_dependence: SpeedDependence | None = None
+    edge: EdgeEntry | None = Field(
+        None, examples=['{ point = ["0 m", "4 m"], direction = "0 deg", side = "left" }']
+    )
+
+
+def _one_without_edge(surfaces: dict[str, SurfaceEntry]) -> dict[str, SurfaceEntry]:
+    bare = [name for name, surface in surfaces.items() if surface.edge is None]
+    if len(bare) != 1:
+        found = f"{', '.join(bare)} have none" if bare else "here none is without"
+        raise fault(f"write an edge for every surface but one, the road; {found}")
+    return surfaces
+
+
+class SceneEntry(_Table):
+    """The whole scene file."""
+
+    schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])
+    title: Title = Field(examples=['"Two cars on a bend"'])
+    notes: list[Note] = Field([], max_length=50, examples=['["one remark", "another"]'])
+    vehicles: VehiclesEntry = Field(examples=["{ A = { … }, B = { … } }"])
+    impact: ImpactEntry = Field(
+        examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }']
+    )
+    surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_edge)] = Field(
+        max_length=20, examples=['{ road = { friction = "0.50 ± 0.03" } }']
+    )

@@ -1,0 +1,239 @@
+"""Quantities as people write them ("45 ± 2 mph"), read into SI units and radians."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING
+
+from retrodict.scene.errors import shown
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+_TEXT_LENGTH = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """What a quantity measures.
+
+    Args:
+        phrase: for messages ("a mass").
+        units: units to suggest, the first of them SI (or degrees); none for a plain number.
+    """
+
+    phrase: str
+    units: tuple[str, ...] = ()
+
+
+MASS = Dimension("a mass", ("kg", "lb"))
+INERTIA = Dimension("a yaw inertia", ("kg m^2", "lb ft s^2", "slug ft^2"))
+LENGTH = Dimension("a length", ("m", "ft", "in"))
+SPEED = Dimension("a speed", ("m/s", "km/h", "mph", "ft/s"))
+ANGLE = Dimension("an angle", ("deg", "rad"))
+YAW_RATE = Dimension("a yaw rate", ("deg/s", "rad/s"))
+INVERSE_SPEED = Dimension("an inverse speed", ("s/m", "1/mph"))
+NUMBER = Dimension("a plain number")
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A quantity as it was read, in SI units or radians; `sd` is None where none was written."""
+
+    value: float
+    sd: float | None
+    source: str
+
+
+class QuantityError(ValueError):
+    """A quantity that cannot be read.
+
+    Args:
+        mend: what is wrong and what to write instead.
+        at: the key of the quantity's table that is at fault; empty for the quantity as a whole.
+    """
+
+    def __init__(self, mend: str, at: str = "") -> None:
+        super().__init__(mend)
+        self.mend = mend
+        self.at = at
+
+
+# a number is read here and never by pint, which would evaluate an expression
+_NUMBER = r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9.,])"
+_UNIT = r"((?:1 ?/ ?)?[A-Za-z°][A-Za-z0-9°²³^*·⋅/ .-]{0,39})?"
+_QUANTITY = re.compile(rf"{_NUMBER} ?{_UNIT}(?: ?(?:±|\+/-|\+-) ?{_NUMBER} ?(%)? ?{_UNIT})?")
+# all of a unit that pint is given: names with powers up to 4, multiplied or divided
+_POWER = r"(?:(?:\^|\*\*)?-?[1-4])?"
+_SAFE_UNIT = re.compile(rf"(?:1 ?/ ?)?[A-Za-z]+{_POWER}(?: ?[*/ ] ?[A-Za-z]+{_POWER})*")
+_SPELLINGS = ((r"°", "deg"), (r"²", "^2"), (r"³", "^3"), (r"[·⋅]", "*"))
+_HINTS = {"lbf": ' (pounds of mass are "lb")', "kgf": ' (kilograms of mass are "kg")'}
+
+
+def read_quantity(raw: object, dimension: Dimension, example: str) -> Reading:
+    """A quantity from a TOML value.
+
+    Args:
+        raw: text ("45 ± 2 mph", "1857 kg ± 2 %"), a table with value, sd, unit and source, or a
+            bare number for a dimensionless quantity. ± is one standard deviation.
+        dimension: what it has to measure.
+        example: how it could be written, for messages.
+
+    Returns:
+        Its value and standard deviation in SI units or radians.
+
+    Raises:
+        QuantityError: it is malformed, has no unit or a wrong one, or is not finite.
+    """
+    if isinstance(raw, str):
+        reading = _read_text(raw, dimension, example)
+    elif isinstance(raw, dict):
+        reading = _read_table(raw, dimension)
+    elif isinstance(raw, bool) or not isinstance(raw, int | float):
+        raise QuantityError(f'not a quantity; write it like "{example}"')
+    elif dimension.units:
+        raise QuantityError(_no_unit(dimension, shown(raw)))
+    else:
+        reading = Reading(_number(raw), None, "")
+    if not math.isfinite(reading.value):
+        raise QuantityError(f'not a finite number; write it like "{example}"')
+    if reading.sd is not None and not 0 < reading.sd < math.inf:
+        raise QuantityError("the uncertainty (one standard deviation) must be a number above 0")
+    return reading
+
+
+def factor(unit: str, dimension: Dimension) -> float:
+    """How many SI units (or radians) a unit is worth.
+
+    Args:
+        unit: as people write it ("km/h", "kg·m²").
+        dimension: what it has to measure.
+
+    Returns:
+        The factor from the unit to SI.
+
+    Raises:
+        QuantityError: the unit is unknown or measures something else.
+    """
+    if not dimension.units:
+        raise QuantityError("a plain number: write it without a unit")
+    text = unit.strip()
+    for pattern, spelling in _SPELLINGS:
+        text = re.sub(pattern, spelling, text)
+    text = re.sub(r"(?<=[A-Za-z0-9])-(?=[A-Za-z])", "*", text)  # lb-ft-s^2
+    text = re.sub(r"([A-Za-z])(-?[0-9])", r"\1^\2", text)  # m2, s-1
+    worth = _base(text)
+    if worth is None:
+        raise QuantityError(f"unknown unit {shown(unit)}; {_unit_hint(unit, dimension)}")
+    _, expected = _base(dimension.units[0]) or (1.0, None)
+    if worth[1] != expected and dimension is INERTIA:
+        # the pound of lb·ft·s² is a force
+        worth = _base(re.sub(r"\b(?:lbs?|pounds?)\b", "lbf", text)) or worth
+    if worth[1] != expected:
+        hint = next((hint for name, hint in _HINTS.items() if name in text), "")
+        raise QuantityError(
+            f"{shown(unit)} does not measure {dimension.phrase}; "
+            f"write it in {_either(dimension.units)}{hint}"
+        )
+    return worth[0]
+
+
+def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
+    text = " ".join(raw[: _TEXT_LENGTH + 1].split()).replace("\N{MINUS SIGN}", "-")
+    match = _QUANTITY.fullmatch(text) if len(raw) <= _TEXT_LENGTH else None
+    if match is None:
+        comma = " with a decimal point, no comma" if re.search(r"[0-9],[0-9]", text) else ""
+        raise QuantityError(f'not a quantity; write it{comma} like "{example}"')
+    value, unit, sd, percent, sd_unit = match.groups()
+    unit, sd_unit = unit or sd_unit, sd_unit or unit
+    if unit is None and dimension.units:
+        raise QuantityError(_no_unit(dimension, text))
+    worth = factor(unit, dimension) if unit else 1.0
+    worth_sd = factor(sd_unit, dimension) if sd_unit else 1.0
+    si = float(value) * worth
+    if sd is None:
+        return Reading(si, None, "")
+    return Reading(si, abs(si) * float(sd) / 100 if percent else float(sd) * worth_sd, "")
+
+
+def _read_table(raw: dict[str, object], dimension: Dimension) -> Reading:
+    keys = ("value", "sd", "unit", "source")
+    for key in raw:
+        if key not in keys:
+            near = difflib.get_close_matches(key.lower(), keys, 1)
+            instead = f'did you mean "{near[0]}"?' if near else 'one standard deviation is "sd"'
+            raise QuantityError(f"unknown key; {instead} (a quantity has value, sd, unit, source)", at=key)
+    if "value" not in raw:
+        raise QuantityError(f'no value; write {{value = 45, sd = 2, unit = "{_unit(dimension)}"}}')
+    for key in ("value", "sd"):
+        if key in raw and (isinstance(raw[key], bool) or not isinstance(raw[key], int | float)):
+            raise QuantityError(f"write a number, without quotes: {key} = 2.5", at=key)
+    for key in ("unit", "source"):
+        text = raw.get(key, "")
+        if not isinstance(text, str) or len(text) > 200 or not text.isprintable():
+            raise QuantityError("write one short line of text in quotes", at=key)
+    unit = str(raw.get("unit", ""))
+    if not unit and dimension.units:
+        raise QuantityError(f"no unit; add unit = {_either([f'"{u}"' for u in dimension.units])}")
+    try:
+        worth = factor(unit, dimension) if unit else 1.0
+    except QuantityError as fault:
+        raise QuantityError(fault.mend, at="unit") from None
+    sd = _number(raw["sd"]) * worth if "sd" in raw else None
+    return Reading(_number(raw["value"]) * worth, sd, str(raw.get("source", "")))
+
+
+def _number(raw: object) -> float:
+    assert isinstance(raw, int | float)
+    try:
+        return float(raw)
+    except OverflowError:
+        return math.inf
+
+
+@cache
+def _registry() -> UnitRegistry:
+    import pint  # here, because it takes most of a second
+
+    return pint.UnitRegistry()
+
+
+@lru_cache(maxsize=256)
+def _base(unit: str) -> tuple[float, object] | None:
+    """A unit's worth in base units and those units, or None for a unit that nobody knows.
+
+    Base units are compared rather than dimensions, because to pint an angle has no dimension.
+    """
+    if not _SAFE_UNIT.fullmatch(unit):
+        return None
+    registry = _registry()
+    try:
+        worth, base = registry.get_base_units(registry.parse_units(unit))
+        return float(str(worth)), base
+    except Exception:  # pint raises many kinds: its own, ValueError, TypeError, tokenize's
+        return None
+
+
+def _no_unit(dimension: Dimension, text: str) -> str:
+    first, *others = dimension.units
+    return f'no unit; write "{text} {first}" (or in {_either(others)})'
+
+
+def _unit_hint(unit: str, dimension: Dimension) -> str:
+    known = {name.lower(): name for name in dimension.units}
+    near = difflib.get_close_matches(unit.strip().lower(), known, 1, 0.5)
+    if near:
+        return f'did you mean "{known[near[0]]}"?'
+    return f"write it in {_either(dimension.units)}"
+
+
+def _unit(dimension: Dimension) -> str:
+    return dimension.units[0] if dimension.units else ""
+
+
+def _either(words: list[str] | tuple[str, ...]) -> str:
+    return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]

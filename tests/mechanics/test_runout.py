@@ -1,0 +1,178 @@
+"""The run-out against closed forms, SciPy, and the laws it must keep."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from retrodict.mechanics import Car, Ground, Zone, rest, run_out
+from retrodict.mechanics.runout import GRAVITY, PATCH
+from retrodict.mechanics.surface import TYRE_WIDTH
+
+CAR = Car(k2=1.8, front_axle=1.3, rear_axle=1.5, track=1.5)
+_rest = jax.jit(rest, static_argnames="steps")
+_run_out = jax.jit(run_out)
+
+
+def plain(f: float, c: float = 0.0) -> Ground:
+    """One surface everywhere."""
+    return Ground(jnp.array([f]), jnp.array([c]), Zone(jnp.zeros((0, 2)), jnp.zeros((0, 2))))
+
+
+def with_edge(f: float, beyond: float, point: tuple, inward: tuple, c: float = 0.0) -> Ground:
+    """A surface and one more beyond an edge."""
+    return Ground(
+        jnp.array([f, beyond]), jnp.array([c, c]), Zone(jnp.array([point]), jnp.array([inward]))
+    )
+
+
+def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -> np.ndarray:
+    """Rest pose by SciPy's DOP853 in time, with a right-hand side of its own in NumPy."""
+    a, b = car.front_axle, car.rear_axle
+    wheels = np.array([[a, car.track / 2], [a, -car.track / 2], [-b, car.track / 2], [-b, -car.track / 2]])
+    load = GRAVITY * np.array([b, b, a, a]) / (a + b) / 2
+    f, c = (np.array(v) for v in ground[:2])
+    edges = list(zip(np.array(ground.zones.point), np.array(ground.zones.inward), strict=True))
+
+    def motion(_: float, y: np.ndarray) -> np.ndarray:
+        turn = np.array([[math.cos(y[2]), -math.sin(y[2])], [math.sin(y[2]), math.cos(y[2])]])
+        arms = wheels @ turn.T
+        slip = y[3:5] + y[5] * np.stack([-arms[:, 1], arms[:, 0]], axis=1)
+        speed = np.sqrt((slip**2).sum(axis=1) + (PATCH * y[5]) ** 2) + 1e-15
+        grip = f[0] * np.exp(-c[0] * speed)
+        for i, (point, inward) in enumerate(edges):
+            s = np.clip((y[:2] + arms - point) @ inward / TYRE_WIDTH + 0.5, 0, 1)
+            grip = grip + s * s * (3 - 2 * s) * (f[i + 1] * np.exp(-c[i + 1] * speed) - grip)
+        force = -(grip * load / speed)[:, None] * slip
+        torque = (arms[:, 0] * force[:, 1] - arms[:, 1] * force[:, 0]).sum()
+        return np.array([*y[3:], *force.sum(axis=0), torque / car.k2])
+
+    def stopped(_: float, y: np.ndarray) -> float:
+        return y[3] ** 2 + y[4] ** 2 + car.k2 * y[5] ** 2 - 1e-10
+
+    stopped.terminal = True
+    run = solve_ivp(motion, (0, 100), [*pose, *velocity], "DOP853", rtol=1e-10, atol=1e-10,
+                    events=stopped, max_step=0.02)
+    return run.y[:3, -1]
+
+
+@pytest.mark.parametrize("f", [0.05, 0.5, 0.9])
+def test_stopping_distance_is_that_of_a_sliding_block(f: float) -> None:
+    """Closed form: v² / (2 f g), straight on, whatever the heading."""
+    end = np.array(_rest(jnp.array([1.0, 2.0, 0.3]), jnp.array([8.0, 6.0, 0.0]), CAR, plain(f)))
+    far = 10.0**2 / (2 * f * GRAVITY)
+    np.testing.assert_allclose(end, [1 + 0.8 * far, 2 + 0.6 * far, 0.3], atol=1e-6 * far)
+
+
+def test_stopping_distance_with_friction_that_falls_with_speed() -> None:
+    """Closed form of dv/dx = -f g exp(-c v) / v: the integral of v exp(c v) / (f g)."""
+    f, c, v = 0.6, 0.02, 15.0
+    far = ((c * v - 1) * math.exp(c * v) + 1) / (c**2 * f * GRAVITY)
+    end = _rest(jnp.zeros(3), jnp.array([v, 0.0, 0.0]), CAR, plain(f, c))
+    assert float(end[0]) == pytest.approx(far, rel=1e-6)
+
+
+def test_pure_spin_stops_after_the_closed_form_angle() -> None:
+    """All wheels as far from the centre: constant torque f g r² / sqrt(r² + patch²) per mass."""
+    car = Car(k2=1.7, front_axle=1.4, rear_axle=1.4, track=1.5)
+    r = math.hypot(1.4, 0.75)
+    torque = 0.6 * GRAVITY * r**2 / math.hypot(r, PATCH)
+    end = np.array(_rest(jnp.zeros(3), jnp.array([0.0, 0.0, 8.0]), car, plain(0.6)))
+    np.testing.assert_allclose(end, [0, 0, 1.7 * 8.0**2 / (2 * torque)], atol=1e-6)
+
+
+def random_scene(seed: int) -> tuple[np.ndarray, np.ndarray, Car, Ground]:
+    """Ordinary run-outs: friction 0.3 to 0.9, up to 15 m/s and 10 rad/s, an edge on the way."""
+    rng = np.random.default_rng(seed)
+    car = Car(rng.uniform(1.3, 2.3), rng.uniform(1.1, 1.5), rng.uniform(1.1, 1.5), rng.uniform(1.4, 1.6))
+    way = rng.uniform(-math.pi, math.pi)
+    v = rng.uniform(3, 15)
+    inward = way + rng.uniform(-1.2, 1.2)
+    point = rng.uniform(1, 6) * np.array([math.cos(way), math.sin(way)])
+    ground = with_edge(
+        rng.uniform(0.3, 0.9), rng.uniform(0.3, 0.9), tuple(point),
+        (math.cos(inward), math.sin(inward)), c=rng.uniform(0, 0.01),
+    )
+    velocity = np.array([v * math.cos(way), v * math.sin(way), rng.uniform(-10, 10)])
+    return np.array([0.0, 0.0, rng.uniform(-3, 3)]), velocity, car, ground
+
+
+def test_rest_pose_agrees_with_scipy() -> None:
+    """Against an independent right-hand side: half of scenes within 3 mm, all within 15 cm.
+
+    The worst are scenes whose wheels are the instant centre again and again; more steps mend them.
+    """
+    errors, finer = [], []
+    for seed in range(40):
+        scene = random_scene(seed)
+        expected = by_scipy(*scene)
+        errors.append(np.abs(np.array(_rest(*scene)) - expected)[:2].max())
+        finer.append(np.abs(np.array(_rest(*scene, steps=768)) - expected)[:2].max())
+    assert np.median(errors) < 3e-3
+    assert np.max(errors) < 0.15
+    assert np.max(finer) < 5e-3  # the error is the step's, not the model's
+
+
+def test_gradient_agrees_with_differences_of_scipy() -> None:
+    pose, velocity, car, ground = random_scene(3)
+    exact = np.array(jax.jacfwd(lambda v: rest(jnp.array(pose), v, car, ground, steps=768))(jnp.array(velocity)))
+    h = 1e-3
+    columns = [
+        (by_scipy(pose, velocity + h * d, car, ground) - by_scipy(pose, velocity - h * d, car, ground)) / (2 * h)
+        for d in np.eye(3)
+    ]
+    np.testing.assert_allclose(exact, np.array(columns).T, atol=2e-3 * np.abs(columns).max())
+
+
+motion = st.tuples(st.floats(-20, 20), st.floats(-20, 20), st.floats(-10, 10))
+
+
+@given(motion, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.floats(0, 0.02))
+def test_friction_never_adds_energy_and_time_goes_on(
+    velocity: tuple, f: float, beyond: float, c: float
+) -> None:
+    ground = with_edge(f, beyond, (2.0, 0.0), (1.0, 0.0), c)
+    path = _run_out(jnp.zeros(3), jnp.array(velocity), CAR, ground)
+    energy = np.array(path.velocity**2 @ jnp.array([1.0, 1.0, CAR.k2]))
+    assert np.isfinite(np.array(path.pose)).all()
+    assert (np.diff(energy) <= 1e-9 * energy[0] + 1e-12).all()
+    assert (np.diff(np.array(path.time)) >= 0).all()
+    assert energy[-1] <= 1e-3 * max(energy[0], 1e-9)
+
+
+@given(motion, st.floats(0.1, 1.0), st.floats(-3, 3))
+def test_turning_the_scene_turns_the_run_out(velocity: tuple, f: float, turn: float) -> None:
+    c, s = math.cos(turn), math.sin(turn)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    here = np.array(_rest(jnp.zeros(3), jnp.array(velocity), CAR, plain(f)))
+    there = np.array(_rest(jnp.array([0, 0, turn]), jnp.array(R @ np.array(velocity)), CAR, plain(f)))
+    np.testing.assert_allclose(there - [0, 0, turn], R @ here, atol=1e-6 * (1 + np.abs(here).max()))
+
+
+@given(motion, st.floats(0.1, 1.0), st.floats(1.5, 4.0))
+def test_friction_times_lambda_is_speed_times_its_root(
+    velocity: tuple, f: float, factor: float
+) -> None:
+    """With one constant friction the rest pose depends on v / sqrt(f) alone."""
+    slow = np.array(_rest(jnp.zeros(3), jnp.array(velocity), CAR, plain(f / factor)))
+    fast = np.array(_rest(jnp.zeros(3), jnp.array(velocity) * math.sqrt(factor), CAR, plain(f)))
+    np.testing.assert_allclose(slow, fast, atol=1e-6 * (1 + np.abs(slow).max()))
+
+
+def test_a_standing_vehicle_stays_with_finite_derivatives() -> None:
+    run = lambda v: rest(jnp.array([1.0, 2.0, 0.5]), v, CAR, plain(0.5))  # noqa: E731
+    np.testing.assert_allclose(np.array(run(jnp.zeros(3))), [1, 2, 0.5], atol=1e-6)
+    assert np.isfinite(np.array(jax.jacrev(run)(jnp.zeros(3)))).all()
+
+
+def test_an_edge_nobody_reaches_changes_nothing_and_one_behind_is_all_there_is() -> None:
+    v = jnp.array([6.0, 1.0, 2.0])
+    far = _rest(jnp.zeros(3), v, CAR, with_edge(0.6, 0.2, (500.0, 0.0), (1.0, 0.0)))
+    np.testing.assert_allclose(np.array(far), np.array(_rest(jnp.zeros(3), v, CAR, plain(0.6))))
+    behind = _rest(jnp.zeros(3), v, CAR, with_edge(0.6, 0.2, (-500.0, 0.0), (1.0, 0.0)))
+    np.testing.assert_allclose(np.array(behind), np.array(_rest(jnp.zeros(3), v, CAR, plain(0.2))))

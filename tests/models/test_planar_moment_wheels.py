@@ -1,0 +1,67 @@
+"""The rung's density against one written out with SciPy, and its parts."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpyro.infer.util import log_density
+from scipy import stats
+
+from retrodict.mechanics import Coefficients, separation
+from retrodict.models import RUNGS, parts
+from tests.scenes import collision
+
+
+def test_density_is_priors_times_likelihood() -> None:
+    """numpyro's joint against scipy.stats, term by term."""
+    scene = collision(share=0.02)
+    structure, data = parts.of_scene(scene)
+    xi = np.random.default_rng(2).normal(size=len(structure.uncertain)) * 0.5
+    x = parts.from_standard(structure, data, jnp.array(xi))
+    own = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.35, "e_m": 0.7}
+    sites = {name: x[name] for name in structure.names} | own
+    found, _ = log_density(RUNGS["planar-moment-wheels"].model, (structure, data), {}, sites)
+
+    expected = stats.halfnorm(scale=30).logpdf(19.0) - math.log(2 * math.pi)
+    expected += stats.norm(0, 1).logpdf(0.3) + stats.norm(0, 1).logpdf(0.35) - math.log(2)
+    expected += stats.truncnorm(0, 5, scale=0.2).logpdf(0.1)
+    for name, measured in scene.inputs().items():
+        if measured.sd == 0:
+            continue
+        value = float(x[name])
+        if measured.law == "lognormal":
+            s = math.sqrt(math.log1p((measured.sd / measured.value) ** 2))
+            law = stats.lognorm(s, scale=measured.value / math.sqrt(1 + (measured.sd / measured.value) ** 2))
+            assert law.mean() == pytest.approx(measured.value) and law.std() == pytest.approx(measured.sd)
+        else:
+            law = stats.norm(measured.value, measured.sd)
+        expected += law.logpdf(value)
+    v_b = 19.0 * np.array([math.cos(-0.2), math.sin(-0.2)])
+    before = jnp.array([*parts.approach_of_a(x), *v_b, 0.3])
+    after = separation(before, parts.bodies(x), Coefficients(0.1, 0.35, 0.7))
+    poses = np.array(parts.rest_poses(structure, data, x, after)).ravel()
+    for pose, measured in zip(poses, scene.evidence().values(), strict=True):
+        expected += stats.norm(measured.value, measured.sd).logpdf(pose)
+    assert float(found) == pytest.approx(float(expected), rel=1e-10)
+
+
+def test_vehicles_touch_at_the_impact_centre() -> None:
+    structure, data = parts.of_scene(collision())
+    x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
+    centre = np.array(parts.impact_poses(x))[:, :2] + np.array(parts.levers(x))
+    np.testing.assert_allclose(centre, np.tile([[float(x["impact_x"]), float(x["impact_y"])]], (2, 1)))
+
+
+def test_lever_arms_of_the_example_are_the_recovered_ones() -> None:
+    """d1..d4 = 1.636, 0.653, 0.205, 2.079 m."""
+    structure, data = parts.of_scene(collision(share=0.0))
+    x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
+    np.testing.assert_allclose(parts.bodies(x)[4:8], (1.636, 0.653, 0.205, 2.079), atol=1e-12)
+
+
+def test_scenes_that_differ_in_numbers_share_a_structure() -> None:
+    other = collision(rest=((-3.0, 2.0, 3.7), (9.0, -12.0, 12.6)))
+    assert parts.of_scene(collision())[0] == parts.of_scene(other)[0]
+    assert parts.of_scene(collision())[0] != parts.of_scene(collision(share=0.0))[0]
+    assert hash(parts.of_scene(collision())[0]) == hash(parts.of_scene(other)[0])

@@ -1,0 +1,145 @@
+import subprocess
+import sys
+from dataclasses import replace
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from retrodict.report import figures, files
+from retrodict.report.figure_scene import half_plane, impact_pose, outline
+from retrodict.report.figures import FIGURES, save_figures, to_png
+from retrodict.scene.records import Edge, Measured
+
+GROUPS = ("prior", "posterior", "posterior_predictive", "trajectories", "constant_data")
+
+
+def words(figure):
+    return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
+    paths = save_figures(outcome, tmp_path / "new", "si")
+    assert {p.name for p in paths} == {"posterior.png", "pair.png", "scene.png", "predictive.png"}
+    for path in paths:
+        image = matplotlib.image.imread(path)
+        assert image.shape[1] >= 150 * 6  # at least 150 dpi over six inches
+        assert image[..., :3].std() > 0.05  # something is drawn
+    assert sorted(tmp_path.joinpath("new").iterdir()) == sorted(paths)  # no temporary is left
+
+
+@pytest.mark.parametrize("group", GROUPS)
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_draws_without_a_group(outcome, drop, name, group):
+    FIGURES[name].draw(drop(outcome, group), "si").draw_without_rendering()
+
+
+def test_a_missing_variable_is_said_in_its_panel(outcome, drop):
+    text = words(FIGURES["posterior"].draw(drop(outcome, "posterior"), "si"))
+    assert "no draws of restitution e" in text
+
+
+@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("units", ["si", "us"])
+def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
+    text = words(FIGURES[name].draw(outcome, units))
+    symbols = {"scene": ("x (m)", "x (ft)"), "posterior": ("m/s", "mph"),
+               "pair": ("speed of B (m/s)", "speed of B (mph)"),
+               "predictive": ("20.10 ± 0.50 m/s", "45.0 ± 1.1 mph")}  # fmt: skip
+    wanted, other = symbols[name] if units == "si" else symbols[name][::-1]
+    assert wanted in text
+    assert other not in text
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_only_a_failed_run_bears_a_banner(outcome, failing, name):
+    assert "NOT TO BE RELIED ON" in words(FIGURES[name].draw(failing, "si"))
+    assert "NOT TO BE RELIED ON" not in words(FIGURES[name].draw(outcome, "si"))
+
+
+def test_numbers_in_figures_of_a_failed_run_are_marked_or_withheld(failing):
+    text = words(FIGURES["posterior"].draw(failing, "si"))
+    assert "19.14 m/s†" in text
+    assert "90 %: 17.72 to 20.63†" in text
+    assert "withheld" in text
+    assert "0.704" not in text
+    pair = words(FIGURES["pair"].draw(failing, "si"))
+    assert pair.count("withheld") == 3  # e_m with each of the others
+
+
+def test_correlations_are_those_of_the_draws(outcome):
+    data = outcome.idata["posterior"]
+    r = np.corrcoef(data["speed_b"].values.ravel(), data["mu"].values.ravel())[0, 1]
+    assert f"{r:.2f}" in words(FIGURES["pair"].draw(outcome, "si"))
+
+
+def test_evidence_far_from_what_is_predicted_stays_in_the_picture(outcome):
+    far = replace(outcome.scene.rest["a"], x=Measured(40.0, 0.1))
+    scene = replace(outcome.scene, rest={**outcome.scene.rest, "a": far})
+    figure = FIGURES["predictive"].draw(replace(outcome, scene=scene), "si")
+    assert "sd" in words(figure)
+    low, high = figure.axes[0].get_xlim()
+    assert high - low < 30
+
+
+def test_constant_draws_do_not_break_a_figure(outcome):
+    tree = outcome.idata.copy()
+    tree["posterior"]["e"] = tree["posterior"]["e"] * 0 + 0.1
+    still = replace(outcome, idata=tree)
+    for name in ("posterior", "pair"):
+        to_png(FIGURES[name].draw(still, "si"))
+
+
+def test_names_of_surfaces_are_not_read_as_formulae(outcome):
+    odd = replace(outcome.scene.surfaces[1], name=r"$\frac{")
+    scene = replace(outcome.scene, surfaces=(outcome.scene.surfaces[0], odd))
+    to_png(FIGURES["scene"].draw(replace(outcome, scene=scene), "si"))
+
+
+def test_impact_centre_lies_at_the_lever_from_the_centre_of_gravity(outcome):
+    scene = outcome.scene
+    x, y, heading = impact_pose(scene, "a")
+    # A heads along -x and is struck ahead of itself, a little to its left
+    assert (x, y, heading) == pytest.approx((2.09 * np.cos(0.098), 2.09 * np.sin(0.098), np.pi))
+
+
+def test_outline_keeps_size_and_points_ahead(outcome):
+    vehicle = outcome.scene.vehicles["b"]
+    corners = outline(vehicle, (3.0, 4.0, np.pi / 2))
+    sides = np.linalg.norm(np.diff(corners[:4], axis=0), axis=1)
+    assert sides == pytest.approx([vehicle.length, vehicle.width, vehicle.length])
+    assert corners[4] == pytest.approx([3.0, 4.0 - 0.075 + 2.45])  # the tip, up along y
+
+
+@pytest.mark.parametrize(("side", "inside"), [("left", (0, 5)), ("right", (0, -5))])
+def test_a_surface_lies_beyond_its_edge_shifted_by_its_offset(side, inside):
+    edge = Edge(0.0, 0.0, 0.0, side, Measured(1.0))
+    corners = half_plane(edge, (-10.0, 10.0, -10.0, 10.0))
+    sign = np.sign(inside[1])
+    assert sorted({float(round(y, 6)) for y in corners[:, 1]}, key=abs) == [sign, sign * 10]
+    assert half_plane(replace(edge, y=sign * 30.0), (-10.0, 10.0, -10.0, 10.0)).size == 0
+
+
+def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):
+    old = tmp_path / "scene.png"
+    old.write_bytes(b"old")
+
+    def refuse(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(files.os, "replace", refuse)
+    monkeypatch.setattr(figures, "to_png", lambda _: b"new")
+    with pytest.raises(OSError, match="disk full"):
+        save_figures(outcome, tmp_path, "si")
+    assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("scene.png", b"old")]
+
+
+def test_the_report_room_opens_without_matplotlib():
+    code = "import sys, retrodict.report; sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_figures_leave_pyplot_alone(outcome):
+    code = "import sys, retrodict.report.figures; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,173 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from retrodict.inference.outcome import Checks
+from retrodict.report.findings import (
+    DERIVED,
+    MARK,
+    WITHHELD,
+    answer,
+    inputs_table,
+    result_rows,
+    statistics,
+    summarise,
+)
+from retrodict.scene.quantities import REPORTED
+
+STATISTICS = {
+    "unit", "label", "mean", "sd", "median", "hdi_50", "hdi_90", "hdi_95", "ess_bulk", "ess_tail",
+    "rhat", "mcse_mean", "passed",
+}  # fmt: skip
+
+
+def with_posterior(outcome, **variables):
+    data = outcome.idata["posterior"].to_dataset()
+    for name, values in variables.items():
+        data = data.assign({name: (("chain", "draw"), values)}) if values is not None else (
+            data.drop_vars(name)
+        )  # fmt: skip
+    return replace(outcome, idata=xr.DataTree(children={"posterior": xr.DataTree(data)}))
+
+
+def test_summary_has_exactly_the_agreed_structure(outcome):
+    found = summarise(outcome)
+    assert list(found) == [
+        "scene", "model", "parameters", "checks", "seconds", "versions", "seed", "settings",
+        "complete",
+    ]  # fmt: skip
+    assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
+    assert found["model"] == "planar-moment-wheels"
+    assert list(found["parameters"]) == list(REPORTED)
+    assert all(set(entry) == STATISTICS for entry in found["parameters"].values())
+    assert found["parameters"]["speed_b"]["unit"] == "m/s"
+    assert set(found["checks"]) == {
+        "divergences", "max_rhat", "min_ess_bulk", "min_ess_tail", "passed", "reasons", "flags",
+    }  # fmt: skip
+    assert (found["seed"], found["complete"]) == (20, True)
+
+
+def test_statistics_are_those_of_the_draws(outcome):
+    draws = outcome.idata["posterior"]["speed_b"].values
+    found = summarise(outcome)["parameters"]["speed_b"]
+    assert found["mean"] == pytest.approx(draws.mean())
+    assert found["median"] == pytest.approx(np.median(draws))
+    assert found["sd"] == pytest.approx(draws.std(ddof=1))
+    assert found["mcse_mean"] == pytest.approx(draws.std() / np.sqrt(draws.size), rel=0.25)
+
+
+@pytest.mark.parametrize(("level", "z"), [(50, 0.674), (90, 1.645), (95, 1.960)])
+def test_shortest_intervals_of_normal_draws_are_known(outcome, level, z):
+    rng = np.random.default_rng(1)
+    normal = with_posterior(outcome, speed_b=rng.normal(size=(4, 5000)).reshape(4, 5000)[:, :500])
+    many = xr.Dataset({"speed_b": (("chain", "draw"), rng.normal(size=(4, 10000)))})
+    normal = replace(normal, idata=xr.DataTree(children={"posterior": xr.DataTree(many)}))
+    found = statistics(normal, ("speed_b",))["speed_b"]
+    low, high = found[f"hdi_{level}"]
+    # a shortest interval slides easily, its length does not
+    assert high - low == pytest.approx(2 * z, rel=0.03)
+    assert low == pytest.approx(-z, abs=0.2)
+    assert 30_000 < found["ess_bulk"] < 50_000
+    assert found["rhat"] < 1.001
+
+
+def test_chains_that_disagree_show_in_rhat(outcome):
+    apart = np.random.default_rng(0).normal(size=(4, 500)) + np.arange(4)[:, None]
+    found = summarise(with_posterior(outcome, e_m=apart))["parameters"]["e_m"]
+    assert found["rhat"] > 1.2
+    assert found["ess_bulk"] < 50
+
+
+def test_summary_is_strict_json_where_numbers_are_missing(outcome):
+    holes = with_posterior(outcome, e=np.full((4, 500), np.nan), mu=None)
+    holes = replace(holes, checks=Checks(0, float("nan"), float("inf"), 1.0, False))
+    found = json.loads(json.dumps(summarise(holes), allow_nan=False))
+    assert found["parameters"]["e"]["mean"] is None
+    assert found["parameters"]["mu"]["hdi_90"] == [None, None]
+    assert not found["parameters"]["mu"]["passed"]
+    assert found["checks"]["max_rhat"] is None
+    assert found["checks"]["min_ess_bulk"] is None
+
+
+def test_summary_survives_without_a_posterior(outcome, drop):
+    json.dumps(summarise(drop(outcome, "posterior")), allow_nan=False)
+
+
+def test_a_parameter_that_failed_its_own_checks_says_so(failing):
+    parameters = summarise(failing)["parameters"]
+    assert [name for name, entry in parameters.items() if not entry["passed"]] == ["e_m"]
+
+
+def test_inputs_table_holds_every_input_and_item_of_evidence(outcome):
+    rows = inputs_table(outcome)
+    assert [r.name for r in rows if r.kind == "input"] == list(outcome.scene.inputs())
+    assert [r.name for r in rows if r.kind == "evidence"] == list(outcome.scene.evidence())
+
+
+def test_shift_is_counted_in_measured_standard_deviations(outcome):
+    rows = {row.name: row for row in inputs_table(outcome)}
+    y = rows["rest_y_b"]
+    predicted = outcome.idata["posterior_predictive"]["rest_y_b"].values
+    assert y.shift == pytest.approx((predicted.mean() + 9.4) / 0.3)
+    assert y.told_shift() == "+1.7"
+    mass = outcome.idata["posterior"]["mass_a"].values
+    assert rows["mass_a"].shift == pytest.approx((mass.mean() - 1857.0) / 40.0)
+    assert rows["track_a"].shift is None  # exact
+    assert (rows["yaw_inertia_a"].assumed, rows["front_axle_a"].assumed) == ("value", "sd")
+    assert rows["speed_a"].source == "event data recorder"
+
+
+def test_inputs_are_told_in_either_system(outcome):
+    speed = next(row for row in inputs_table(outcome) if row.name == "speed_a")
+    assert f"{speed.told_measured('si')} {speed.unit('si')}" == "20.10 ± 0.50 m/s"
+    assert f"{speed.told_measured('us')} {speed.unit('us')}" == "45.0 ± 1.1 mph"
+
+
+def test_inputs_have_no_shift_without_a_posterior(outcome, drop):
+    rows = inputs_table(drop(outcome, "posterior"))
+    assert all(row.shift is None for row in rows if row.kind == "input")
+
+
+def test_answer_gives_the_speed_with_its_interval_in_both_systems(outcome):
+    assert answer(outcome, "si") == (
+        "Vehicle B (saloon B) was travelling at about 19.1 m/s (69 km/h; 43 mph) before impact; "
+        "given the model and the inputs below, with 95 % probability between "
+        "17.5 and 21.0 m/s (63 and 76 km/h; 39 and 47 mph)."
+    )
+    assert "about 43 mph (19.1 m/s; 69 km/h)" in answer(outcome, "us")
+
+
+def test_answer_is_withheld_when_checks_fail(failing):
+    text = answer(failing)
+    assert WITHHELD in text
+    assert not any(c.isdigit() for c in text)
+
+
+def test_rows_of_a_failed_run_are_marked_or_withheld(failing):
+    for row in result_rows(failing, "si"):
+        told = [row.median, row.mean, *row.intervals.values()]
+        if row.name == "e_m":
+            assert set(told) == {WITHHELD}
+        else:
+            assert all(text.endswith(MARK) for text in told)
+
+
+def test_what_follows_from_a_failed_quantity_is_withheld(failing):
+    assert all(row.withheld for row in result_rows(failing, "si", tuple(DERIVED)))
+
+
+def test_rows_of_a_good_run_are_bare_and_in_the_units_asked_for(outcome):
+    speed = result_rows(outcome, "us")[0]
+    assert (speed.unit, speed.mean) == ("mph", "42.9 ± 2.0")
+    assert result_rows(outcome, "si")[0].mean == "19.16 ± 0.89"
+    assert result_rows(outcome, "si", ("energy_lost",))[0].unit == "kJ"
+
+
+def test_monte_carlo_error_is_held_against_the_last_digit(outcome):
+    rows = {row.name: row for row in result_rows(outcome, "si")}
+    assert (rows["speed_b"].last_digit, rows["speed_b"].digit_holds) == ("0.01", False)
+    few = {row.name: row for row in result_rows(outcome, "us")}
+    assert (few["speed_b"].last_digit, few["speed_b"].digit_holds) == ("0.1", True)

@@ -1,0 +1,64 @@
+import io
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from retrodict.report.terminal import print_summary
+
+
+def printed(outcome, units="si", width=140):
+    out = io.StringIO()
+    print_summary(outcome, Console(file=out, width=width), units)
+    return out.getvalue()
+
+
+def line_of(text, start):
+    return next(line for line in text.splitlines() if start in line)
+
+
+@pytest.mark.parametrize(
+    ("units", "told"), [("si", "19.16 ± 0.89"), ("us", "42.9 ± 2.0")]
+)  # fmt: skip
+def test_results_are_printed_in_the_units_asked_for(outcome, units, told):
+    line = line_of(printed(outcome, units), "speed of B before impact")
+    assert told in line
+    assert "1613 / 1783" in line
+
+
+def test_a_good_run_says_that_its_checks_passed(outcome):
+    text = printed(outcome)
+    assert "Checks passed: 0 divergences, R-hat at most 1.002" in text
+    assert "NOT TO BE RELIED ON" not in text
+    assert "†" not in text
+
+
+def test_a_failed_run_is_marked_and_gives_its_reasons(failing):
+    text = printed(failing)
+    assert "NOT TO BE RELIED ON" in text
+    assert "19.16 ± 0.89†" in line_of(text, "speed of B before impact")
+    assert "R-hat of e_m is 1.050" in text
+    line = line_of(text, "impact moment coefficient")
+    assert line.count("withheld") == 5
+    assert "0.70" not in line
+
+
+def test_every_interval_fits_on_a_narrow_terminal(outcome):
+    text = printed(outcome, width=80)
+    for wanted in ("50 %: 18.36 to 19.55", "90 %: 17.72 to 20.63", "95 %: 17.53 to 21.04"):
+        assert wanted in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_an_interrupted_run_says_so(outcome):
+    assert "interrupted" in printed(replace(outcome, complete=False))
+
+
+def test_texts_of_the_scene_are_neither_markup_nor_escape_sequences(outcome):
+    scene = replace(outcome.scene, title="[bold]Title[/bold] [/] \x1b[31mred\u202e")
+    checks = replace(outcome.checks, flags=("[link=http://x]flag[/link]",))
+    text = printed(replace(outcome, scene=scene, checks=checks))
+    assert "[bold]Title[/bold] [/]" in text
+    assert "[link=http://x]flag[/link]" in text
+    assert "\x1b" not in text
+    assert "\u202e" not in text
