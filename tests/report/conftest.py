@@ -28,7 +28,7 @@ DEGREE = np.pi / 180
 
 CARD = Card(
     name="planar-moment-wheels",
-    title="Planar impact with moment impulse (e, μ, e_m), then a skid to rest on four locked wheels",
+    title="Planar impact with moment impulse, then a skid to rest on four locked wheels",
     equations=(
         "momentum along x and y: SAE 770014 eqs 19, 20",
         "restitution e and equivalent friction μ along the contact line: SAE 770014 eqs 22, 23",

@@ -8,14 +8,13 @@ import xarray as xr
 from retrodict.inference.outcome import Checks
 from retrodict.report.findings import (
     DERIVED,
-    MARK,
-    WITHHELD,
-    answer,
     inputs_table,
-    result_rows,
     statistics,
     summarise,
+    summary_frame,
+    write_summary,
 )
+from retrodict.report.results import MARK, WITHHELD, answer, result_rows
 from retrodict.scene.quantities import REPORTED
 
 STATISTICS = {
@@ -62,9 +61,8 @@ def test_statistics_are_those_of_the_draws(outcome):
 @pytest.mark.parametrize(("level", "z"), [(50, 0.674), (90, 1.645), (95, 1.960)])
 def test_shortest_intervals_of_normal_draws_are_known(outcome, level, z):
     rng = np.random.default_rng(1)
-    normal = with_posterior(outcome, speed_b=rng.normal(size=(4, 5000)).reshape(4, 5000)[:, :500])
     many = xr.Dataset({"speed_b": (("chain", "draw"), rng.normal(size=(4, 10000)))})
-    normal = replace(normal, idata=xr.DataTree(children={"posterior": xr.DataTree(many)}))
+    normal = replace(outcome, idata=xr.DataTree(children={"posterior": xr.DataTree(many)}))
     found = statistics(normal, ("speed_b",))["speed_b"]
     low, high = found[f"hdi_{level}"]
     # a shortest interval slides easily, its length does not
@@ -171,3 +169,28 @@ def test_monte_carlo_error_is_held_against_the_last_digit(outcome):
     assert (rows["speed_b"].last_digit, rows["speed_b"].digit_holds) == ("0.01", False)
     few = {row.name: row for row in result_rows(outcome, "us")}
     assert (few["speed_b"].last_digit, few["speed_b"].digit_holds) == ("0.1", True)
+
+
+def test_frame_has_numbers_in_the_units_asked_for(outcome):
+    si, us = summary_frame(outcome), summary_frame(outcome, "us")
+    assert list(si.index) == list(REPORTED)
+    assert us.loc["speed_b", "unit"] == "mph"
+    assert us.loc["speed_b", "hdi_95_high"] * 0.44704 == pytest.approx(
+        si.loc["speed_b", "hdi_95_high"]
+    )
+    assert us.loc["speed_b", "rhat"] == si.loc["speed_b", "rhat"]
+    assert set(si["checks"]) == {"passed"}
+
+
+def test_frame_of_a_failed_run_says_so_and_hides_what_failed(failing):
+    frame = summary_frame(failing)
+    assert frame.loc["e_m", "checks"] == "failed"
+    assert frame.loc["e_m", ["mean", "sd", "median", "hdi_50_low", "hdi_95_high"]].isna().all()
+    assert frame.loc["e_m", "rhat"] > 0
+    assert frame.loc["speed_b", "checks"] == "NOT TO BE RELIED ON"
+
+
+def test_summary_is_written_whole(outcome, tmp_path):
+    path = write_summary(outcome, tmp_path / "summary.json")
+    assert json.loads(path.read_text(encoding="utf-8")) == summarise(outcome)
+    assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]

@@ -48,6 +48,7 @@ def test_every_interval_fits_on_a_narrow_terminal(outcome):
     for wanted in ("50 %: 18.36 to 19.55", "90 %: 17.72 to 20.63", "95 %: 17.53 to 21.04"):
         assert wanted in text
     assert max(map(len, text.splitlines())) <= 80
+    assert "…" not in text  # no label is cut
 
 
 def test_an_interrupted_run_says_so(outcome):

@@ -57,14 +57,13 @@ def sample(
     Returns:
         The draws; on KeyboardInterrupt those that every chain has, marked incomplete.
     """
-    start, advance = posterior.programs.sampler(warmup, target_accept)
     arguments = (posterior.data, posterior.chart)
+    start, advance = posterior.programs.sampler(warmup, target_accept, *arguments)
     n = posterior.chart.centre.size
     keys = jax.random.split(jax.random.key(seed), chains)
     # spread wider than the posterior, so that R-hat has something to find
     starts = 1.5 * np.random.default_rng(seed).standard_normal((chains, n))
     states = [_start(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)]
-    advance(states[0], *arguments)  # compiles, in this thread: tracing is not thread-safe
 
     total = warmup + draws
     blocks = -(-total // BLOCK)

@@ -59,7 +59,6 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     sheets, error = sheet.fit(programs, data, separation)
     n = coordinates.size(structure)
     centre, spread = np.zeros(n), np.eye(n)
-    chart = Chart(sheets, _no_wall(n), jnp.asarray(centre), jnp.asarray(spread))
     # walls and whitening depend on the mode and it on them: twice is enough
     for _ in range(3):
         chart = _chart(programs, data, sheets, centre, spread)
@@ -70,6 +69,16 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         )
     chart = _chart(programs, data, sheets, centre, np.linalg.cholesky(spread @ spread.T))
     return Posterior(programs, data, chart, error, -value)
+
+
+def blank_chart(structure: parts.Structure) -> Chart:
+    """A chart of the right shapes and no meaning, to compile programs for."""
+    sizes = [3 + len(coordinates.shaping_inputs(structure, v)) for v in "ab"]
+    sheets = [
+        coordinates.Sheet(jnp.zeros(3), jnp.zeros((3, k)), jnp.zeros((3, k, k))) for k in sizes
+    ]
+    n = coordinates.size(structure)
+    return Chart((sheets[0], sheets[1]), _no_wall(n), jnp.zeros(n), jnp.zeros((n, n)))
 
 
 def _no_wall(n: int) -> Wall:

@@ -7,16 +7,14 @@ runs, so that only the first run of a structure pays for compilation.
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property, lru_cache
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 import platformdirs
 from jaxtyping import Array, Float
 from numpyro import handlers
@@ -31,6 +29,9 @@ BATCH = 512  # run-outs per call of `rests`
 CHUNK = 500  # draws per call of `simulate`
 BLOCK = 50  # iterations per call of `advance`
 """Chains run in blocks: between them progress is told and an interrupt is heeded."""
+
+# XLA compiles outside Python's lock, so two programs compile at once
+_COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
 
 
 def keep_compiled() -> None:
@@ -48,9 +49,8 @@ class Programs:
     def __init__(self, rung: str, structure: parts.Structure) -> None:
         self.structure = structure
         self.model = RUNGS[rung].model
-        self.compile_seconds = 0.0
-        self._lock = threading.Lock()
-        self._compiled: dict[Any, Callable[..., Any]] = {}
+        self.compile_seconds = 0.0  # tracing, and waiting for the compiler
+        self._programs: dict[str, Future[Callable[..., Any]]] = {}
 
     # -- what is computed --------------------------------------------------------------------
 
@@ -108,11 +108,16 @@ class Programs:
     # -- compiled, each once -----------------------------------------------------------------
 
     def __call__(self, name: str, *arguments: Any) -> Any:
-        """Run one of: rests, potential, locate, bounded, simulate, prior, paths."""
-        with self._lock:
-            if name not in self._compiled:
-                self._compiled[name] = self._compile(self._functions[name], arguments)
-        return self._compiled[name](*arguments)
+        """Run one of: rests, potential, locate, bounded, bent, simulate, prior, paths."""
+        self.expect(name, *arguments)
+        return self._finished(name)(*arguments)
+
+    def expect(self, name: str, *arguments: Any) -> None:
+        """Have a program compiled in the background, for arguments of these shapes.
+
+        Traced here and now, because tracing is not safe in two threads; compiled elsewhere.
+        """
+        self._submit(name, self._functions[name], arguments)
 
     @cached_property
     def _functions(self) -> dict[str, Callable[..., Any]]:
@@ -132,12 +137,15 @@ class Programs:
             "paths": self._paths,
         }
 
-    def sampler(self, warmup: int, target_accept: float) -> tuple[Callable, Callable]:
+    def sampler(
+        self, warmup: int, target_accept: float, *example: Any
+    ) -> tuple[Callable[..., Any], Callable[..., Any]]:
         """NUTS: how to start a chain, and how to advance it by a block.
 
         Args:
             warmup: iterations that adapt the step size.
             target_accept: acceptance that they aim for.
+            example: data and chart, of which only the shapes matter.
 
         Returns:
             start(key, w, potential, gradient, data, chart) -> state and
@@ -174,21 +182,29 @@ class Programs:
 
             return jax.lax.scan(iterate, state, None, length=BLOCK)
 
-        key = ("advance", warmup, target_accept)
+        name = f"advance {warmup} {target_accept}"
 
         def advance_compiled(state: Any, *arguments: Any) -> Any:
-            with self._lock:
-                if key not in self._compiled:
-                    self._compiled[key] = self._compile(advance, (state, *arguments))
-            return self._compiled[key](state, *arguments)
+            return self._finished(name)(state, *arguments)
 
+        n = coordinates.size(self.structure)
+        nowhere = (jnp.zeros(n), jnp.zeros(()), jnp.zeros(n))
+        self._submit(name, advance, (start(jax.random.key(0), *nowhere, *example), *example))
         return start, advance_compiled
 
-    def _compile(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callable:
+    def _submit(self, name: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        if name in self._programs:
+            return
         begin = time.perf_counter()
-        compiled = jax.jit(function).lower(*arguments).compile()
+        lowered = jax.jit(function).lower(*arguments)
         self.compile_seconds += time.perf_counter() - begin
-        return compiled
+        self._programs[name] = _COMPILERS.submit(lowered.compile)
+
+    def _finished(self, name: str) -> Callable[..., Any]:
+        begin = time.perf_counter()
+        program = self._programs[name].result()
+        self.compile_seconds += time.perf_counter() - begin
+        return program
 
 
 @lru_cache(maxsize=16)

@@ -18,8 +18,8 @@ from retrodict.inference import gate
 from retrodict.inference.chains import Draws, sample
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import CHUNK, programs_for
+from retrodict.inference.posterior import Posterior, blank_chart, prepare
+from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
 from retrodict.models import RUNGS, parts
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import VEHICLES, Scene
@@ -27,6 +27,7 @@ from retrodict.scene.records import VEHICLES, Scene
 DEFAULT_RUNG = "planar-moment-wheels"
 PATHS = 60
 _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
+_FIRST_TRY = 0.8  # target acceptance
 _SECOND_TRY = 0.95  # target acceptance of the run that follows one with divergences
 
 Progress = Callable[[str, int, int], None]  # stage, done, of all
@@ -67,6 +68,7 @@ def reconstruct(
     tell("finding where the posterior lies", 0, 1)
     programs = programs_for(model, parts.of_scene(scene)[0])
     compiled_before = programs.compile_seconds
+    _compile_ahead(programs, scene, warmup)
     posterior, scene, faults = _settle_turns(scene, model)
     tell("finding where the posterior lies", 1, 1)
 
@@ -85,7 +87,7 @@ def reconstruct(
         spent = time.perf_counter() - start
         return drawn, spent - (programs.compile_seconds - before)
 
-    drawn, sampling = run(0.8, warmup)
+    drawn, sampling = run(_FIRST_TRY, warmup)
     notes = []
     divergences = int(drawn.stats["diverging"].sum()) if drawn.stats else 0
     if drawn.complete and divergences:
@@ -119,6 +121,20 @@ def reconstruct(
         complete=drawn.complete,
         notes=tuple(notes),
     )
+
+
+def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
+    """Have what will be needed compiled side by side, in the order it will be needed."""
+    structure, data = parts.of_scene(scene)
+    chart = blank_chart(structure)
+    n = chart.centre.size
+    separation, xi = np.zeros((BATCH, 6)), np.zeros((BATCH, len(structure.uncertain)))
+    programs.expect("rests", data, separation, xi)
+    programs.expect("bounded", data, chart, chart.centre)
+    programs.expect("bent", data, chart, chart.centre)
+    programs.expect("potential", jnp.zeros(n), data, chart)
+    programs.sampler(warmup, _FIRST_TRY, data, chart)
+    programs.expect("locate", data, chart, jnp.zeros((CHUNK, n)))
 
 
 def _settle_turns(scene: Scene, model: str) -> tuple[Posterior, Scene, tuple[str, ...]]:
@@ -178,7 +194,8 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
         lambda w: programs("locate", data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
     )
     told = _in_chunks(lambda s: programs("simulate", data, s), sites)
-    keys = jax.random.split(jax.random.key(seed), CHUNK)
+    # a generator whose program compiles in a third of the time; it only draws the prior's picture
+    keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
     prior_sites = programs("prior", keys, data)
     prior_told = programs("simulate", data, prior_sites)
 

@@ -46,7 +46,7 @@ def friction(
     of_surface = coefficients * jnp.exp(-speed_dependence * speed[:, None])
     value = of_surface[:, 0]
     for i in range(zones.point.shape[0]):
-        depth = (position - zones.point[i]) @ zones.inward[i]
+        depth = ((position - zones.point[i]) * zones.inward[i]).sum(axis=1)
         s = jnp.clip(depth / TYRE_WIDTH + 0.5, 0.0, 1.0)
         value = value + s * s * (3 - 2 * s) * (of_surface[:, i + 1] - value)
     return value

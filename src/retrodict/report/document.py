@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import shlex
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,15 +14,11 @@ from retrodict.report.files import write_whole
 from retrodict.report.findings import (
     DERIVED,
     LEVELS,
-    MARK,
     NOT_TO_BE_RELIED_ON,
-    WITHHELD,
-    answer,
     inputs_table,
-    marked,
-    result_rows,
     told_as,
 )
+from retrodict.report.results import MARK, WITHHELD, answer, marked, result_rows
 from retrodict.report.rounding import NOTHING, told, told_with_sd
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import VEHICLES
@@ -35,7 +30,7 @@ if TYPE_CHECKING:
 _SYSTEMS: dict[Units, str] = {"si": "SI", "us": "US customary"}
 _ASSUMED = {"": "", "sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
 
-COMMAND = "retrodict run"  # followed by the scene file and the options that make the same numbers
+COMMAND = "retrodict reconstruct scene.toml"  # and the options that make the same numbers
 
 # left to the expert: these are never invented
 FIELDS = (
@@ -192,9 +187,8 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
 
 
 def _command(outcome: Outcome) -> str:
-    options = {"model": outcome.card.name, "seed": outcome.seed, **outcome.settings}
-    words = [f"--{name} {shlex.quote(str(value))}" for name, value in options.items()]
-    return " ".join([COMMAND, shlex.quote(f"{outcome.scene.name}.toml"), *words])
+    options = {**outcome.settings, "seed": outcome.seed}
+    return " ".join([COMMAND, *(f"--{name} {value}" for name, value in options.items())])
 
 
 def _size(outcome: Outcome) -> str:

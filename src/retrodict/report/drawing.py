@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Concatenate
+from typing import TYPE_CHECKING, Any, Concatenate
 
 import matplotlib as mpl
 import numpy as np
@@ -16,6 +16,7 @@ from arviz_stats import hdi
 from arviz_stats.base import array_stats
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from retrodict.report.findings import NOT_TO_BE_RELIED_ON
 from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
@@ -33,7 +34,7 @@ LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
 SHOWN = ("speed_b", "e", "e_m", "mu")  # in the figures of unknowns
 SHORT = {"speed_b": "speed of B", "e": "e", "e_m": "e$_m$", "mu": "μ"}
 
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 8.5,
@@ -84,9 +85,8 @@ def styled[**P](
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure (inches) that belongs to no window and lays itself out."""
-    figure = Figure(figsize=(width, height), layout="constrained", facecolor="white")
-    figure.get_layout_engine().set(w_pad=0.06, h_pad=0.06)  # type: ignore[union-attr]
-    return figure
+    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
+    return Figure(figsize=(width, height), layout=layout, facecolor="white")
 
 
 def axis_label(name: str, units: Units) -> str:

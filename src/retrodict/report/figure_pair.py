@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from scipy.stats import gaussian_kde
 
 from retrodict.report import drawing
-from retrodict.report.findings import draws, is_withheld, marked
+from retrodict.report.findings import draws
+from retrodict.report.results import is_withheld, marked
 from retrodict.report.rounding import told
 from retrodict.scene.quantities import Units
 
@@ -24,7 +25,7 @@ CAPTION = (
     "that hold 50 % (solid line) and 90 % (dashed line) of them, from a Gaussian kernel density. "
     "Diagonal: marginal densities. Upper right: coefficients of correlation over all draws."
 )
-_DOTS, _FOR_DENSITY, _GRID = 500, 2000, 60
+_DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45
 
 
 @drawing.styled
@@ -134,7 +135,7 @@ def _correlation(
     r = float(np.corrcoef(x, y)[0, 1])
     text = marked(outcome, told(r, 2), any(is_withheld(outcome, name) for name in names))
     size = 10 + 7 * abs(r) if text[0].isdigit() or text[0] == "−" else 10
-    kwargs = {"ha": "center", "transform": axes.transAxes}
+    kwargs: dict[str, Any] = {"ha": "center", "transform": axes.transAxes}
     axes.text(0.5, 0.52, text, va="center", size=size, color=drawing.INK, **kwargs)
     pair = " and ".join(drawing.SHORT[name] for name in reversed(names))
     axes.text(0.5, 0.28, pair, va="center", size=7.5, color=drawing.GREY, **kwargs)

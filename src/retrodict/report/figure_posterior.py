@@ -12,7 +12,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from retrodict.report import drawing
-from retrodict.report.findings import draws, is_withheld, marked
+from retrodict.report.findings import draws
+from retrodict.report.results import is_withheld, marked
 from retrodict.report.rounding import decimals_of, told, told_range
 from retrodict.scene.quantities import REPORTED, Units
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 CAPTION = (
     "Top: for each measured rest pose, what the model predicts for a measurement like it, as "
     "distance from the measured value in its standard deviations. Bottom: for each measured "
-    "input, its posterior, likewise. Bars hold the middle 50 % (thick) and 95 % (thin) of the draws; "
-    "dots are medians, filled where they lie more than two standard deviations from the "
+    "input, its posterior, likewise. Bars hold the middle 50 % (thick) and 95 % (thin) of the "
+    "draws; dots are medians, filled where they lie more than two standard deviations from the "
     "measured value. Bands reach one and two measured standard deviations. At the right, what was "
     "measured; * marks a default uncertainty, ** a default value."
 )
@@ -32,7 +32,7 @@ _ROW = 0.19  # inches
 
 @drawing.styled
 def predictive_figure(outcome: Outcome, units: Units = "si") -> Figure:
-    """Predictive distributions of the evidence, and the inputs' posteriors, about what was measured.
+    """Evidence as predicted and inputs as inferred, about what was measured.
 
     Args:
         outcome: the reconstruction.

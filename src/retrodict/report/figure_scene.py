@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import patheffects
@@ -25,9 +25,9 @@ CAPTION = (
     "The scene from above, to scale, in the scene's own axes. Dashed outlines: the vehicles at "
     "impact as measured, each centre of gravity (+) placed by its lever from the impact centre. "
     "Solid outlines: the measured rest poses, with ellipses of two standard deviations in x and "
-    "y. Thin lines: paths of the centres of gravity in run-outs of posterior draws, with the outlines "
-    "at the end of a dozen of them. A dark triangle marks a vehicle's front; an outline's middle "
-    "is taken to lie midway between the axles."
+    "y. Thin lines: paths of the centres of gravity in run-outs of posterior draws, with the "
+    "outlines at the end of a dozen of them. A dark triangle marks a vehicle's front; an "
+    "outline's middle is taken to lie midway between the axles."
 )
 _ENDS = 12  # outlines drawn at the end of run-outs
 _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
@@ -152,7 +152,12 @@ def _surfaces(
             continue
         corners = half_plane(surface.edge, in_metres) / worth  # type: ignore[arg-type]
         if len(corners) >= 3:
-            look = {"facecolor": "#f1efe6", "edgecolor": "#b5b09a", "hatch": hatch, "lw": 0.8}
+            look: dict[str, Any] = {
+                "facecolor": "#f1efe6",
+                "edgecolor": "#b5b09a",
+                "hatch": hatch,
+                "lw": 0.8,
+            }
             axes.add_patch(Polygon(corners, zorder=0.1, **look))
             handles.append(Patch(label=_plain(surface.name), **look))
     base = Patch(facecolor="white", edgecolor=drawing.PALE, label=_plain(scene.surfaces[0].name))
@@ -228,7 +233,7 @@ def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
             shrinkA=0,
             shrinkB=0,
             zorder=8,
-        )  # fmt: skip
+        )
     )
     axes.plot(x, y, "*", color="white", mec=ink, ms=10, mew=0.9, zorder=9)
     return [

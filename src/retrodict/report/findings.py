@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import xarray as xr
 
-from retrodict.report.rounding import decimals_of, told, told_range, told_with_sd
+from retrodict.report.files import write_whole
+from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.quantities import REPORTED, Unit, Units, describe, unit_of
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Measured
 
 LEVELS = (50, 90, 95)  # per cent
-MARK = "†"
-WITHHELD = "withheld"
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
 
 # what follows from the same draws and is told beside the unknowns: name -> (label, dimension)
@@ -101,6 +104,55 @@ def summarise(outcome: Outcome) -> dict[str, Any]:
     }
 
 
+def write_summary(outcome: Outcome, path: Path) -> Path:
+    """Write `summarise` as a JSON file, whole or not at all.
+
+    Args:
+        outcome: the reconstruction.
+        path: of the file.
+
+    Returns:
+        The path.
+
+    Raises:
+        OSError: the file could not be written; one that was there is as it was.
+    """
+    text = json.dumps(summarise(outcome), indent=2, ensure_ascii=False, allow_nan=False)
+    return write_whole(path, f"{text}\n".encode())
+
+
+def summary_frame(outcome: Outcome, units: Units = "si") -> pd.DataFrame:
+    """The reported quantities in a table of numbers.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+
+    Returns:
+        One row a quantity, one column a statistic. The column `checks` says what to make of the
+        row; numbers of a quantity that failed a check of its own are NaN, its diagnostics are not.
+    """
+    import pandas as pd
+
+    told = ["mean", "sd", "median", *(f"hdi_{level}" for level in LEVELS), "mcse_mean"]
+    verdict = "passed" if outcome.checks.passed else NOT_TO_BE_RELIED_ON
+    rows = {}
+    for name, entry in summarise(outcome)["parameters"].items():
+        unit = told_as(name, units)[1]
+        row: dict[str, Any] = {"unit": unit.symbol}
+        for key in told:
+            value = scaled(entry[key], unit.worth) if entry["passed"] else None
+            if key.startswith("hdi"):
+                row[f"{key}_low"], row[f"{key}_high"] = value or (None, None)
+            else:
+                row[key] = value
+        row |= {key: entry[key] for key in ("ess_bulk", "ess_tail", "rhat")}
+        rows[name] = row | {"checks": verdict if entry["passed"] else "failed"}
+    frame = pd.DataFrame.from_dict(rows, orient="index")
+    numbers = frame.columns.drop(["unit", "checks"])
+    return frame.astype(dict.fromkeys(numbers, float))
+
+
 def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, Any]]:
     """Mean, sd, median, shortest intervals and diagnostics of the posterior draws of quantities.
 
@@ -118,9 +170,9 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
     idata = outcome.idata
     posterior = idata["posterior"].to_dataset() if "posterior" in idata.children else xr.Dataset()
     there = [name for name in names if name in posterior.data_vars]
-    blank = {key: None for key in ("mean", "sd", "median")}
+    blank = dict.fromkeys(("mean", "sd", "median"))
     blank_intervals = {f"hdi_{level}": [None, None] for level in LEVELS}
-    blank_checks = {key: None for key in ("ess_bulk", "ess_tail", "rhat", "mcse_mean")}
+    blank_checks = dict.fromkeys(("ess_bulk", "ess_tail", "rhat", "mcse_mean"))
     found: dict[str, dict[str, Any]] = {
         name: {**blank, **blank_intervals, **blank_checks} for name in names
     }
@@ -144,132 +196,6 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
         for level, interval in intervals.items():
             found[name][f"hdi_{level}"] = [_finite(bound) for bound in interval[name].values]
     return found
-
-
-@dataclass(frozen=True, slots=True)
-class ResultRow:
-    """A quantity's printed result; every text is already marked or withheld.
-
-    Args:
-        name: its flat name.
-        label: in words.
-        unit: symbol.
-        median, mean: texts, the latter with ± sd.
-        intervals: texts by level in per cent.
-        rhat, ess_bulk, ess_tail: texts.
-        monte_carlo_error: of the mean, text in the printed unit.
-        last_digit: worth of the last printed digit, text.
-        digit_holds: whether the Monte Carlo error is smaller than it.
-        withheld: whether the numbers were held back.
-    """
-
-    name: str
-    label: str
-    unit: str
-    median: str
-    mean: str
-    intervals: dict[int, str]
-    rhat: str
-    ess_bulk: str
-    ess_tail: str
-    monte_carlo_error: str
-    last_digit: str
-    digit_holds: bool
-    withheld: bool
-
-
-def result_rows(
-    outcome: Outcome, units: Units, names: tuple[str, ...] = tuple(REPORTED)
-) -> list[ResultRow]:
-    """The results as they are printed, rounded to their uncertainty.
-
-    When the run failed every number bears a mark; those of a quantity that failed checks of its
-    own, and of what follows from it, are withheld.
-
-    Args:
-        outcome: the reconstruction.
-        units: "si" or "us".
-        names: of the quantities, in order.
-
-    Returns:
-        One row for each quantity.
-    """
-    rows = []
-    for name, numbers in statistics(outcome, names).items():
-        label, unit = told_as(name, units)
-        scaled = {key: _scaled(value, unit.worth) for key, value in numbers.items()}
-        decimals = decimals_of(scaled["sd"])
-        digit = None if decimals is None else 10.0**-decimals
-        error = scaled["mcse_mean"]
-        withheld = is_withheld(outcome, name)
-        texts = {
-            "median": told(scaled["median"], decimals),
-            "mean": told_with_sd(scaled["mean"], scaled["sd"]),
-            **{str(level): told_range(scaled[f"hdi_{level}"], decimals) for level in LEVELS},
-        }
-        texts = {key: marked(outcome, text, withheld) for key, text in texts.items()}
-        rows.append(
-            ResultRow(
-                name=name,
-                label=label,
-                unit=unit.symbol,
-                median=texts["median"],
-                mean=texts["mean"],
-                intervals={level: texts[str(level)] for level in LEVELS},
-                rhat=told(numbers["rhat"], 3),
-                ess_bulk=told(numbers["ess_bulk"], 0),
-                ess_tail=told(numbers["ess_tail"], 0),
-                monte_carlo_error=told(error, decimals_of(error)),
-                last_digit=told(digit, decimals),
-                digit_holds=error is not None and digit is not None and error < digit,
-                withheld=withheld,
-            )
-        )
-    return rows
-
-
-def is_withheld(outcome: Outcome, name: str) -> bool:
-    """Whether a quantity's numbers are held back: it, or what it follows from, failed its checks."""
-    failed = outcome.checks.failed
-    return name in failed or (name in DERIVED and bool(failed))
-
-
-def marked(outcome: Outcome, text: str, withheld: bool = False) -> str:
-    """A printed number as the checks allow it: bare, marked, or withheld."""
-    if withheld:
-        return WITHHELD
-    return text if outcome.checks.passed else text + MARK
-
-
-def answer(outcome: Outcome, units: Units = "si") -> str:
-    """The answer in one sentence: B's speed before impact with its 95 % interval, or why not.
-
-    Args:
-        outcome: the reconstruction.
-        units: which come first; both are told.
-
-    Returns:
-        A sentence.
-    """
-    who = f"Vehicle B ({outcome.scene.vehicles['b'].name})"
-    numbers = statistics(outcome, ("speed_b",))["speed_b"]
-    if not outcome.checks.passed or is_withheld(outcome, "speed_b") or numbers["mean"] is None:
-        return f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
-    # a court outside the United States reads km/h, which is no unit of the tables
-    told_in = [Unit("m/s", 1.0), Unit("km/h", 1 / 3.6)]
-    us = [unit_of("speed", "us")]
-    all_units = us + told_in if units == "us" else told_in + us
-    middle, between = [], []
-    for unit in all_units:
-        # one digit of the uncertainty: a sentence is quoted without its table
-        decimals = decimals_of(numbers["sd"] / unit.worth, digits=1)
-        low, high = (told(bound / unit.worth, decimals) for bound in numbers["hdi_95"])
-        middle.append(f"{told(numbers['median'] / unit.worth, decimals)} {unit.symbol}")
-        between.append(f"{low} and {high} {unit.symbol}")
-    return (
-        f"{who} was travelling at about {_first_and_rest(middle)} before impact; given the model "
-        f"and the inputs below, with 95 % probability between {_first_and_rest(between)}."
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -319,7 +245,7 @@ class InputRow:
     def told_found(self, units: Units) -> str:
         """Posterior or predictive mean ± sd, rounded."""
         worth = told_as(self.name, units)[1].worth
-        return told_with_sd(_scaled(self.mean, worth), _scaled(self.sd, worth))
+        return told_with_sd(scaled(self.mean, worth), scaled(self.sd, worth))
 
     def told_shift(self) -> str:
         """The shift with its sign, to a tenth of a standard deviation."""
@@ -352,13 +278,10 @@ def inputs_table(outcome: Outcome) -> list[InputRow]:
     return rows
 
 
-def _first_and_rest(texts: list[str]) -> str:
-    return f"{texts[0]} ({'; '.join(texts[1:])})"
-
-
-def _scaled(value: Any, worth: float) -> Any:
+def scaled(value: Any, worth: float) -> Any:
+    """A number, or a list of them, in a unit of that worth; None stays None."""
     if isinstance(value, list):
-        return [_scaled(each, worth) for each in value]
+        return [scaled(each, worth) for each in value]
     return None if value is None else value / worth
 
 

@@ -8,7 +8,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict.report.findings import LEVELS, MARK, NOT_TO_BE_RELIED_ON, answer, result_rows
+from retrodict.report.findings import LEVELS, NOT_TO_BE_RELIED_ON
+from retrodict.report.results import MARK, answer, result_rows
 from retrodict.report.rounding import told
 from retrodict.scene.quantities import Units
 
@@ -67,7 +68,8 @@ def _table(outcome: Outcome, units: Units, wide: bool) -> Table:
     table = Table(title=title, title_justify="left", show_lines=not wide)
     table.add_column("quantity")
     headings = [f"{level} %" for level in LEVELS] if wide else ["shortest intervals"]
-    for heading in ("median", "mean ± sd", *headings, "R-hat", "ESS bulk / tail"):
+    fold = " " if wide else "\n"  # a narrow table breaks its cells where the eye would
+    for heading in ("median", f"mean{fold}± sd", *headings, "R-hat", f"ESS bulk{fold}/ tail"):
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for row in result_rows(outcome, units):
         intervals = [row.intervals[level] for level in LEVELS]
@@ -77,14 +79,9 @@ def _table(outcome: Outcome, units: Units, wide: bool) -> Table:
         if row.withheld:
             intervals = [row.intervals[LEVELS[0]]] * len(intervals)
         label = f"{row.label}, {row.unit}" if row.unit else row.label
-        cells = [
-            label,
-            row.median,
-            row.mean,
-            *intervals,
-            row.rhat,
-            f"{row.ess_bulk} / {row.ess_tail}",
-        ]
+        mean = row.mean.replace(" ±", f"{fold}±")
+        size = f"{row.ess_bulk}{fold}/ {row.ess_tail}"
+        cells = [label, row.median, mean, *intervals, row.rhat, size]
         table.add_row(*(Text(cell) for cell in cells), style="red" if row.withheld else None)
     return table
 

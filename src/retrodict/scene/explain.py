@@ -41,7 +41,7 @@ def problems_of(error: ValidationError) -> list[Problem]:
         if kind == "missing":
             while isinstance(parts[-1], int):
                 parts.pop()
-            mend = f"missing; write {parts[-1]} = {_example(parts)}"
+            mend = f"missing; write {_assignment(parts)}"
             problems.append(Problem(key_path(parts), "", mend))
             continue
         if kind == "fault":
@@ -52,7 +52,7 @@ def problems_of(error: ValidationError) -> list[Problem]:
         elif kind == "extra_forbidden":
             mend = _unknown_key(parts)
         else:
-            mend = f"not what is expected here; write {parts[-1]} = {_example(parts)}"
+            mend = f"not what is expected here; write {_assignment(parts)}"
         problems.append(Problem(key_path(parts), "" if value is None else shown(value), mend))
     return problems
 
@@ -71,13 +71,15 @@ def _unknown_key(parts: list[Any]) -> str:
     return f"unknown key; leave it out (known here: {', '.join(keys)})"
 
 
-def _example(parts: list[Any]) -> str:
+def _assignment(parts: list[Any]) -> str:
     _, field = _descend(parts)
-    if field is None:
-        return "{ … }"
-    if field.examples:
-        return str(field.examples[0])
-    return next(f'"{m.example}"' for m in field.metadata if isinstance(m, Kind))
+    if field is None:  # a surface, under a name that the user chose
+        example = '{ friction = "0.50 ± 0.03" }'
+    elif field.examples:
+        example = str(field.examples[0])
+    else:
+        example = next(f'"{kind.example}"' for kind in field.metadata if isinstance(kind, Kind))
+    return f"{key_path(parts[-1:])} = {example}"
 
 
 def _descend(parts: list[Any]) -> tuple[type[BaseModel] | None, FieldInfo | None]:
@@ -89,7 +91,8 @@ def _descend(parts: list[Any]) -> tuple[type[BaseModel] | None, FieldInfo | None
         if named:
             named, field = False, None
             continue
-        field = _fields(model).get(part, field) if model else field
+        if model:  # else it is a place in a list
+            field = _fields(model).get(part)
         annotation = field.annotation if field else None
         named = get_origin(annotation) is dict
         model = _model_in(annotation)

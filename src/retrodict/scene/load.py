@@ -29,7 +29,8 @@ def load_scene(path: str | Path) -> Scene:
     """
     try:
         if not Path(path).is_file():
-            what = "is a folder" if Path(path).is_dir() else "no such file"
+            what = "not a file" if Path(path).exists() else "no such file"
+            what = "is a folder" if Path(path).is_dir() else what
             raise _file_error(path, f"{what}; write the path of a scene file")
         with open(path, "rb") as file:
             raw = file.read(_FILE_BYTES + 1)

@@ -7,7 +7,7 @@ import math
 import re
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from retrodict.scene.errors import shown
 
@@ -134,10 +134,8 @@ def factor(unit: str, dimension: Dimension) -> float:
         # the pound of lb·ft·s² is a force
         worth = _base(re.sub(r"\b(?:lbs?|pounds?)\b", "lbf", text)) or worth
     if worth[1] != expected:
-        hint = next((hint for name, hint in _HINTS.items() if name in text), "")
         raise QuantityError(
-            f"{shown(unit)} does not measure {dimension.phrase}; "
-            f"write it in {_either(dimension.units)}{hint}"
+            f"{shown(unit)} does not measure {dimension.phrase}; {_unit_hint(unit, dimension)}"
         )
     return worth[0]
 
@@ -166,7 +164,9 @@ def _read_table(raw: dict[str, object], dimension: Dimension) -> Reading:
         if key not in keys:
             near = difflib.get_close_matches(key.lower(), keys, 1)
             instead = f'did you mean "{near[0]}"?' if near else 'one standard deviation is "sd"'
-            raise QuantityError(f"unknown key; {instead} (a quantity has value, sd, unit, source)", at=key)
+            raise QuantityError(
+                f"unknown key; {instead} (a quantity has value, sd, unit, source)", at=key
+            )
     if "value" not in raw:
         raise QuantityError(f'no value; write {{value = 45, sd = 2, unit = "{_unit(dimension)}"}}')
     for key in ("value", "sd"):
@@ -213,7 +213,7 @@ def _base(unit: str) -> tuple[float, object] | None:
     registry = _registry()
     try:
         worth, base = registry.get_base_units(registry.parse_units(unit))
-        return float(str(worth)), base
+        return cast(float, worth), base
     except Exception:  # pint raises many kinds: its own, ValueError, TypeError, tokenize's
         return None
 
@@ -226,9 +226,10 @@ def _no_unit(dimension: Dimension, text: str) -> str:
 def _unit_hint(unit: str, dimension: Dimension) -> str:
     known = {name.lower(): name for name in dimension.units}
     near = difflib.get_close_matches(unit.strip().lower(), known, 1, 0.5)
+    force = next((hint for name, hint in _HINTS.items() if name in unit), "")
     if near:
-        return f'did you mean "{known[near[0]]}"?'
-    return f"write it in {_either(dimension.units)}"
+        return f'did you mean "{known[near[0]]}"?{force}'
+    return f"write it in {_either(dimension.units)}{force}"
 
 
 def _unit(dimension: Dimension) -> str:

@@ -1,0 +1,146 @@
+"""The results as they are printed: rounded, and marked or withheld as the checks demand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from retrodict.report.findings import DERIVED, LEVELS, scaled, statistics, told_as
+from retrodict.report.rounding import decimals_of, told, told_range, told_with_sd
+from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+MARK = "†"
+WITHHELD = "withheld"
+
+
+@dataclass(frozen=True, slots=True)
+class ResultRow:
+    """A quantity's printed result; every text is already marked or withheld.
+
+    Args:
+        name: its flat name.
+        label: in words.
+        unit: symbol.
+        median, mean: texts, the latter with ± sd.
+        intervals: texts by level in per cent.
+        rhat, ess_bulk, ess_tail: texts.
+        monte_carlo_error: of the mean, text in the printed unit.
+        last_digit: worth of the last printed digit, text.
+        digit_holds: whether the Monte Carlo error is smaller than it.
+        withheld: whether the numbers were held back.
+    """
+
+    name: str
+    label: str
+    unit: str
+    median: str
+    mean: str
+    intervals: dict[int, str]
+    rhat: str
+    ess_bulk: str
+    ess_tail: str
+    monte_carlo_error: str
+    last_digit: str
+    digit_holds: bool
+    withheld: bool
+
+
+def result_rows(
+    outcome: Outcome, units: Units, names: tuple[str, ...] = tuple(REPORTED)
+) -> list[ResultRow]:
+    """The results as they are printed, rounded to their uncertainty.
+
+    When the run failed every number bears a mark; those of a quantity that failed checks of its
+    own, and of what follows from it, are withheld.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+        names: of the quantities, in order.
+
+    Returns:
+        One row for each quantity.
+    """
+    rows = []
+    for name, numbers in statistics(outcome, names).items():
+        label, unit = told_as(name, units)
+        shown = {key: scaled(value, unit.worth) for key, value in numbers.items()}
+        decimals = decimals_of(shown["sd"])
+        digit = None if decimals is None else 10.0**-decimals
+        error = shown["mcse_mean"]
+        withheld = is_withheld(outcome, name)
+        texts = {
+            "median": told(shown["median"], decimals),
+            "mean": told_with_sd(shown["mean"], shown["sd"]),
+            **{str(level): told_range(shown[f"hdi_{level}"], decimals) for level in LEVELS},
+        }
+        texts = {key: marked(outcome, text, withheld) for key, text in texts.items()}
+        rows.append(
+            ResultRow(
+                name=name,
+                label=label,
+                unit=unit.symbol,
+                median=texts["median"],
+                mean=texts["mean"],
+                intervals={level: texts[str(level)] for level in LEVELS},
+                rhat=told(numbers["rhat"], 3),
+                ess_bulk=told(numbers["ess_bulk"], 0),
+                ess_tail=told(numbers["ess_tail"], 0),
+                monte_carlo_error=told(error, decimals_of(error)),
+                last_digit=told(digit, decimals),
+                digit_holds=error is not None and digit is not None and error < digit,
+                withheld=withheld,
+            )
+        )
+    return rows
+
+
+def is_withheld(outcome: Outcome, name: str) -> bool:
+    """Whether numbers are held back: the quantity, or what it follows from, failed its checks."""
+    failed = outcome.checks.failed
+    return name in failed or (name in DERIVED and bool(failed))
+
+
+def marked(outcome: Outcome, text: str, withheld: bool = False) -> str:
+    """A printed number as the checks allow it: bare, marked, or withheld."""
+    if withheld:
+        return WITHHELD
+    return text if outcome.checks.passed else text + MARK
+
+
+def answer(outcome: Outcome, units: Units = "si") -> str:
+    """The answer in one sentence: B's speed before impact with its 95 % interval, or why not.
+
+    Args:
+        outcome: the reconstruction.
+        units: which come first; both are told.
+
+    Returns:
+        A sentence.
+    """
+    who = f"Vehicle B ({outcome.scene.vehicles['b'].name})"
+    numbers = statistics(outcome, ("speed_b",))["speed_b"]
+    if not outcome.checks.passed or is_withheld(outcome, "speed_b") or numbers["mean"] is None:
+        return f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
+    # a court outside the United States reads km/h, which is no unit of the tables
+    told_in = [Unit("m/s", 1.0), Unit("km/h", 1 / 3.6)]
+    us = [unit_of("speed", "us")]
+    all_units = us + told_in if units == "us" else told_in + us
+    middle, between = [], []
+    for unit in all_units:
+        # one digit of the uncertainty: a sentence is quoted without its table
+        decimals = decimals_of(numbers["sd"] / unit.worth, digits=1)
+        low, high = (told(bound / unit.worth, decimals) for bound in numbers["hdi_95"])
+        middle.append(f"{told(numbers['median'] / unit.worth, decimals)} {unit.symbol}")
+        between.append(f"{low} and {high} {unit.symbol}")
+    return (
+        f"{who} was travelling at about {_first_and_rest(middle)} before impact; given the model "
+        f"and the inputs below, with 95 % probability between {_first_and_rest(between)}."
+    )
+
+
+def _first_and_rest(texts: list[str]) -> str:
+    return f"{texts[0]} ({'; '.join(texts[1:])})"

@@ -1,0 +1,74 @@
+"""A scene file that uses every key, for tests to change."""
+
+SCENE = """\
+schema = 1
+title = "Two cars on a bend"
+notes = ["a remark", "another"]
+
+[vehicles.A]
+name = "sedan"
+mass = "1857 ± 37 kg"
+yaw_inertia = "3374 ± 270 kg m^2"
+wheelbase = "2.85 m"
+cg_to_front_axle = "1.35 m"
+cg_to_rear_axle = "1.50 m"
+track = "1.54 m"
+length = "5.2 m"
+width = "1.8 m"
+impact_centre = { distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }
+
+[vehicles.A.impact]
+heading = "180 ± 2 deg"
+
+[vehicles.A.approach]
+speed = "45 ± 2 mph"
+direction = "181 ± 2 deg"
+yaw_rate = "0 ± 1 deg/s"
+
+[vehicles.A.rest]
+position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]
+heading = "215 ± 3 deg"
+rotation = "35 deg"
+
+[vehicles.B]
+mass = "1778 kg"
+wheelbase = "2.75 m"
+track = "1.52 m"
+impact_centre = { distance = "1.76 m", angle = "60 deg" }
+
+[vehicles.B.impact]
+heading = "8 deg"
+
+[vehicles.B.rest]
+position = ["6.1 m", "-9 m"]
+heading = "-12 deg"
+
+[impact]
+point = ["0.1 ± 0.3 m", "-0.2 ± 0.3 m"]
+contact_line = "-8.9 ± 3 deg"
+
+[surfaces.berm]
+friction = "0.40 ± 0.03"
+speed_dependence = "0.002 ± 0.001 s/m"
+edge = { point = ["0 m", "4 m"], direction = "90 deg", side = "left", uncertainty = "0.2 m" }
+
+[surfaces.road]
+friction = "0.50 ± 0.03"
+"""
+
+
+def changed(*changes: tuple[str, str]) -> str:
+    """The scene with the first occurrence of each text replaced by another."""
+    text = SCENE
+    for old, new in changes:
+        assert old in text, f"the example has no {old!r}"
+        text = text.replace(old, new, 1)
+    return text
+
+
+def without(*starts: str) -> str:
+    """The scene without the first line that begins so, for each."""
+    lines = SCENE.splitlines()
+    for start in starts:
+        lines.remove(next(line for line in lines if line.startswith(start)))
+    return "\n".join(lines)

@@ -1,0 +1,227 @@
+"""Scene files that are wrong: each problem is one line with file, key, value and mend."""
+
+from __future__ import annotations
+
+import os
+import pickle
+
+import pytest
+
+from retrodict.scene import SceneError, load_scene, parse_scene
+from tests.scene.example import SCENE, changed, without
+
+A, B = "vehicles.A", "vehicles.B"
+EDGE = 'edge = { point = ["0 m", "4 m"], direction = "9 deg", side = "right" }'
+NAN_HEADING = '{ value = nan, sd = 2, unit = "deg" }'
+
+# what is written instead of what; the key, the value and the mend that the line must hold
+WRONG = [
+    # units
+    ('"1857 ± 37 kg"', '"1857"', f"{A}.mass", '"1857"', 'write "1857 kg"'),
+    ('"1857 ± 37 kg"', "1857", f"{A}.mass", "1857", 'write "1857 kg"'),
+    ('"1857 ± 37 kg"', '"1857 bricks"', f"{A}.mass", '"1857 bricks"', "kg or lb"),
+    ('"1857 ± 37 kg"', '"4094 lbf"', f"{A}.mass", '"4094 lbf"', 'pounds of mass are "lb"'),
+    ('"1857 ± 37 kg"', "{ value = 9 }", f"{A}.mass", "{value = 9}", 'add unit = "kg"'),
+    ('"45 ± 2 mph"', '"45 ± 2 kg"', f"{A}.approach.speed", '"45 ± 2 kg"', "m/s, km/h, mph or ft/s"),
+    ('"45 ± 2 mph"', '"45 ± 2 MHP"', f"{A}.approach.speed", "MHP", 'did you mean "mph"'),
+    ('"45 ± 2 mph"', '"20 degC"', f"{A}.approach.speed", '"20 degC"', "does not measure a speed"),
+    ('"0.50 ± 0.03"', '"0.50 ± 0.03 m"', "surfaces.road.friction", "m", "without a unit"),
+    # wrong types and malformed text
+    ('"1857 ± 37 kg"', "true", f"{A}.mass", "true", 'like "1857 ± 37 kg"'),
+    ('"1857 ± 37 kg"', "[1857]", f"{A}.mass", "[1857]", 'like "1857 ± 37 kg"'),
+    ('"1857 ± 37 kg"', "2020-01-01", f"{A}.mass", "2020-01-01", 'like "1857 ± 37 kg"'),
+    ('"1857 ± 37 kg"', '"about a ton"', f"{A}.mass", '"about a ton"', 'like "1857 ± 37 kg"'),
+    ('"1.54 m"', '"1,54 m"', f"{A}.track", '"1,54 m"', "decimal point"),
+    ('title = "Two cars on a bend"', "title = 3", "title", "3", "text in quotes"),
+    ('title = "Two cars on a bend"', 'title = ""', "title", '""', "text in quotes"),
+    ('title = "Two cars on a bend"', 'title = "a\\u001b[2J"', "title", "\\x1b[2J", "one line"),
+    ('notes = ["a remark", "another"]', 'notes = "one"', "notes", '"one"', 'notes = ["one remark"'),
+    ('notes = ["a remark", "another"]', "notes = [3]", "notes[0]", "3", "text in quotes"),
+    ('["6.1 m", "-9 m"]', '"6.1 m"', f"{B}.rest.position", '"6.1 m"', 'position = ["-5.1'),
+    ('["6.1 m", "-9 m"]', '["6.1 m"]', f"{B}.rest.position", "", 'position = ["-5.1'),
+    ('["6.1 m", "-9 m"]', '["6 m", "9"]', f"{B}.rest.position[1]", '"9"', 'write "9 m"'),
+    ('["6.1 m", "-9 m"]', '["6 m", "9 m", "1 m"]', f"{B}.rest.position", "[", "position = ["),
+    ('side = "left"', 'side = "up"', "surfaces.berm.edge.side", '"up"', '"left" or "right"'),
+    ("schema = 1", "schema = 2", "schema", "2", "write schema = 1"),
+    ("schema = 1", "schema = true", "schema", "true", "write schema = 1"),
+    ("schema = 1", 'schema = "1"', "schema", '"1"', "write schema = 1"),
+    # keys
+    ("mass =", "mas =", f"{A}.mas", "1857", 'did you mean "mass"'),
+    ("mass =", "weight =", f"{A}.weight", "1857", 'did you mean "mass"'),
+    ("contact_line", "Gamma", "impact.Gamma", "-8.9", 'did you mean "contact_line"'),
+    ("contact_line", "gamma", "impact.gamma", "-8.9", 'did you mean "contact_line"'),
+    ("impact_centre", "impact_center", f"{A}.impact_center", "{", 'did you mean "impact_centre"'),
+    ("length =", "colour =", f"{A}.colour", '"5.2 m"', "leave it out (known here: name, mass"),
+    ("friction =", "mu =", "surfaces.berm.mu", "0.40", 'did you mean "friction"'),
+    ('mass = "1778 kg"', 'mas = "1778 kg"', f"{B}.mas", '"1778 kg"', 'did you mean "mass"'),
+    ("[vehicles.B]", "[vehicles.C]\n[vehicles.B]", "vehicles.C", "{}", "known here: A, B"),
+    ("[vehicles.B]", "[vehicles.a]\n[vehicles.B]", "vehicles.a", "{}", "keep either A or a"),
+    ("[vehicles.B]", "[vehicles.B.approach]\nspeed = 3\n[vehicles.B]",
+     f"{B}.approach.speed", "3", "speed of B is what is sought"),
+    ('"1778 kg"', '{ value = 1, unit = "kg", std = 3 }', f"{B}.mass.std", "3", 'did you mean "sd"'),
+    ("[surfaces.road]", "[surfaces.Road]", "surfaces.Road", '"Road"', "lower case"),
+    ("[surfaces.road]", '[surfaces."a b"]', "surfaces.a b", '"a b"', "lower case"),
+    ("[surfaces.road]", '[surfaces."é"]', "surfaces.é", '"é"', "lower case"),
+    # bounds
+    ('"1857 ± 37 kg"', '"1e9 kg"', f"{A}.mass", '"1e9 kg"', "between 50 and 100000 kg"),
+    ('"1857 ± 37 kg"', '"-1857 kg"', f"{A}.mass", '"-1857 kg"', "between 50 and 100000 kg"),
+    ('"1857 ± 37 kg"', '"0 kg"', f"{A}.mass", '"0 kg"', "between 50 and 100000 kg"),
+    ('"45 ± 2 mph"', '"1000 ± 2 m/s"', f"{A}.approach.speed", "1000", "between 0 and 150 m/s"),
+    ('"45 ± 2 mph"', '"-5 ± 2 mph"', f"{A}.approach.speed", "-5", "between 0 and 150 m/s"),
+    ('"1.54 m"', '"-1.54 m"', f"{A}.track", '"-1.54 m"', "between 0.2 and 5 m"),
+    ('"0.50 ± 0.03"', '"1.6 ± 0.03"', "surfaces.road.friction", "1.6", "between 0.01 and 1.5"),
+    ('"0.50 ± 0.03"', '"0 ± 0.03"', "surfaces.road.friction", "0 ±", "between 0.01 and 1.5"),
+    ('"6.1 m"', '"503112 m"', f"{B}.rest.position[0]", "503112", "origin near the impact"),
+    ('"-12 deg"', '"708 deg"', f"{B}.rest.heading", "708", "whole turns go into rotation"),
+    # uncertainties
+    ('"45 ± 2 mph"', '"45 mph"', f"{A}.approach.speed", '"45 mph"', 'like "45 ± 2 mph"'),
+    ('"0.50 ± 0.03"', "0.5", "surfaces.road.friction", "0.5", 'like "0.50 ± 0.03"'),
+    ('"-8.9 ± 3 deg"', '"-8.9 deg"', "impact.contact_line", '"-8.9 deg"', 'like "-8.9 ± 3 deg"'),
+    ('"45 ± 2 mph"', '"45 ± 0 mph"', f"{A}.approach.speed", '"45 ± 0 mph"', "above 0"),
+    ('"45 ± 2 mph"', '"45 ± -2 mph"', f"{A}.approach.speed", '"45 ± -2 mph"', "above 0"),
+    ('"45 ± 2 mph"', '"45 ± 2e4 mph"', f"{A}.approach.speed", "2e4", "plausible uncertainty"),
+    ('"45 ± 2 mph"', '"45 ± 1e-320 mph"', f"{A}.approach.speed", "e-320", "plausible uncertainty"),
+    ('"1857 ± 37 kg"', '"1857 ± 1900 kg"', f"{A}.mass", "1900", "over 100 %"),
+    ('"2.09 ± 0.05 m"', '"0.05 m"', f"{A}.impact_centre.distance", '"0.05 m"', "over 100 %"),
+    ('"180 ± 2 deg"', NAN_HEADING, f"{A}.impact.heading", "nan", "finite"),
+    ('"35 deg"', '"35 ± 3 deg"', f"{A}.rest.rotation", "35 ± 3", 'like "35 deg"'),
+    ('"5.2 m"', '"5.2 ± 0.1 m"', f"{A}.length", "5.2 ± 0.1", 'like "5.2 m"'),
+    ('["0 m", "4 m"]', '["0 m", "4 ± 1 m"]', "surfaces.berm.edge.point[1]", "4 ± 1",
+     "goes into its key uncertainty"),
+    # contradictions
+    ('"2.85 m"', '"3.85 m"', f"{A}.wheelbase", '"3.85 m"', "add up to 2.85 m"),
+    ('"35 deg"', '"200 deg"', f"{A}.rest.rotation", '"200 deg"', "differ by 35 deg"),
+    ('"2.09 ± 0.05 m"', '"4 ± 0.05 m"', f"{A}.impact_centre.distance", "4 ±", "at most 3.25 m"),
+    ('"5.2 m"', '"2 m"', f"{A}.length", '"2 m"', "shorter than the wheelbase of 2.85 m"),
+    ('"1.35 m"\ncg_to_rear_axle = "1.50 m"', '"2.84 m"',
+     f"{A}.wheelbase", '"2.85 m"', "write one above 2.84 m"),
+    ("edge = {", "# {", "surfaces", "{", "berm, road have none"),
+    ("[surfaces.road]\n", f"[surfaces.verge]\n{EDGE}\n", "surfaces", "{", "here none is without"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "key", "value", "mend"), WRONG)
+def test_a_problem_names_file_key_value_and_mend(old, new, key, value, mend):
+    with pytest.raises(SceneError) as caught:
+        parse_scene(changed((old, new)), "bend.toml")
+    lines = str(caught.value).splitlines()
+    said = f"bend.toml: {key} = " if value else f"bend.toml: {key}: "
+    line = next((line for line in lines if line.startswith(said)), None)
+    assert line is not None, lines
+    assert value in line
+    assert mend in line
+
+
+REQUIRED = [
+    ("schema", "schema: missing; write schema = 1"),
+    ("title", 'title: missing; write title = "Two cars'),
+    ("mass", f'{A}.mass: missing; write mass = "1857 ± 37 kg"'),
+    ("track", f'{A}.track: missing; write track = "1.54 m"'),
+    ("impact_centre", f"{A}.impact_centre: missing; write impact_centre = {{ distance"),
+    ('heading = "180', f'{A}.impact.heading: missing; write heading = "180 ± 2 deg"'),
+    ("speed", f'{A}.approach.speed: missing; write speed = "45 ± 2 mph"'),
+    ("position", f"{A}.rest.position: missing; write position = ["),
+    ('heading = "215', f'{A}.rest.heading: missing; write heading = "215 ± 3 deg"'),
+    ('wheelbase = "2.75', f'{B}.cg_to_front_axle: missing; write cg_to_front_axle = "1.35 m"'),
+    ("point", "impact.point: missing; write point = ["),
+    ("contact_line", 'impact.contact_line: missing; write contact_line = "-8.9 ± 3 deg"'),
+    ("friction", 'surfaces.berm.friction: missing; write friction = "0.50 ± 0.03"'),
+]
+
+
+@pytest.mark.parametrize(("start", "line"), REQUIRED)
+def test_a_missing_key_says_what_to_write(start, line):
+    with pytest.raises(SceneError) as caught:
+        parse_scene(without(start), "bend.toml")
+    assert f"bend.toml: {line}" in str(caught.value)
+
+
+def test_missing_tables_say_what_to_write():
+    with pytest.raises(SceneError) as caught:
+        parse_scene('schema = 1\ntitle = "t"\n[vehicles.A]\nmass = "1 t"\n', "bend")
+    said = str(caught.value)
+    for key in (f"{A}.impact", f"{A}.approach", f"{A}.rest", "vehicles.B", "impact", "surfaces"):
+        assert f"bend: {key}: missing; write " in said
+
+
+def test_every_problem_has_its_line():
+    text = changed(('"1857 ± 37 kg"', '"1857"'), ("contact_line", "gamma"), ('"left"', '"up"'))
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, "bend")
+    keys = {problem.key for problem in caught.value.problems}
+    assert keys == {f"{A}.mass", "impact.gamma", "impact.contact_line", "surfaces.berm.edge.side"}
+    assert len(str(caught.value).splitlines()) == 4
+
+
+def test_many_problems_are_cut_short():
+    text = "\n".join(f"k{i} = {i}" for i in range(200)) + "\n" + SCENE
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, "bend")
+    lines = str(caught.value).splitlines()
+    assert len(lines) < 40
+    assert "170 problems more" in lines[-1]
+
+
+def test_a_long_or_hostile_value_is_clipped_and_escaped():
+    for hostile in ("x" * 500, "\\u001b[31m" * 50, "\\n" * 500):
+        with pytest.raises(SceneError) as caught:
+            parse_scene(changed(('"1857 ± 37 kg"', f'"{hostile}"')), "bend")
+        (line,) = str(caught.value).split("\n")
+        assert line.isprintable()
+        assert len(line) < 200
+
+
+TOML = [
+    ('"1857 ± 37 kg"', "1857 kg", "line 7, column 13 = ", '"mass = 1857 kg"', "stand in quotes"),
+    ("[surfaces.berm]", "[surfaces.road]\n[surfaces.road]", "line 48", "surfaces.road", "once"),
+    ("track =", 'mass = "3 kg"\ntrack =', "line 12", "mass", "once"),
+    ("schema = 1", "schema = " + "9" * 5000, "line 1 = ", "schema = 9", "2000 characters"),
+    ("schema = 1", "schema = [\n" + "9" * 1999 + "]", "schema", "[a whole", "write schema = 1"),
+    ("schema = 1", "schema = " + "[" * 1500 + "]" * 400, "", "", "nested too deeply"),
+    ("schema = 1", "schema = 0x" + "f" * 1900, "schema", "a whole number", "write schema = 1"),
+    ("schema = 1", "a" + ".a" * 900 + " = 1", "a = {a = {…}}", "", "unknown key"),
+    ("schema = 1", "#\x00", "line 1", "#\\x00", "not valid TOML"),
+    ("title", "#" * 100_000 + "\ntitle", "", "", "longer than 100000 bytes"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "key", "value", "mend"), TOML)
+def test_broken_toml_names_its_place(old, new, key, value, mend):
+    with pytest.raises(SceneError) as caught:
+        parse_scene(changed((old, new)), "bend")
+    line = next(line for line in str(caught.value).splitlines() if mend in line)
+    assert line.startswith(f"bend: {key}")
+    assert value in line
+
+
+def test_files_that_cannot_be_read_are_problems_too(tmp_path):
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes(SCENE.encode("latin-1"))
+    huge = tmp_path / "huge.toml"
+    huge.write_bytes(b"#" + "é".encode() * 60_000)
+    cases = [
+        (tmp_path / "none.toml", "no such file"),
+        (tmp_path, "is a folder"),
+        (latin, "line 7 is not UTF-8"),
+        (huge, "longer than"),
+        ("\0", "write the path"),
+        ("x" * 5000, "path"),
+        ("/dev/zero", "not a file"),
+    ]
+    if os.geteuid() != 0:  # root reads everything
+        secret = tmp_path / "secret.toml"
+        secret.write_text(SCENE)
+        secret.chmod(0)
+        cases.append((secret, "cannot be read"))
+    for path, mend in cases:
+        with pytest.raises(SceneError) as caught:
+            load_scene(path)
+        assert mend in str(caught.value)
+        assert str(path)[:20].replace("\0", "\\x00") in str(caught.value)
+        assert str(caught.value).isprintable()
+
+
+def test_the_error_survives_pickling():
+    with pytest.raises(SceneError) as caught:
+        parse_scene("", "bend")
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)

@@ -1,0 +1,73 @@
+"""docs/scene-file.md tells the truth: example, keys and defaults are the code's."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from retrodict.scene import parse_scene
+from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.kinds import Kind
+from retrodict.scene.schema import SceneEntry, VehicleAEntry, VehicleBEntry
+
+PAGE = (Path(__file__).parents[2] / "docs" / "scene-file.md").read_text(encoding="utf-8")
+
+
+def example() -> str:
+    found = re.search(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+    assert found
+    return found[1]
+
+
+def tables(model: type[BaseModel]) -> set[type[BaseModel]]:
+    """A table of the schema and all tables in it."""
+    found = {model}
+    for field in model.model_fields.values():
+        todo = [field.annotation]
+        while todo:
+            part = todo.pop()
+            if isinstance(part, type) and issubclass(part, BaseModel):
+                found |= tables(part)
+            todo += getattr(part, "__args__", ())
+    return found
+
+
+def test_the_example_is_a_scene():
+    scene = parse_scene(example(), "example")
+    assert scene.vehicles["b"].mass.value == 3920 * 0.45359237
+    assert scene.rest["b"].turns_known
+
+
+def test_every_key_is_told():
+    assert VehicleAEntry in tables(SceneEntry)
+    assert VehicleBEntry in tables(SceneEntry)
+    for table in tables(SceneEntry):
+        for name, field in table.model_fields.items():
+            key = name if name in "AB" else field.alias or name
+            assert re.search(rf"[`.\[]{key}[`\].]", PAGE), f"{table.__name__}.{key}"
+
+
+def test_every_default_is_told_with_grade_and_source():
+    for default in DEFAULTS.values():
+        row = f"| {default.value:g} {default.unit} | {default.grade} | {default.source} |"
+        assert f"| {default.quantity} {row}" in PAGE
+
+
+def test_judgement_is_graded_as_judgement():
+    for default in DEFAULTS.values():
+        assert default.grade in "ABC"
+        assert (default.grade == "C") == default.source.startswith("judgement")
+
+
+def test_every_example_in_the_schema_is_itself_accepted():
+    kinds = 0
+    for table in tables(SceneEntry):
+        for field in table.model_fields.values():
+            for kind in field.metadata:
+                if isinstance(kind, Kind):
+                    kinds += 1
+                    measured = kind.read(kind.example)
+                    assert measured.assumed == ""
+    assert kinds >= 8

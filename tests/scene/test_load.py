@@ -1,0 +1,200 @@
+"""Scene files that are right: what becomes of each entry."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import pytest
+
+from retrodict.scene import SceneError, load_scene, parse_scene
+from retrodict.scene.quantities import describe
+from retrodict.scene.records import Measured
+from tests.scene.example import SCENE, changed, without
+
+DEGREE = math.pi / 180
+
+
+def close(measured: Measured, value: float, sd: float) -> bool:
+    return measured.value == pytest.approx(value) and measured.sd == pytest.approx(sd)
+
+
+def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
+    scene = parse_scene(SCENE, "bend")
+    a = scene.vehicles["a"]
+    written = {
+        "mass_a": (1857, 37, "lognormal"),
+        "yaw_inertia_a": (3374, 270, "lognormal"),
+        "front_axle_a": (1.35, 0, "lognormal"),
+        "rear_axle_a": (1.5, 0, "lognormal"),
+        "track_a": (1.54, 0, "lognormal"),
+        "impact_distance_a": (2.09, 0.05, "lognormal"),
+        "impact_angle_a": (10 * DEGREE, 2 * DEGREE, "normal"),
+        "heading_a": (math.pi, 2 * DEGREE, "normal"),
+        "speed_a": (20.1168, 0.89408, "normal"),
+        "direction_a": (181 * DEGREE, 2 * DEGREE, "normal"),
+        "omega_a": (0, DEGREE, "normal"),
+        "impact_x": (0.1, 0.3, "normal"),
+        "impact_y": (-0.2, 0.3, "normal"),
+        "Gamma": (-8.9 * DEGREE, 3 * DEGREE, "normal"),
+        "friction_road": (0.5, 0.03, "lognormal"),
+        "friction_berm": (0.4, 0.03, "lognormal"),
+        "speed_dependence_berm": (0.002, 0.001, "normal"),
+        "edge_berm": (0, 0.2, "normal"),
+        "rest_x_a": (-5.1, 0.15, "normal"),
+        "rest_y_a": (1.9, 0.15, "normal"),
+        "rest_heading_a": (215 * DEGREE, 3 * DEGREE, "normal"),
+    }
+    found = scene.inputs() | scene.evidence()
+    for name, (value, sd, law) in written.items():
+        assert close(found[name], value, sd), name
+        assert (found[name].law, found[name].assumed) == (law, ""), name
+    assert (a.name, a.length, a.width) == ("sedan", 5.2, 1.8)
+    assert (scene.title, scene.name, scene.text) == ("Two cars on a bend", "bend", SCENE)
+    assert scene.notes == ("a remark", "another")
+
+
+def test_missing_uncertainties_and_values_are_assumed_and_say_so():
+    scene = parse_scene(without("speed_dep", "direction", "yaw_rate", "length", "width"), "bend")
+    inertia = 1778 * (0.49 * 2.75) ** 2
+    assumed = {
+        "mass_b": (1778, 0.02 * 1778, "sd", "2 %"),
+        "yaw_inertia_b": (inertia, 0.08 * inertia, "value", "0.49 wheelbases"),
+        "front_axle_b": (0.45 * 2.75, 0.03 * 2.75, "value", "0.45 wheelbases"),
+        "rear_axle_b": (0.55 * 2.75, 0.03 * 2.75, "value", "0.45 wheelbases"),
+        "impact_distance_b": (1.76, 0.10, "sd", "0.1 m"),
+        "impact_angle_b": (60 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
+        "heading_b": (8 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
+        "direction_a": (math.pi, 0, "value", "heading at impact"),
+        "omega_a": (0, 2 * DEGREE, "value", "2 deg/s"),
+        "speed_dependence_road": (0, 0, "value", "does not depend"),
+        "speed_dependence_berm": (0, 0, "value", "does not depend"),
+        "rest_x_b": (6.1, 0.15, "sd", "0.15 m"),
+        "rest_heading_b": (-12 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
+    }
+    found = scene.inputs() | scene.evidence()
+    for name, (value, sd, kind, figure) in assumed.items():
+        assert close(found[name], value, sd), name
+        assert found[name].assumed == kind, name
+        assert figure in found[name].source, name
+    a, b = scene.vehicles["a"], scene.vehicles["b"]
+    assert (a.length, a.width) == pytest.approx((1.35 + 1.5 + 1.9, 1.54 + 0.25))
+    assert b.name == "vehicle B"
+
+
+def test_nothing_is_known_of_the_approach_of_b_unless_written():
+    b = parse_scene(SCENE, "bend").approach["b"]
+    assert (b.speed, b.direction, b.yaw_rate) == (None, None, None)
+    text = SCENE + '[vehicles.B.approach]\ndirection = "-11 ± 5 deg"\nyaw_rate = "-15 ± 9 deg/s"\n'
+    b = parse_scene(text, "bend").approach["b"]
+    assert b.speed is None
+    assert b.direction is not None
+    assert b.yaw_rate is not None
+    assert close(b.direction, -11 * DEGREE, 5 * DEGREE)
+    assert close(b.yaw_rate, -15 * DEGREE, 9 * DEGREE)
+
+
+@pytest.mark.parametrize(
+    ("at_impact", "at_rest", "rotation", "unwrapped"),
+    [
+        ("180", "215", "35 deg", 215),
+        ("180", "-145", "35 deg", 215),
+        ("180", "215", "-325 deg", -145),
+        ("180", "215", "2 turn", 180 + 755),
+        ("180", "215", "-85 deg", None),
+        ("8", "-12", "700 deg", 708),
+        ("8", "-12", None, -12),
+        ("170", "-170", None, 190),
+        ("-170", "170", None, -190),
+        ("0", "359", None, -1),
+    ],
+)
+def test_rest_heading_counts_whole_turns(at_impact, at_rest, rotation, unwrapped):
+    line = f'rotation = "{rotation}"' if rotation else ""
+    text = changed(
+        ('heading = "180 ± 2', f'heading = "{at_impact} ± 2'),
+        ('heading = "215', f'heading = "{at_rest}'),
+        ('rotation = "35 deg"', line),
+    )
+    if unwrapped is None:
+        with pytest.raises(SceneError, match=r"rest\.rotation"):
+            parse_scene(text, "bend")
+        return
+    rest = parse_scene(text, "bend").rest["a"]
+    assert close(rest.heading, unwrapped * DEGREE, 3 * DEGREE)
+    assert rest.turns_known == (rotation is not None)
+
+
+def test_the_surface_without_an_edge_comes_first():
+    scene = parse_scene(SCENE, "bend")
+    road, berm = scene.surfaces
+    assert (road.name, road.edge) == ("road", None)
+    assert berm.edge is not None
+    edge = berm.edge
+    assert (edge.x, edge.y, edge.direction) == pytest.approx((0, 4, math.pi / 2))
+    assert (berm.name, edge.side) == ("berm", "left")
+
+
+def test_one_axle_distance_and_the_wheelbase_give_the_other():
+    a = parse_scene(without("cg_to_rear_axle"), "bend").vehicles["a"]
+    assert close(a.rear_axle, 2.85 - 1.35, 0)
+    a = parse_scene(without("cg_to_front_axle"), "bend").vehicles["a"]
+    assert close(a.front_axle, 2.85 - 1.50, 0)
+    assert close(a.rear_axle, 1.50, 0)
+
+
+def test_axle_distances_alone_give_the_wheelbase_of_the_yaw_inertia():
+    a = parse_scene(without("wheelbase", "yaw_inertia"), "bend").vehicles["a"]
+    assert a.yaw_inertia.value == pytest.approx(1857 * (0.49 * 2.85) ** 2)
+    assert a.yaw_inertia.assumed == "value"
+
+
+def test_vehicles_may_be_written_in_lower_case():
+    text = SCENE.replace("vehicles.A", "vehicles.a").replace("vehicles.B", "vehicles.b")
+    assert parse_scene(text, "bend").vehicles == parse_scene(SCENE, "bend").vehicles
+
+
+def test_a_source_is_kept_beside_an_assumed_uncertainty():
+    text = changed(('"1778 kg"', '{ value = 1778, unit = "kg", source = "weighed" }'))
+    mass = parse_scene(text, "bend").vehicles["b"].mass
+    assert mass.source.startswith("weighed; uncertainty assumed: 2 %")
+
+
+def test_bounds_themselves_are_accepted():
+    headings = ('heading = "180', 'heading = "360'), ('heading = "215', 'heading = "-360')
+    text = changed(*headings, ('rotation = "35', 'rotation = "3601'))
+    with pytest.raises(SceneError, match="between -3600 and 3600"):
+        parse_scene(text, "bend")
+    text = changed(*headings, ('rotation = "35', 'rotation = "3600'))
+    assert close(parse_scene(text, "bend").rest["a"].heading, 3960 * DEGREE, 3 * DEGREE)
+    assert parse_scene(changed(('"45 ± 2 mph"', '"0 ± 1 mph"')), "bend").approach["a"].speed
+
+
+def test_every_quantity_of_a_scene_has_a_label():
+    scene = parse_scene(SCENE, "bend")
+    for name in scene.inputs() | scene.evidence():
+        label, dimension = describe(name)
+        assert label
+        assert dimension
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
+def test_a_file_is_read_with_or_without_a_byte_order_mark(tmp_path, encoding):
+    path = tmp_path / "bend.toml"
+    path.write_bytes(SCENE.replace("\n", "\r\n").encode(encoding))
+    scene = load_scene(path)
+    assert scene.name == "bend"
+    assert scene.text.startswith("schema = 1")
+    assert load_scene(str(path)) == scene
+    assert scene.vehicles == parse_scene("\ufeff" + SCENE, "bend").vehicles
+
+
+def test_importing_the_scene_is_light():
+    code = (
+        "import sys, retrodict.scene; "
+        "print([m for m in ('jax', 'numpyro', 'matplotlib', 'pint', 'pydantic', 'scipy') "
+        "if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,155 @@
+"""Quantities as people write them, against numbers known from elsewhere."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from retrodict.scene import units
+from retrodict.scene.units import QuantityError, read_quantity
+
+# NIST SP 811 appendix B, and the mile, pound and foot as defined in 1959
+CONVERSIONS = [
+    ("45 mph", units.SPEED, 20.1168),
+    ("63.2 ft/s", units.SPEED, 19.26336),
+    ("63.2 fps", units.SPEED, 19.26336),
+    ("72 km/h", units.SPEED, 20.0),
+    ("72 kph", units.SPEED, 20.0),
+    ("19.3 m/s", units.SPEED, 19.3),
+    ("4094 lb", units.MASS, 1857.00716),
+    ("2 lbs", units.MASS, 0.90718474),
+    ("1857 kg", units.MASS, 1857.0),
+    ("9 ft", units.LENGTH, 2.7432),
+    ("60.6 in", units.LENGTH, 1.53924),
+    ("180 deg", units.ANGLE, math.pi),
+    ("180°", units.ANGLE, math.pi),
+    ("-0.155 rad", units.ANGLE, -0.155),
+    ("565 deg/s", units.YAW_RATE, 9.861110),
+    ("60 rpm", units.YAW_RATE, 2 * math.pi),
+    ("2000 lb ft s^2", units.INERTIA, 2711.6359),
+    ("2000 lb·ft·s²", units.INERTIA, 2711.6359),
+    ("2000 lb-ft-s^2", units.INERTIA, 2711.6359),
+    ("2000 lbf*ft*s**2", units.INERTIA, 2711.6359),
+    ("2000 slug ft^2", units.INERTIA, 2711.6359),
+    ("80000 lb ft^2", units.INERTIA, 3371.2088),  # here a pound of mass
+    ("3374 kg·m²", units.INERTIA, 3374.0),
+    ("3374 kg m2", units.INERTIA, 3374.0),
+    ("0.002 s/m", units.INVERSE_SPEED, 0.002),
+    ("0.001 1/mph", units.INVERSE_SPEED, 0.0022369363),
+    ("0.5", units.NUMBER, 0.5),
+]
+
+
+@pytest.mark.parametrize(("text", "dimension", "si"), CONVERSIONS)
+def test_units_are_worth_what_the_standards_say(text, dimension, si):
+    assert read_quantity(text, dimension, "").value == pytest.approx(si, rel=1e-7)
+
+
+SPELLINGS = [
+    ("45 ± 2 mph", 45, 2),
+    ("45±2mph", 45, 2),
+    ("45 +/- 2 mph", 45, 2),
+    ("45 +- 2 mph", 45, 2),
+    ("45 mph ± 2 mph", 45, 2),
+    ("45 mph ± 2", 45, 2),
+    ("45 mph ± 1.7600 ft/s", 45, 1.2),
+    ("45 mph ± 10 %", 45, 4.5),
+    ("45 ± 10% mph", 45, 4.5),
+    ("  45\u00a0±  2\tmph ", 45, 2),
+    ("−45 ± 2 mph", -45, 2),
+    ("-45 mph ± 10 %", -45, 4.5),
+    ("4.5e1 ± .2E1 mph", 45, 2),
+    ("45. mph", 45, None),
+    ({"value": 45, "sd": 2, "unit": "mph"}, 45, 2),
+    ({"value": 45.0, "unit": "mph"}, 45, None),
+]
+
+
+@pytest.mark.parametrize(("raw", "value", "sd"), SPELLINGS)
+def test_every_spelling_reads_alike(raw, value, sd):
+    reading = read_quantity(raw, units.SPEED, "")
+    assert reading.value == pytest.approx(value * 0.44704)
+    assert reading.sd == (None if sd is None else pytest.approx(sd * 0.44704))
+
+
+def test_a_table_keeps_its_source():
+    raw = {"value": 0.5, "sd": 0.03, "source": "skid tests"}
+    assert read_quantity(raw, units.NUMBER, "") == units.Reading(0.5, 0.03, "skid tests")
+
+
+REFUSED = [
+    ("45", units.SPEED, 'write "45 m/s"'),
+    ("45 ± 2", units.SPEED, 'write "45 ± 2 m/s"'),
+    (45, units.SPEED, 'write "45 m/s" (or in km/h, mph or ft/s)'),
+    ("45 kg", units.SPEED, '"kg" does not measure a speed'),
+    ("20 degC", units.SPEED, "does not measure a speed"),
+    ("45 mhp", units.SPEED, 'did you mean "mph"'),
+    ("45 KM/H", units.SPEED, 'did you mean "km/h"'),
+    ("45 wibble", units.SPEED, "unknown unit"),
+    ("45 ± 2 mph ± 3 mph", units.SPEED, "not a quantity"),
+    ("45 mph ± 2 kg", units.SPEED, '"kg" does not measure a speed'),
+    ("45 - 2 mph", units.SPEED, "not a quantity"),
+    ("45 mph - 2", units.SPEED, "unknown unit"),
+    ("1,35 m", units.LENGTH, "decimal point"),
+    ("1,857 kg", units.MASS, "decimal point"),
+    ("nan mph", units.SPEED, "not a quantity"),
+    ("1e999 mph", units.SPEED, "not a finite number"),
+    ("45 ± 1e999 mph", units.SPEED, "above 0"),
+    ("45 ± 0 mph", units.SPEED, "above 0"),
+    ("45 ± -2 mph", units.SPEED, "above 0"),
+    ("0 ± 5 % mph", units.SPEED, "above 0"),
+    ("45 mph mph mph mph mph mph mph mph mph mph mph", units.SPEED, "not a quantity"),
+    ("4" * 5000 + " mph", units.SPEED, "not a quantity"),
+    ("٤٥ mph", units.SPEED, "not a quantity"),
+    ("", units.SPEED, "not a quantity"),
+    (True, units.NUMBER, "not a quantity"),
+    ([45], units.SPEED, "not a quantity"),
+    (10**400, units.NUMBER, "not a finite number"),
+    ("0.5 m", units.NUMBER, "without a unit"),
+    ("4000 lbf", units.MASS, 'pounds of mass are "lb"'),
+    ("10 percent", units.ANGLE, "does not measure an angle"),
+    ("1 Hz", units.YAW_RATE, "does not measure a yaw rate"),
+    ("1 1/s", units.YAW_RATE, "does not measure a yaw rate"),
+    ("5 kg rad", units.MASS, "does not measure a mass"),
+    ("3374 kg m s^2", units.INERTIA, "does not measure a yaw inertia"),
+    ({"value": 45}, units.SPEED, 'add unit = "m/s"'),
+    ({"sd": 45}, units.SPEED, "no value"),
+    ({"value": "45 mph"}, units.SPEED, "without quotes"),
+    ({"value": 45, "unit": "mph", "sigma": 2}, units.SPEED, 'one standard deviation is "sd"'),
+    ({"value": 45, "unit": "mph", "vlaue": 2}, units.SPEED, 'did you mean "value"'),
+    ({"value": 45, "unit": "mph", "source": "a\x1b[2J"}, units.SPEED, "one short line"),
+    ({"value": math.nan, "unit": "mph"}, units.SPEED, "not a finite number"),
+    ({"value": 45, "sd": math.nan, "unit": "mph"}, units.SPEED, "above 0"),
+]
+
+
+@pytest.mark.parametrize(("raw", "dimension", "mend"), REFUSED)
+def test_what_cannot_be_read_says_what_to_write(raw, dimension, mend):
+    with pytest.raises(QuantityError) as caught:
+        read_quantity(raw, dimension, "45 ± 2 mph")
+    assert mend in caught.value.mend
+
+
+DANGEROUS = [
+    "9**9**9**9 m",
+    "1 m^9999999999",
+    "1 m**2**2**2**2",
+    "1 (m)",
+    "1 m.__class__",
+    "1 __import__",
+    "1 9**9",
+    "1 m; import os",
+    "1 [length]",
+    "1 m m m m m m m m m m m m m m m m m m m m m",
+]
+
+
+@pytest.mark.parametrize("text", DANGEROUS)
+def test_nothing_but_a_plain_unit_reaches_pint(text, monkeypatch):
+    def reached() -> None:
+        raise AssertionError("pint was asked")
+
+    monkeypatch.setattr(units, "_registry", reached)
+    with pytest.raises(QuantityError):
+        read_quantity(text, units.LENGTH, "1 m")
