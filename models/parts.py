@@ -31,11 +31,13 @@ class Structure:
         uncertain: measured inputs that carry an uncertainty, with their error laws.
         surfaces: names, the one that lies everywhere first.
         known_of_b: which of `OF_B` was measured.
+        constant_friction: whether no surface's friction depends on speed.
     """
 
     uncertain: tuple[tuple[str, str], ...]
     surfaces: tuple[str, ...]
     known_of_b: tuple[str, ...]
+    constant_friction: bool
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -53,8 +55,8 @@ class Data(NamedTuple):
         edges: where each edge runs: point and unit normal into the zone, m.
     """
 
-    inputs: dict[str, Float[Array, "2"]]
-    evidence: dict[str, Float[Array, "2"]]
+    inputs: dict[str, Float[Array, 2]]
+    evidence: dict[str, Float[Array, 2]]
     edges: Zone
 
 
@@ -75,6 +77,9 @@ def of_scene(scene: Scene) -> tuple[Structure, Data]:
             uncertain=uncertain,
             surfaces=tuple(s.name for s in scene.surfaces),
             known_of_b=tuple(k for k in OF_B if k in inputs),
+            constant_friction=all(
+                s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
+            ),
         ),
         Data(
             inputs={k: _location_and_scale(m) for k, m in inputs.items()},
@@ -84,7 +89,7 @@ def of_scene(scene: Scene) -> tuple[Structure, Data]:
     )
 
 
-def _location_and_scale(m: Measured) -> Float[Array, "2"]:
+def _location_and_scale(m: Measured) -> Float[Array, 2]:
     """Of the normal law, or of the logarithm's normal with the measured mean and sd."""
     if m.law == "lognormal" and m.sd > 0:
         variance = jnp.log1p((m.sd / m.value) ** 2)
@@ -93,16 +98,19 @@ def _location_and_scale(m: Measured) -> Float[Array, "2"]:
 
 
 def measured(structure: Structure, data: Data) -> Values:
-    """Measured inputs: sampled about what was measured where uncertain, else as they are."""
-    values = {name: pair[0] for name, pair in data.inputs.items()}
-    for name, law in structure.uncertain:
-        error_law = dist.LogNormal if law == "lognormal" else dist.Normal
-        values[name] = numpyro.sample(name, error_law(*data.inputs[name]))
+    """Measured inputs: where uncertain, as far from what was measured as standard deviates say."""
+    count = len(structure.uncertain)
+    if not count:
+        return from_standard(structure, data, jnp.zeros(0))
+    deviates = numpyro.sample("measured", dist.Normal(0.0, 1.0).expand((count,)).to_event(1))
+    values = from_standard(structure, data, deviates)
+    for name in structure.names:
+        numpyro.deterministic(name, values[name])
     return values
 
 
 def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"]) -> Values:
-    """The same inputs from standard normal deviates: what coordinates are made of.
+    """Measured inputs from standard normal deviates.
 
     Args:
         structure: which inputs are uncertain.
@@ -114,24 +122,12 @@ def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"])
     """
     values = {name: pair[0] for name, pair in data.inputs.items()}
     if structure.uncertain:
-        location, scale = _stacked(structure, data)
+        pairs = [data.inputs[name] for name in structure.names]
+        location, scale = jnp.stack(pairs, axis=1)
         x = location + scale * xi
         x = jnp.where(_is_lognormal(structure), jnp.exp(x), x)
         values |= dict(zip(structure.names, x, strict=True))
     return values
-
-
-def log_scale(structure: Structure, data: Data, xi: Float[Array, " inputs"]) -> Float[Array, ""]:
-    """Log of |d inputs / d deviates| for `from_standard`."""
-    if not structure.uncertain:
-        return jnp.zeros(())
-    location, scale = _stacked(structure, data)
-    log_value = jnp.where(_is_lognormal(structure), location + scale * xi, 0.0)
-    return (jnp.log(scale) + log_value).sum()
-
-
-def _stacked(structure: Structure, data: Data) -> Float[Array, "2 inputs"]:
-    return jnp.stack([data.inputs[name] for name in structure.names], axis=1)
 
 
 def _is_lognormal(structure: Structure) -> np.ndarray:
@@ -153,7 +149,7 @@ def bodies(x: Values) -> Bodies:
     return Bodies(*masses, *lever_arms(*levers(x)), x["Gamma"])
 
 
-def approach_of_a(x: Values) -> Float[Array, "3"]:
+def approach_of_a(x: Values) -> Float[Array, 3]:
     """A's velocity before impact, (v_ax, v_ay, omega_a)."""
     speed, direction = x["speed_a"], x["direction_a"]
     return jnp.stack([speed * jnp.cos(direction), speed * jnp.sin(direction), x["omega_a"]])
@@ -185,15 +181,16 @@ def ground(structure: Structure, data: Data, x: Values) -> Ground:
     inward = data.edges.inward
     shifts = [x[f"edge_{name}"] for name in structure.surfaces[1:]]
     shift = jnp.stack(shifts)[:, None] * inward if shifts else inward
+    dependence = [x[f"speed_dependence_{s}"] for s in structure.surfaces]
     return Ground(
         coefficients=jnp.stack([x[f"friction_{s}"] for s in structure.surfaces]),
-        speed_dependence=jnp.stack([x[f"speed_dependence_{s}"] for s in structure.surfaces]),
+        speed_dependence=None if structure.constant_friction else jnp.stack(dependence),
         zones=Zone(data.edges.point + shift, inward),
     )
 
 
 def rest_poses(
-    structure: Structure, data: Data, x: Values, separation: Float[Array, "6"]
+    structure: Structure, data: Data, x: Values, separation: Float[Array, 6]
 ) -> Float[Array, "2 3"]:
     """Where both vehicles come to rest after separating with these velocities."""
     on = ground(structure, data, x)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import jax.numpy as jnp
 import numpyro
 import numpyro.distributions as dist
-
-from retrodict.mechanics import Coefficients, audit, critical_mu, separation
 from retrodict.models import parts
 from retrodict.models.card import Card
+
+from retrodict.mechanics import Coefficients, audit, critical_mu, separation
 
 SPEED_SCALE = 30.0  # m/s
 OMEGA_SCALE = 1.0  # rad/s

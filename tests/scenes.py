@@ -49,7 +49,10 @@ def collision(
     share: float = 0.02,
     berm: bool = True,
     turns_known: bool = True,
-    rest: tuple[tuple[float, ...], tuple[float, ...]] = ((-3.59, 2.18, 3.799), (8.968, -12.896, 12.584)),
+    rest: tuple[tuple[float, ...], tuple[float, ...]] = (
+        (-3.59, 2.18, 3.799),
+        (8.968, -12.896, 12.584),
+    ),
 ) -> Scene:
     """The geometry of SAE 770014's example; `share` = 0 leaves only its nine main unknowns."""
     d = 1.0 if share else 0.0
@@ -75,6 +78,8 @@ def collision(
             v: Rest(Measured(x, 0.15), Measured(y, 0.15), Measured(h, 3 * DEGREE), turns_known)
             for v, (x, y, h) in zip("ab", rest, strict=True)
         },
-        contact=Contact(Measured(0.0, 0.1 * d), Measured(0.0, 0.1 * d), Measured(-0.155, 3 * DEGREE)),
+        contact=Contact(
+            Measured(0.0, 0.1 * d), Measured(0.0, 0.1 * d), Measured(-0.155, 3 * DEGREE)
+        ),
         surfaces=tuple(surfaces),
     )

@@ -43,9 +43,7 @@ def main() -> None:
     lever_a, lever_b = np.array([-D4, -D3]), np.array([D2, D1])
     assert np.allclose(lever_arms(jnp.array(lever_a), jnp.array(lever_b)), (D1, D2, D3, D4))
     bodies = Bodies(M_A, M_B, I_A, I_B, D1, D2, D3, D4, GAMMA)
-    approach_b, c = approach_and_coefficients(
-        jnp.array(SEPARATION), jnp.array(APPROACH_A), bodies
-    )
+    approach_b, c = approach_and_coefficients(jnp.array(SEPARATION), jnp.array(APPROACH_A), bodies)
     us = np.array(approach_b) / [FOOT, FOOT, DEGREE]
     found = dict(zip(TABLE_4, [*us, float(c.mu), float(c.e), float(c.e_m)], strict=True))
     print(f"{'Table 4':10}{'paper':>10}{'here':>10}")
@@ -53,7 +51,9 @@ def main() -> None:
         print(f"{name:10}{paper:>10}{found[name]:>10.3f} {unit}")
 
     ground = Ground(
-        jnp.array([ROAD, BERM]), jnp.zeros(2), Zone(jnp.array([[0, BERM_EDGE]]), jnp.array([[0, 1.0]]))
+        jnp.array([ROAD, BERM]),
+        jnp.zeros(2),
+        Zone(jnp.array([[0, BERM_EDGE]]), jnp.array([[0, 1.0]])),
     )
     print("\nrest poses from the impact centre (m, m, deg; rotation in deg)")
     for name, lever, heading, car, v in (

@@ -102,7 +102,8 @@ class Result:
             OSError: something could not be written; then nothing in the directory has changed.
         """
         from retrodict.report.document import write_report
-        from retrodict.report.figures import save_figures
+        from retrodict.report.figures import images
+        from retrodict.report.files import write_whole
         from retrodict.report.findings import write_summary
 
         directory = Path(directory)
@@ -111,8 +112,10 @@ class Result:
         try:
             self.idata.to_netcdf(staging / "posterior.nc", engine="h5netcdf")
             write_summary(self.outcome, staging / "summary.json")
-            save_figures(self.outcome, staging / "figures", units)
-            write_report(self.outcome, staging / "report.html", units)
+            drawn = images(self.outcome, units)
+            for name, image in drawn.items():
+                write_whole(staging / "figures" / f"{name}.png", image)
+            write_report(self.outcome, staging / "report.html", units, drawn)
             for file in sorted(f for f in staging.rglob("*") if f.is_file()):
                 target = directory / file.relative_to(staging)
                 target.parent.mkdir(exist_ok=True)
@@ -137,8 +140,8 @@ def reconstruct(
     *,
     model: str = DEFAULT_RUNG,
     chains: int = 4,
-    draws: int = 500,
-    warmup: int = 300,
+    draws: int = 750,
+    warmup: int = 250,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Result:

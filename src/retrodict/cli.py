@@ -70,8 +70,10 @@ def reconstruct(
         Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
     ] = None,
     chains: Annotated[int, typer.Option(min=1, max=64, help="NUTS chains")] = 4,
-    draws: Annotated[int, typer.Option(min=4, max=1_000_000, help="draws kept of each chain")] = 500,
-    warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 300,
+    draws: Annotated[
+        int, typer.Option(min=4, max=1_000_000, help="draws kept of each chain")
+    ] = 750,
+    warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 250,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
     quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
@@ -88,9 +90,7 @@ def reconstruct(
     console = Console(quiet=quiet)
     try:
         with _progress(console) as tell:
-            result = run(
-                found, chains=chains, draws=draws, warmup=warmup, seed=seed, progress=tell
-            )
+            result = run(found, chains=chains, draws=draws, warmup=warmup, seed=seed, progress=tell)
             tell("writing the report", 0, 1)
             result.save(folder, units.value)
             tell("writing the report", 1, 1)

@@ -34,7 +34,9 @@ def with_edge(f: float, beyond: float, point: tuple, inward: tuple, c: float = 0
 def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -> np.ndarray:
     """Rest pose by SciPy's DOP853 in time, with a right-hand side of its own in NumPy."""
     a, b = car.front_axle, car.rear_axle
-    wheels = np.array([[a, car.track / 2], [a, -car.track / 2], [-b, car.track / 2], [-b, -car.track / 2]])
+    wheels = np.array(
+        [[a, car.track / 2], [a, -car.track / 2], [-b, car.track / 2], [-b, -car.track / 2]]
+    )
     load = GRAVITY * np.array([b, b, a, a]) / (a + b) / 2
     f, c = (np.array(v) for v in ground[:2])
     edges = list(zip(np.array(ground.zones.point), np.array(ground.zones.inward), strict=True))
@@ -56,8 +58,16 @@ def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -
         return y[3] ** 2 + y[4] ** 2 + car.k2 * y[5] ** 2 - 1e-10
 
     stopped.terminal = True
-    run = solve_ivp(motion, (0, 100), [*pose, *velocity], "DOP853", rtol=1e-10, atol=1e-10,
-                    events=stopped, max_step=0.02)
+    run = solve_ivp(
+        motion,
+        (0, 100),
+        [*pose, *velocity],
+        "DOP853",
+        rtol=1e-10,
+        atol=1e-10,
+        events=stopped,
+        max_step=0.02,
+    )
     return run.y[:3, -1]
 
 
@@ -89,14 +99,19 @@ def test_pure_spin_stops_after_the_closed_form_angle() -> None:
 def random_scene(seed: int) -> tuple[np.ndarray, np.ndarray, Car, Ground]:
     """Ordinary run-outs: friction 0.3 to 0.9, up to 15 m/s and 10 rad/s, an edge on the way."""
     rng = np.random.default_rng(seed)
-    car = Car(rng.uniform(1.3, 2.3), rng.uniform(1.1, 1.5), rng.uniform(1.1, 1.5), rng.uniform(1.4, 1.6))
+    car = Car(
+        rng.uniform(1.3, 2.3), rng.uniform(1.1, 1.5), rng.uniform(1.1, 1.5), rng.uniform(1.4, 1.6)
+    )
     way = rng.uniform(-math.pi, math.pi)
     v = rng.uniform(3, 15)
     inward = way + rng.uniform(-1.2, 1.2)
     point = rng.uniform(1, 6) * np.array([math.cos(way), math.sin(way)])
     ground = with_edge(
-        rng.uniform(0.3, 0.9), rng.uniform(0.3, 0.9), tuple(point),
-        (math.cos(inward), math.sin(inward)), c=rng.uniform(0, 0.01),
+        rng.uniform(0.3, 0.9),
+        rng.uniform(0.3, 0.9),
+        tuple(point),
+        (math.cos(inward), math.sin(inward)),
+        c=rng.uniform(0, 0.01),
     )
     velocity = np.array([v * math.cos(way), v * math.sin(way), rng.uniform(-10, 10)])
     return np.array([0.0, 0.0, rng.uniform(-3, 3)]), velocity, car, ground
@@ -120,10 +135,16 @@ def test_rest_pose_agrees_with_scipy() -> None:
 
 def test_gradient_agrees_with_differences_of_scipy() -> None:
     pose, velocity, car, ground = random_scene(3)
-    exact = np.array(jax.jacfwd(lambda v: rest(jnp.array(pose), v, car, ground, steps=768))(jnp.array(velocity)))
+    exact = np.array(
+        jax.jacfwd(lambda v: rest(jnp.array(pose), v, car, ground, steps=768))(jnp.array(velocity))
+    )
     h = 1e-3
     columns = [
-        (by_scipy(pose, velocity + h * d, car, ground) - by_scipy(pose, velocity - h * d, car, ground)) / (2 * h)
+        (
+            by_scipy(pose, velocity + h * d, car, ground)
+            - by_scipy(pose, velocity - h * d, car, ground)
+        )
+        / (2 * h)
         for d in np.eye(3)
     ]
     np.testing.assert_allclose(exact, np.array(columns).T, atol=2e-3 * np.abs(columns).max())
@@ -150,7 +171,9 @@ def test_turning_the_scene_turns_the_run_out(velocity: tuple, f: float, turn: fl
     c, s = math.cos(turn), math.sin(turn)
     R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     here = np.array(_rest(jnp.zeros(3), jnp.array(velocity), CAR, plain(f)))
-    there = np.array(_rest(jnp.array([0, 0, turn]), jnp.array(R @ np.array(velocity)), CAR, plain(f)))
+    there = np.array(
+        _rest(jnp.array([0, 0, turn]), jnp.array(R @ np.array(velocity)), CAR, plain(f))
+    )
     np.testing.assert_allclose(there - [0, 0, turn], R @ here, atol=1e-6 * (1 + np.abs(here).max()))
 
 

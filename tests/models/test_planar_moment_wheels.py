@@ -6,10 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro.infer.util import log_density
+from retrodict.models import RUNGS, parts
 from scipy import stats
 
 from retrodict.mechanics import Coefficients, separation
-from retrodict.models import RUNGS, parts
 from tests.scenes import collision
 
 
@@ -20,23 +20,26 @@ def test_density_is_priors_times_likelihood() -> None:
     xi = np.random.default_rng(2).normal(size=len(structure.uncertain)) * 0.5
     x = parts.from_standard(structure, data, jnp.array(xi))
     own = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.35, "e_m": 0.7}
-    sites = {name: x[name] for name in structure.names} | own
+    sites = {"measured": jnp.array(xi)} | own
     found, _ = log_density(RUNGS["planar-moment-wheels"].model, (structure, data), {}, sites)
 
     expected = stats.halfnorm(scale=30).logpdf(19.0) - math.log(2 * math.pi)
     expected += stats.norm(0, 1).logpdf(0.3) + stats.norm(0, 1).logpdf(0.35) - math.log(2)
     expected += stats.truncnorm(0, 5, scale=0.2).logpdf(0.1)
-    for name, measured in scene.inputs().items():
-        if measured.sd == 0:
-            continue
-        value = float(x[name])
+    expected += stats.norm.logpdf(xi).sum()
+    for deviate, name in zip(xi, structure.names, strict=True):
+        measured, value = scene.inputs()[name], float(x[name])
         if measured.law == "lognormal":
             s = math.sqrt(math.log1p((measured.sd / measured.value) ** 2))
-            law = stats.lognorm(s, scale=measured.value / math.sqrt(1 + (measured.sd / measured.value) ** 2))
-            assert law.mean() == pytest.approx(measured.value) and law.std() == pytest.approx(measured.sd)
+            law = stats.lognorm(
+                s, scale=measured.value / math.sqrt(1 + (measured.sd / measured.value) ** 2)
+            )
+            assert law.mean() == pytest.approx(measured.value) and law.std() == pytest.approx(
+                measured.sd
+            )
         else:
             law = stats.norm(measured.value, measured.sd)
-        expected += law.logpdf(value)
+        assert law.cdf(value) == pytest.approx(stats.norm.cdf(deviate))
     v_b = 19.0 * np.array([math.cos(-0.2), math.sin(-0.2)])
     before = jnp.array([*parts.approach_of_a(x), *v_b, 0.3])
     after = separation(before, parts.bodies(x), Coefficients(0.1, 0.35, 0.7))
@@ -50,7 +53,9 @@ def test_vehicles_touch_at_the_impact_centre() -> None:
     structure, data = parts.of_scene(collision())
     x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
     centre = np.array(parts.impact_poses(x))[:, :2] + np.array(parts.levers(x))
-    np.testing.assert_allclose(centre, np.tile([[float(x["impact_x"]), float(x["impact_y"])]], (2, 1)))
+    np.testing.assert_allclose(
+        centre, np.tile([[float(x["impact_x"]), float(x["impact_y"])]], (2, 1))
+    )
 
 
 def test_lever_arms_of_the_example_are_the_recovered_ones() -> None:

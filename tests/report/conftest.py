@@ -203,7 +203,7 @@ def _paths(
             path[:, i, :, j] = start[j] + (ends[:, j : j + 1] - start[j]) * s + bulge
         path[:, i, :, 2] = heading + (ends[:, 2:] - heading) * s
     coords = {"vehicle": list(VEHICLES), "pose": ["x", "y", "heading"]}
-    return xr.DataArray(path, coords, ("path", "vehicle", "step", "pose"))
+    return xr.DataArray(path, coords, ("run", "vehicle", "step", "pose"))
 
 
 def fail(outcome: Outcome, failed: tuple[str, ...] = ("e_m",)) -> Outcome:

@@ -26,8 +26,10 @@ from retrodict.models import parts
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 BOUNDS = np.array([[0.0, 1.0], [-1.0, 1.0]])  # of e and e_m
-_ITERATIONS = 5
-_TOLERANCE = 1e-8
+_LEAST_RISE = (
+    0.1  # of a level along its line, 1 at the expansion's centre: keeps the bend one-to-one
+)
+_RESIDUE = 0.2  # of a wall's softness: how exactly the bend keeps its bounds, roughly
 
 Q = Float[Array, " q"]
 
@@ -41,11 +43,11 @@ class Sheet(NamedTuple):
         quadratic: shape (3, k, k), symmetric.
     """
 
-    constant: Float[Array, "3"]
+    constant: Float[Array, 3]
     linear: Float[Array, "3 k"]
     quadratic: Float[Array, "3 k k"]
 
-    def __call__(self, x: Float[Array, " k"]) -> Float[Array, "3"]:
+    def __call__(self, x: Float[Array, " k"]) -> Float[Array, 3]:
         """Its value at x."""
         s = saturated(x)
         return self.constant + times(self.linear, x) + times(times(self.quadratic, s), s)
@@ -62,21 +64,23 @@ def saturated(x: Float[Array, "*any"]) -> Float[Array, "*any"]:
 
 
 class Wall(NamedTuple):
-    """How q is bent so that e and e_m stay within bounds.
+    """How q is bent so that e (first) and e_m (second) stay within bounds.
 
     Args:
-        at: where the bend is anchored, shape (q,).
-        level: unbounded values of (e, e_m) there, shape (2,).
-        gradient: of (e, e_m) in q there, shape (2, q).
-        along: directions that move e and e_m one by one, shape (q, 2).
+        at: where both are expanded to second order, shape (q,).
+        level: the unbounded quantities there, shape (2,).
+        gradient: theirs in q, shape (2, q).
+        hessian: theirs in q, shape (2, q, q).
+        along: for each a direction that moves it and, to first order, not the other, shape (2, q).
         softness: over which a bound is approached, shape (2,).
     """
 
     at: Q
-    level: Float[Array, "2"]
+    level: Float[Array, 2]
     gradient: Float[Array, "2 q"]
-    along: Float[Array, "q 2"]
-    softness: Float[Array, "2"]
+    hessian: Float[Array, "2 q q"]
+    along: Float[Array, "2 q"]
+    softness: Float[Array, 2]
 
 
 class Chart(NamedTuple):
@@ -107,7 +111,9 @@ def shaping_inputs(structure: parts.Structure, vehicle: str) -> list[int]:
     return [i for i, n in enumerate(structure.names) if not n.endswith(other) and n not in before]
 
 
-def friction_scale(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Float[Array, ""]:
+def friction_scale(
+    structure: parts.Structure, data: parts.Data, x: parts.Values
+) -> Float[Array, ""]:
     """sqrt(friction over its measured value): all speeds go with it, so the sheets need not."""
     name = f"friction_{structure.surfaces[0]}"
     value = data.inputs[name][0]
@@ -118,7 +124,7 @@ def friction_scale(structure: parts.Structure, data: parts.Data, x: parts.Values
 
 def separation_of(
     structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> tuple[Float[Array, "6"], parts.Values]:
+) -> tuple[Float[Array, 6], parts.Values]:
     """Velocities after the impact and the inputs at q."""
     x = parts.from_standard(structure, data, q[6:])
     scale = friction_scale(structure, data, x)
@@ -145,49 +151,47 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
     return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
 
 
-def bounded(
-    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> Float[Array, "2"]:
+def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, 2]:
     """(e, e_m) at q."""
     separation, x = separation_of(structure, data, chart, q)
     _, c = approach_and_coefficients(separation, parts.approach_of_a(x), parts.bodies(x))
     return jnp.stack([c.e, c.e_m])
 
 
-def squash(level: Float[Array, "2"], softness: Float[Array, "2"]) -> Float[Array, "2"]:
-    """From the whole line into the bounds; the identity away from them."""
-    low, high = BOUNDS.T
+def squash(level: Array, softness: Array, low: Array, high: Array) -> Array:
+    """From the whole line into (low, high); the identity away from them."""
     up = jax.nn.softplus((level - low) / softness) - jax.nn.softplus((level - high) / softness)
     return low + softness * up
 
 
-def walls(
-    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> tuple[Q, Float[Array, ""]]:
-    """Bend q so that (e, e_m) = squash(their linear levels); also log |d bent / d q|."""
-    wall = chart.wall
-    level = wall.level + times(wall.gradient, q - wall.at)
-    target = squash(level, wall.softness)
-    at = lambda t: bounded(structure, data, chart, q + times(wall.along, t))  # noqa: E731
+def log_squash_slope(level: Array, softness: Array, low: Array, high: Array) -> Array:
+    """Log of squash's derivative."""
+    # sigmoid(up) - sigmoid(-down), without cancellation
+    slope = jax.nn.log_sigmoid((level - low) / softness)
+    slope += jax.nn.log_sigmoid((high - level) / softness)
+    return slope + jnp.log(-jnp.expm1((low - high) / softness))
 
-    # Newton finds the shift t. The iterations need no derivative: one last step from the
-    # converged t carries the exact derivative of the solution (implicit function theorem)
-    frozen = jax.lax.stop_gradient
-    still = frozen((data, chart, q, target))
 
-    def newton(_: int, t: Float[Array, "2"]) -> Float[Array, "2"]:
-        data, chart, q, target = still
-        at = lambda t: bounded(structure, data, chart, q + times(chart.wall.along, t))  # noqa: E731
-        return t - _solve2(jax.jacfwd(at)(t), at(t) - target)
+def walls(chart: Chart, q: Q) -> tuple[Q, Float[Array, ""]]:
+    """Bend q so that e and e_m, as expanded to second order, are squashed; also log |d bent / d q|.
 
-    t = frozen(jax.lax.fori_loop(0, _ITERATIONS, newton, target - level))
-    miss = at(t) - target
-    t = t - _solve2(frozen(jax.jacfwd(at)(t)), miss)
-    slope = jax.jacfwd(at)(t)
-    rise = jax.jvp(lambda v: squash(v, wall.softness), (level,), (jnp.ones(2),))[1]
-    log_det = jnp.log(rise).sum() - jnp.log(jnp.abs(_det2(slope)))
-    found = jnp.all(jnp.abs(miss) < _TOLERANCE)
-    return q + times(wall.along, t), jnp.where(found, log_det, -jnp.inf)
+    Along a line the expansion is a parabola, so the shift t that takes a level to its squashed value
+    is the root of a quadratic equation, and d bent / d q has a closed form by differentiating it.
+    """
+    wall, total = chart.wall, jnp.zeros(())
+    for i, (low, high) in enumerate(BOUNDS):
+        away = q - wall.at
+        slope = wall.gradient[i] + times(wall.hessian[i], away)
+        level = wall.level[i] + ((wall.gradient[i] + slope) * away).sum() / 2
+        excess = level - squash(level, wall.softness[i], low, high)
+        rise = (slope * wall.along[i]).sum()
+        bow = (wall.along[i] * times(wall.hessian[i], wall.along[i])).sum() / 2
+        root = jnp.sqrt(jnp.maximum(rise**2 - 4 * bow * excess, _LEAST_RISE**2))
+        rise = jnp.maximum(rise, _LEAST_RISE)
+        q = q - 2 * excess / (rise + root) * wall.along[i]
+        # root is the slope along the line where the bend ends
+        total += log_squash_slope(level, wall.softness[i], low, high) + jnp.log(rise / root)
+    return q, total
 
 
 def locate(
@@ -204,29 +208,24 @@ def locate(
     Returns:
         A value for each of the model's sample sites, and the log determinant.
     """
-    q, log_det = walls(structure, data, chart, chart.centre + times(chart.spread, w))
+    q, log_det = walls(chart, chart.centre + times(chart.spread, w))
     log_det += jnp.log(jnp.diag(chart.spread)).sum()
     separation, x = separation_of(structure, data, chart, q)
     log_sheets = log_slope(structure, chart, q, friction_scale(structure, data, x))
     (v_bx, v_by, omega_b), c, log_inverse = inverse_log_det(
         separation, parts.approach_of_a(x), parts.bodies(x)
     )
+    # the bend knows e and e_m to second order: what it leaves out of bounds is squashed here
+    raw, soft = jnp.stack([c.e, c.e_m]), _RESIDUE * chart.wall.softness
+    e, e_m = squash(raw, soft, *BOUNDS.T)
+    log_det += log_squash_slope(raw, soft, *BOUNDS.T).sum()
     speed = jnp.sqrt(v_bx**2 + v_by**2)
     direction = jnp.arctan2(v_by, v_bx)
     if "direction_b" in structure.known_of_b:
         middle = data.inputs["direction_b"][0]
         direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
-    sites = {name: x[name] for name in structure.names}
+    sites = {"measured": q[6:]} if structure.uncertain else {}
     sites |= {"speed_b": speed, "direction_b": direction, "omega_b": omega_b}
-    sites |= {"e": c.e, "mu": c.mu, "e_m": c.e_m}
-    log_det += log_sheets + log_inverse + parts.log_scale(structure, data, q[6:]) - jnp.log(speed)
+    sites |= {"e": e, "mu": c.mu, "e_m": e_m}
+    log_det += log_sheets + log_inverse - jnp.log(speed)
     return sites, log_det
-
-
-def _det2(m: Float[Array, "2 2"]) -> Float[Array, ""]:
-    return m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
-
-
-def _solve2(m: Float[Array, "2 2"], v: Float[Array, "2"]) -> Float[Array, "2"]:
-    adjugate = jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]])
-    return times(adjugate, v) / _det2(m)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import arviz_stats
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from retrodict.inference.outcome import Checks
 from retrodict.scene.quantities import REPORTED, describe
 from retrodict.scene.records import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MAX_RHAT = 1.01
 MIN_ESS = 400.0
@@ -29,6 +32,8 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     Returns:
         The verdict, with one sentence for each check that failed.
     """
+    import arviz_stats  # slow to import; `reconstruct` does it while programs compile
+
     posterior = idata["posterior"].to_dataset()[list(REPORTED)]
     divergences = int(idata["sample_stats"]["diverging"].sum())
     rhat = _by_name(arviz_stats.rhat(posterior))

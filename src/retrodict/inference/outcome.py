@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from retrodict.models.card import Card
 from retrodict.scene.records import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 __all__ = ["Card", "Checks", "Outcome"]
@@ -49,7 +51,7 @@ class Outcome:
         idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
             sample_stats, observed_data, constant_data and trajectories; each variable has
             attributes `unit` (SI) and `label`. trajectories/path has dimensions
-            (path, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws.
+            (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws.
         checks: the verdict on the draws.
         seconds: total, compile and sample.
         versions: of retrodict, Python and the libraries that made the numbers.

@@ -64,9 +64,7 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         chart = _chart(programs, data, sheets, centre, spread)
         mode, value = _mode(programs, data, chart)
         spread = spread @ _spread_at(programs, data, chart, mode)
-        centre = np.asarray(
-            programs("bent", data, chart, chart.centre + chart.spread @ jnp.asarray(mode))
-        )
+        centre = np.asarray(coordinates.walls(chart, chart.centre + chart.spread @ mode)[0])
     chart = _chart(programs, data, sheets, centre, np.linalg.cholesky(spread @ spread.T))
     return Posterior(programs, data, chart, error, -value)
 
@@ -82,8 +80,8 @@ def blank_chart(structure: parts.Structure) -> Chart:
 
 
 def _no_wall(n: int) -> Wall:
-    zero = jnp.zeros(n)
-    return Wall(zero, jnp.zeros(2), jnp.zeros((2, n)), jnp.zeros((n, 2)), jnp.ones(2))
+    zero = jnp.zeros((2, n))
+    return Wall(jnp.zeros(n), jnp.zeros(2), zero, jnp.zeros((2, n, n)), zero, jnp.ones(2))
 
 
 def _chart(
@@ -95,28 +93,38 @@ def _chart(
 ) -> Chart:
     """Coordinates about `centre`, with walls along the directions cheapest in `spread`."""
     n = len(centre)
-    q = jnp.asarray(centre)
-    chart = Chart(sheets, _no_wall(n), q, jnp.asarray(spread))
-    value, gradient = (np.asarray(a) for a in programs("bounded", data, chart, q))
+    chart = Chart(sheets, _no_wall(n), jnp.asarray(centre), jnp.asarray(spread))
+
+    def bounded(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        value, gradient = programs("bounded", data, chart, jnp.asarray(q))
+        return np.asarray(value), np.asarray(gradient)
+
+    value, gradient = bounded(centre)
+    h = 0.7  # of a standard deviation: the curvature over where the draws will lie
+    rows = [
+        (bounded(centre + h * axis)[1] - bounded(centre - h * axis)[1]) / (2 * h) @ spread
+        for axis in spread.T
+    ]
+    back = np.linalg.inv(spread)
+    hessian = np.einsum("ai,jab,bk->jik", back, np.array(rows).swapaxes(0, 1), back)
     metric = spread @ spread.T
-    along = metric @ gradient.T @ np.linalg.inv(gradient @ metric @ gradient.T)
+    along = np.linalg.inv(gradient @ metric @ gradient.T) @ gradient @ metric
     sd = np.sqrt(np.einsum("ij,jk,ik->i", gradient, metric, gradient))
-    softness = np.clip(0.5 * sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
-    level = np.array([_unsquash(value, softness, i) for i in range(2)])
-    wall = Wall(*(jnp.asarray(a) for a in (centre, level, gradient, along, softness)))
+    softness = np.clip(sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
+    level = np.array([_unsquash(value[i], softness[i], *BOUNDS[i]) for i in range(2)])
+    hessian = (hessian + hessian.swapaxes(1, 2)) / 2
+    wall = Wall(*(jnp.asarray(a) for a in (centre, level, gradient, hessian, along, softness)))
     return chart._replace(wall=wall)
 
 
-def _unsquash(value: np.ndarray, softness: np.ndarray, i: int) -> float:
-    """The level whose squashed value is nearest to value[i]; just inside where it is outside."""
-    low, high = BOUNDS[i]
-    target = float(np.clip(value[i], low + 0.2 * softness[i], high - 0.2 * softness[i]))
+def _unsquash(value: float, softness: float, low: float, high: float) -> float:
+    """The level whose squashed value is nearest to `value`; just inside where it is outside."""
+    target = float(np.clip(value, low + 0.2 * softness, high - 0.2 * softness))
 
     def miss(level: float) -> float:
-        levels = jnp.full(2, level)
-        return float(coordinates.squash(levels, jnp.asarray(softness))[i]) - target
+        return float(coordinates.squash(level, softness, low, high)) - target
 
-    return brentq(miss, low - 40 * softness[i], high + 40 * softness[i], xtol=1e-10)
+    return brentq(miss, low - 40 * softness, high + 40 * softness, xtol=1e-10)
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:
@@ -127,16 +135,19 @@ def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarra
             return 1e10 + 1e8 * float(w @ w), 2e8 * w
         return value, np.nan_to_num(np.asarray(gradient))
 
-    best = minimize(potential, np.zeros(chart.centre.size), jac=True, method="BFGS",
-                    options={"gtol": 1e-3, "maxiter": 400})
+    best = minimize(
+        potential,
+        np.zeros(chart.centre.size),
+        jac=True,
+        method="BFGS",
+        options={"gtol": 1e-3, "maxiter": 400},
+    )
     if best.fun > 1e9:
         raise Unanswerable("the posterior has no finite density near the measured scene")
     return best.x, float(best.fun)
 
 
-def _spread_at(
-    programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray
-) -> np.ndarray:
+def _spread_at(programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray) -> np.ndarray:
     """Square root of the inverse Hessian at the mode, by differences of the compiled gradient."""
     h = 0.05
     rows = []

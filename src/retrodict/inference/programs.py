@@ -98,7 +98,8 @@ class Programs:
 
     def _paths(self, data: parts.Data, sites: parts.Values, separation: Array) -> Array:
         def one(values: parts.Values, V: Array) -> Array:
-            x = {name: pair[0] for name, pair in data.inputs.items()} | values
+            deviates = values.get("measured", jnp.zeros(0))
+            x = parts.from_standard(self.structure, data, deviates)
             on = parts.ground(self.structure, data, x)
             run = jax.vmap(lambda pose, velocity, car: run_out(pose, velocity, car, on).pose)
             return run(parts.impact_poses(x), V.reshape(2, 3), parts.cars(x))
@@ -108,7 +109,7 @@ class Programs:
     # -- compiled, each once -----------------------------------------------------------------
 
     def __call__(self, name: str, *arguments: Any) -> Any:
-        """Run one of: rests, potential, locate, bounded, bent, simulate, prior, paths."""
+        """Run one of: rests, potential, locate, bounded, simulate, prior, paths."""
         self.expect(name, *arguments)
         return self._finished(name)(*arguments)
 
@@ -117,10 +118,11 @@ class Programs:
 
         Traced here and now, because tracing is not safe in two threads; compiled elsewhere.
         """
-        self._submit(name, self._functions[name], arguments)
+        self._submit(name, self.functions[name], arguments)
 
     @cached_property
-    def _functions(self) -> dict[str, Callable[..., Any]]:
+    def functions(self) -> dict[str, Callable[..., Any]]:
+        """What is compiled, by name."""
         s = self.structure
         in_batch = jax.vmap(coordinates.locate, in_axes=(None, None, None, 0))
         return {
@@ -131,7 +133,6 @@ class Programs:
                 coordinates.bounded(s, data, chart, q),
                 jax.jacfwd(lambda q: coordinates.bounded(s, data, chart, q))(q),
             ),
-            "bent": lambda data, chart, q: coordinates.walls(s, data, chart, q)[0],
             "simulate": self._simulate,
             "prior": self._prior,
             "paths": self._paths,

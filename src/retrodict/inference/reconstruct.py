@@ -6,13 +6,14 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from importlib.metadata import version
 from itertools import product
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-import xarray as xr
 
 from retrodict.inference import gate
 from retrodict.inference.chains import Draws, sample
@@ -23,6 +24,9 @@ from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
 from retrodict.models import RUNGS, parts
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import VEHICLES, Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DEFAULT_RUNG = "planar-moment-wheels"
 PATHS = 60
@@ -38,8 +42,8 @@ def reconstruct(
     *,
     model: str = DEFAULT_RUNG,
     chains: int = 4,
-    draws: int = 500,
-    warmup: int = 300,
+    draws: int = 750,
+    warmup: int = 250,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Outcome:
@@ -131,10 +135,19 @@ def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
     separation, xi = np.zeros((BATCH, 6)), np.zeros((BATCH, len(structure.uncertain)))
     programs.expect("rests", data, separation, xi)
     programs.expect("bounded", data, chart, chart.centre)
-    programs.expect("bent", data, chart, chart.centre)
     programs.expect("potential", jnp.zeros(n), data, chart)
     programs.sampler(warmup, _FIRST_TRY, data, chart)
     programs.expect("locate", data, chart, jnp.zeros((CHUNK, n)))
+    sites = jax.eval_shape(programs.functions["locate"], data, chart, jnp.zeros((CHUNK, n)))[0]
+    programs.expect("simulate", data, sites)
+    programs.expect("prior", _prior_keys(0), data)
+    for slow in ("xarray", "arviz_stats"):  # imported while programs compile
+        import_module(slow)
+
+
+def _prior_keys(seed: int) -> jax.Array:
+    # a generator whose program compiles in a third of the time; it only draws the prior's picture
+    return jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
 
 
 def _settle_turns(scene: Scene, model: str) -> tuple[Posterior, Scene, tuple[str, ...]]:
@@ -186,6 +199,8 @@ def _turned(scene: Scene, turns: dict[str, int]) -> Scene:
 
 def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.DataTree:
     """Draws as an ArviZ DataTree, named, with units."""
+    import xarray as xr
+
     programs, data = posterior.programs, posterior.data
     chains, draws, n = drawn.w.shape
     rng = np.random.default_rng([seed, 1])
@@ -194,16 +209,14 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
         lambda w: programs("locate", data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
     )
     told = _in_chunks(lambda s: programs("simulate", data, s), sites)
-    # a generator whose program compiles in a third of the time; it only draws the prior's picture
-    keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
-    prior_sites = programs("prior", keys, data)
+    prior_sites = programs("prior", _prior_keys(seed), data)
     prior_told = programs("simulate", data, prior_sites)
 
     def group(values: dict[str, np.ndarray], prefix: str, shape: tuple[int, int]) -> xr.Dataset:
         chosen = {
             k.removeprefix(prefix): np.asarray(v).reshape(shape)
             for k, v in values.items()
-            if k.startswith(prefix) and (prefix or "/" not in k)
+            if k.startswith(prefix) and (prefix or "/" not in k) and k != "measured"
         }
         return _labelled(chosen, ("chain", "draw"))
 
@@ -243,6 +256,8 @@ def _in_chunks(function: Callable, values: np.ndarray | dict[str, np.ndarray]) -
 
 
 def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Dataset:
+    import xarray as xr
+
     variables = {}
     for name, value in values.items():
         label, dimension = describe(name)
@@ -253,6 +268,8 @@ def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Datase
 
 def _trajectories(posterior: Posterior, sites: dict, told: dict) -> xr.Dataset:
     """Run-outs of draws taken evenly along the chains."""
+    import xarray as xr
+
     count = len(sites["speed_b"])
     index = np.linspace(0, count - 1, PATHS).astype(int)
     columns = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
@@ -260,7 +277,7 @@ def _trajectories(posterior: Posterior, sites: dict, told: dict) -> xr.Dataset:
     chosen = {k: v[index] for k, v in sites.items()}
     path = posterior.programs("paths", posterior.data, chosen, V)
     return xr.Dataset(
-        {"path": (("path", "vehicle", "step", "pose"), np.asarray(path))},
+        {"path": (("run", "vehicle", "step", "pose"), np.asarray(path))},
         coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"]},
     )
 

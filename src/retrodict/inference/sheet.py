@@ -65,7 +65,9 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP[:, None, None] * sd), 1, -1)
         J = np.nan_to_num(J, posinf=0.0, neginf=0.0)
         ridge = J.swapaxes(-1, -2) @ J
-        ridge += 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) + 1e-12 * np.eye(3)
+        ridge += 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None] * np.eye(
+            3
+        ) + 1e-12 * np.eye(3)
         step = -np.linalg.solve(ridge, J.swapaxes(-1, -2) @ np.nan_to_num(miss)[..., None])[..., 0]
         limit = 0.3 * np.linalg.norm(V * [1, 1, 1.4], axis=-1, keepdims=True) + 0.5
         length = np.linalg.norm(step * [1, 1, 1.4], axis=-1, keepdims=True)
@@ -166,9 +168,7 @@ def _as_sheet(coefficients: np.ndarray, k: int) -> coordinates.Sheet:
     )
 
 
-def _linear(
-    programs: Programs, data: parts.Data, separation: np.ndarray
-) -> list[np.ndarray]:
+def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> list[np.ndarray]:
     """First sheets: linear in the rest pose and the inputs, by difference quotients."""
     structure = programs.structure
     p = len(structure.uncertain)

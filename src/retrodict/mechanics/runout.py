@@ -27,7 +27,9 @@ STEPS = 96
 _LAST = 1e-3  # of W: from here to rest in closed form, for at W = 0 friction has no direction
 _TINY = 1e-18  # m²/s²: a wheel that is the instant centre of a motion without spin
 _STANDS = 1e-4  # m/s: what is slower is run at this, some nanometres, so that derivatives exist
-_CLUSTER = 0.85  # W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
+_CLUSTER = (
+    0.85  # W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
+)
 
 Pose = Float[Array, "3"]  # x, y, heading: m, rad
 Velocity = Float[Array, "3"]  # Vx, Vy, Omega: m/s, rad/s
@@ -53,7 +55,7 @@ class Ground(NamedTuple):
     """Surfaces and their edges, as `surface.friction` takes them."""
 
     coefficients: Float[Array, " surfaces"]
-    speed_dependence: Float[Array, " surfaces"]
+    speed_dependence: Float[Array, " surfaces"] | None
     zones: Zone
 
 
@@ -94,7 +96,7 @@ def run_out(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int
 
 def _integrate(
     pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int, keep: bool
-) -> tuple[Float[Array, "7"], Float[Array, "stages 7"] | None]:
+) -> tuple[Float[Array, 7], Float[Array, "stages 7"] | None]:
     """Fixed Runge-Kutta steps of order four, with W as the independent variable.
 
     The scan runs over stages, not steps: with one slope in its body, the program with its gradient
@@ -134,7 +136,7 @@ def _integrate(
     return halt, jnp.concatenate([start[None], states[3:-1:4], halt[None]])
 
 
-def _slope(car: Car, ground: Ground, metric: Float[Array, "3"]):  # noqa: ANN202
+def _slope(car: Car, ground: Ground, metric: Float[Array, 3]):
     """d(x, y, heading, Vx, Vy, Omega, t)/dW."""
     wheel_x = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
     wheel_y = jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
@@ -142,7 +144,7 @@ def _slope(car: Car, ground: Ground, metric: Float[Array, "3"]):  # noqa: ANN202
     front, rear = car.rear_axle / wheelbase / 2, car.front_axle / wheelbase / 2
     load = GRAVITY * jnp.stack([front, front, rear, rear])  # static, per unit of vehicle mass
 
-    def slope(y: Float[Array, "7"]) -> Float[Array, "7"]:
+    def slope(y: Float[Array, 7]) -> Float[Array, 7]:
         c, s = jnp.cos(y[2]), jnp.sin(y[2])
         arm_x, arm_y = c * wheel_x - s * wheel_y, s * wheel_x + c * wheel_y
         slip_x, slip_y = y[3] - y[5] * arm_y, y[4] + y[5] * arm_x

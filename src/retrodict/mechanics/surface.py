@@ -28,7 +28,7 @@ def friction(
     position: Float[Array, "wheels 2"],
     speed: Float[Array, " wheels"],
     coefficients: Float[Array, " surfaces"],
-    speed_dependence: Float[Array, " surfaces"],
+    speed_dependence: Float[Array, " surfaces"] | None,
     zones: Zone,
 ) -> Float[Array, " wheels"]:
     """Sliding friction at each wheel: f exp(-c v) of the surface it is on.
@@ -37,13 +37,15 @@ def friction(
         position: of the wheels, m.
         speed: of their slip, m/s.
         coefficients: f of the surface that lies everywhere, then of each zone; later ones cover.
-        speed_dependence: c, s/m, likewise.
+        speed_dependence: c, s/m, likewise; None where friction does not depend on speed.
         zones: the edges, one less than there are surfaces.
 
     Returns:
         Friction of each wheel, passing smoothly over a tyre's width at an edge.
     """
-    of_surface = coefficients * jnp.exp(-speed_dependence * speed[:, None])
+    of_surface = jnp.broadcast_to(coefficients, (*speed.shape, coefficients.shape[0]))
+    if speed_dependence is not None:
+        of_surface = of_surface * jnp.exp(-speed_dependence * speed[:, None])
     value = of_surface[:, 0]
     for i in range(zones.point.shape[0]):
         depth = ((position - zones.point[i]) * zones.inward[i]).sum(axis=1)

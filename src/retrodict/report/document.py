@@ -46,26 +46,30 @@ FIELDS = (
 )
 
 
-def report_html(outcome: Outcome, units: Units = "si") -> str:
+def report_html(
+    outcome: Outcome, units: Units = "si", drawn: dict[str, bytes] | None = None
+) -> str:
     """The whole report as one HTML page with its figures in it.
 
     Args:
         outcome: the reconstruction.
         units: which come first, and which the inputs and figures are told in.
+        drawn: the figures' images, where they have been drawn already.
 
     Returns:
         The page; it has no scripts and loads nothing.
     """
     # matplotlib is slow to import, and notebooks' fragments do without it
-    from retrodict.report.figures import FIGURES, to_png
+    from retrodict.report.figures import FIGURES, images
 
+    drawn = drawn or images(outcome, units)
     figures = [
         {
             "title": figure.title,
             "caption": figure.caption,
-            "image": base64.b64encode(to_png(figure.draw(outcome, units))).decode("ascii"),
+            "image": base64.b64encode(drawn[name]).decode("ascii"),
         }
-        for figure in FIGURES.values()
+        for name, figure in FIGURES.items()
     ]
     other: Units = "us" if units == "si" else "si"
     system_order: tuple[Units, ...] = (units, other)
@@ -88,13 +92,16 @@ def report_html(outcome: Outcome, units: Units = "si") -> str:
     )
 
 
-def write_report(outcome: Outcome, path: Path, units: Units = "si") -> Path:
+def write_report(
+    outcome: Outcome, path: Path, units: Units = "si", drawn: dict[str, bytes] | None = None
+) -> Path:
     """Write the report, whole or not at all.
 
     Args:
         outcome: the reconstruction.
         path: of the HTML file.
         units: as for `report_html`.
+        drawn: as for `report_html`.
 
     Returns:
         The path.
@@ -102,7 +109,7 @@ def write_report(outcome: Outcome, path: Path, units: Units = "si") -> Path:
     Raises:
         OSError: the file could not be written; one that was there is as it was.
     """
-    return write_whole(path, report_html(outcome, units).encode())
+    return write_whole(path, report_html(outcome, units, drawn).encode())
 
 
 def scene_html(scene: Scene, units: Units = "si") -> str:

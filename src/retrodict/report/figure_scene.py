@@ -116,9 +116,9 @@ def _paths(outcome: Outcome, worth: float) -> dict[str, np.ndarray]:
     """Finite run-outs (path, step, pose) of each vehicle, lengths in the printed unit."""
     tree = outcome.idata
     # the variable bears the name of its first dimension, so xarray counts it as a coordinate
-    if "trajectories" not in tree.children or "path" not in tree["trajectories"].variables:
+    if "trajectories" not in tree.children or "path" not in tree["trajectories"]:
         return {}
-    data = tree["trajectories"]["path"].transpose("vehicle", "path", "step", "pose").values
+    data = tree["trajectories"]["path"].transpose("vehicle", "run", "step", "pose").values
     data = data / np.array([worth, worth, 1.0])
     found = dict(zip(VEHICLES, data, strict=True))
     return {v: paths[np.isfinite(paths).all(axis=(1, 2))] for v, paths in found.items()}

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FIGURES",
     "Registered",
+    "images",
     "pair_figure",
     "posterior_figure",
     "predictive_figure",
@@ -59,6 +60,11 @@ def to_png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
+def images(outcome: Outcome, units: Units = "si") -> dict[str, bytes]:
+    """Every figure as a PNG image, by name, in the order of the report."""
+    return {name: to_png(figure.draw(outcome, units)) for name, figure in FIGURES.items()}
+
+
 def save_figures(outcome: Outcome, directory: Path, units: Units = "si") -> list[Path]:
     """Write every figure as a PNG file, each whole or not at all.
 
@@ -73,5 +79,5 @@ def save_figures(outcome: Outcome, directory: Path, units: Units = "si") -> list
     Raises:
         OSError: a file could not be written.
     """
-    images = {name: to_png(figure.draw(outcome, units)) for name, figure in FIGURES.items()}
-    return [write_whole(directory / f"{name}.png", image) for name, image in images.items()]
+    drawn = images(outcome, units)
+    return [write_whole(directory / f"{name}.png", image) for name, image in drawn.items()]

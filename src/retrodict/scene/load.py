@@ -22,7 +22,8 @@ def load_scene(path: str | Path) -> Scene:
         path: a TOML file; its keys are described in docs/scene-file.md.
 
     Returns:
-        The scene in SI units and radians, named after the file.
+        The scene in SI units and radians, named after the file, or after its folder where the file
+        is called scene.toml.
 
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.
@@ -44,7 +45,8 @@ def load_scene(path: str | Path) -> Scene:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "not a path"
         raise _file_error(path, f"cannot be read ({reason}); mend the path or the rights") from None
-    return _parse(text, Path(path).stem, str(path))
+    stem = Path(path).stem
+    return _parse(text, stem if stem != "scene" else Path(path).resolve().parent.name, str(path))
 
 
 def parse_scene(text: str, name: str) -> Scene:

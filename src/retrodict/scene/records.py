@@ -148,7 +148,11 @@ class Scene:
                     if isinstance(value, Measured):
                         name = names[field.name] if names else field.name
                         flat[f"{name}_{v}"] = value
-        flat |= {"impact_x": self.contact.x, "impact_y": self.contact.y, "Gamma": self.contact.Gamma}
+        flat |= {
+            "impact_x": self.contact.x,
+            "impact_y": self.contact.y,
+            "Gamma": self.contact.Gamma,
+        }
         for surface in self.surfaces:
             flat[f"friction_{surface.name}"] = surface.friction
             flat[f"speed_dependence_{surface.name}"] = surface.speed_dependence
