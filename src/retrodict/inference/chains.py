@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -52,7 +51,7 @@ def sample(
         warmup: iterations before them, which adapt the step size.
         seed: of the random numbers; same seed, same machine, same draws.
         target_accept: mean acceptance that the step size aims for.
-        progress: called between blocks, from any thread.
+        progress: called between blocks with iterations done, of all.
 
     Returns:
         The draws; on KeyboardInterrupt those that every chain has, marked incomplete.
@@ -66,33 +65,24 @@ def sample(
     states = [_start(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)]
 
     total = warmup + draws
-    blocks = -(-total // BLOCK)
     records: list[list[dict[str, np.ndarray]]] = [[] for _ in range(chains)]
-    stop, lock = threading.Event(), threading.Lock()
-    done = 0
 
-    def run(chain: int) -> None:
-        nonlocal done
-        state = states[chain]
-        for _ in range(blocks):
-            if stop.is_set():
-                return
-            state, record = advance(state, *arguments)
-            records[chain].append({k: np.asarray(v) for k, v in record.items()})
-            with lock:
-                done += BLOCK
-                progress(min(done, chains * total), chains * total)
+    def run_block(chain: int) -> None:
+        states[chain], record = advance(states[chain], *arguments)
+        records[chain].append({k: np.asarray(v) for k, v in record.items()})
 
+    # in rounds of a block each, so that an interrupt finds every chain as far as the others
     with ThreadPoolExecutor(min(chains, os.cpu_count() or 1)) as pool:
-        futures = [pool.submit(run, chain) for chain in range(chains)]
         try:
-            while wait(futures, timeout=0.1).not_done:
-                pass
+            for done in range(BLOCK, total + BLOCK, BLOCK):
+                running = [pool.submit(run_block, chain) for chain in range(chains)]
+                while wait(running, timeout=0.1).not_done:
+                    pass
+                for future in running:
+                    future.result()
+                progress(chains * min(done, total), chains * total)
         except KeyboardInterrupt:
-            stop.set()
-        for future in futures:
-            if not future.cancelled():
-                future.result()
+            pool.shutdown(cancel_futures=True)
 
     kept = min(len(r) for r in records) * BLOCK
     end = min(kept, total)

@@ -21,7 +21,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from retrodict.mechanics import approach_and_coefficients, inverse_log_det
+from retrodict.mechanics import (
+    approach_and_coefficients,
+    contact_velocity,
+    impulse,
+    inverse_log_det,
+)
 from retrodict.models import parts
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
@@ -68,7 +73,7 @@ class Wall(NamedTuple):
 
     Args:
         at: where both are expanded to second order, shape (q,).
-        level: the unbounded quantities there, shape (2,).
+        level: e and e_m there, over the closing speed and the free spin there (see `bounded`).
         gradient: theirs in q, shape (2, q).
         hessian: theirs in q, shape (2, q, q).
         along: for each a direction that moves it and, to first order, not the other, shape (2, q).
@@ -151,11 +156,26 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
     return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
 
 
-def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, 2]:
-    """(e, e_m) at q."""
+def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, "4"]:
+    """What e and e_m are ratios of, at q: e = -opening / closing, 1 - e_m = moment's spin / free spin.
+
+    Unlike the ratios these are close to quadratic in q, and -opening = 0 is e = 0 exactly, no spin
+    by the moment is e_m = 1 exactly.
+
+    Returns:
+        (-opening, spin by the moment, closing, spin by the force alone), m/s and rad/s.
+    """
     separation, x = separation_of(structure, data, chart, q)
-    _, c = approach_and_coefficients(separation, parts.approach_of_a(x), parts.bodies(x))
-    return jnp.stack([c.e, c.e_m])
+    bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
+    approach_b, c = approach_and_coefficients(separation, approach_a, bodies)
+    approach = jnp.concatenate([approach_a, approach_b])
+    normal = jnp.stack([jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)])
+    closing = (contact_velocity(approach, bodies) * normal).sum()
+    opening = (contact_velocity(separation, bodies) * normal).sum()
+    _, M = impulse(approach, bodies, c)
+    by_moment = M * (1 / bodies.I_a + 1 / bodies.I_b)
+    free_spin = separation[5] - separation[2] + by_moment
+    return jnp.stack([-opening, by_moment, closing, free_spin])
 
 
 def squash(level: Array, softness: Array, low: Array, high: Array) -> Array:

@@ -99,10 +99,17 @@ def _chart(
         value, gradient = programs("bounded", data, chart, jnp.asarray(q))
         return np.asarray(value), np.asarray(gradient)
 
-    value, gradient = bounded(centre)
+    opening, by_moment, closing, free_spin = bounded(centre)[0]
+    over = np.array([[1 / closing], [-1 / free_spin]])
+    value = np.array([opening / closing, 1 - by_moment / free_spin])
+
+    def slope(q: np.ndarray) -> np.ndarray:
+        return over * bounded(q)[1][:2]
+
+    gradient = slope(centre)
     h = 0.7  # of a standard deviation: the curvature over where the draws will lie
     rows = [
-        (bounded(centre + h * axis)[1] - bounded(centre - h * axis)[1]) / (2 * h) @ spread
+        (slope(centre + h * axis) - slope(centre - h * axis)) / (2 * h) @ spread
         for axis in spread.T
     ]
     back = np.linalg.inv(spread)

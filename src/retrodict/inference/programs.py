@@ -30,6 +30,10 @@ CHUNK = 500  # draws per call of `simulate`
 BLOCK = 50  # iterations per call of `advance`
 """Chains run in blocks: between them progress is told and an interrupt is heeded."""
 
+# Good coordinates need trees of depth 3. A target that wants more than 63 leapfrogs a draw is not
+# the one they were made for: better a run that ends soon and fails its checks than one that does not.
+_MAX_TREE_DEPTH = 6
+
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
 
@@ -164,6 +168,7 @@ class Programs:
                 num_warmup=warmup,
                 step_size=0.7,
                 target_accept_prob=target_accept,
+                max_tree_depth=_MAX_TREE_DEPTH,
                 model_args=arguments,
                 rng_key=key,
             )

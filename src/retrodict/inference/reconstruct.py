@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import version
-from itertools import product
 from typing import TYPE_CHECKING
 
 import jax
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
 DEFAULT_RUNG = "planar-moment-wheels"
 PATHS = 60
 _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
+_TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
 _FIRST_TRY = 0.8  # target acceptance
 _SECOND_TRY = 0.95  # target acceptance of the run that follows one with divergences
 
@@ -155,36 +155,51 @@ def _settle_turns(scene: Scene, model: str) -> tuple[Posterior, Scene, tuple[str
     unknown = [v for v in VEHICLES if not scene.rest[v].turns_known]
     if not unknown:
         return prepare(scene, model), scene, ()
-    found: list[tuple[Posterior, Scene, tuple[int, ...]]] = []
-    for turns in product(range(-2, 3), repeat=len(unknown)):
-        turned = _turned(scene, dict(zip(unknown, turns, strict=True)))
-        try:
-            found.append((prepare(turned, model), turned, turns))
-        except Unanswerable:
-            continue
-    if not found:
+    tried: dict[tuple[int, ...], tuple[Posterior, Scene] | None] = {}
+
+    def log_evidence(turns: tuple[int, ...]) -> float:
+        if turns not in tried:
+            turned = _turned(scene, dict(zip(unknown, turns, strict=True)))
+            try:
+                tried[turns] = prepare(turned, model), turned
+            except Unanswerable:
+                tried[turns] = None
+        found = tried[turns]
+        return -np.inf if found is None else found[0].log_evidence
+
+    # one vehicle at a time, twice over: all pairs would take minutes
+    best = (0,) * len(unknown)
+    for i in [*range(len(unknown))] * len(unknown):
+        best = max((_with(best, i, count) for count in _TURNS), key=log_evidence)
+    if tried[best] is None:
         prepare(scene, model)  # raises the reason
-    found.sort(key=lambda one: -one[0].log_evidence)
-    log_evidence = np.array([one[0].log_evidence for one in found])
-    weights = np.exp(log_evidence - log_evidence[0])
-    weights /= weights.sum()
-    rivals = [(one, w) for one, w in zip(found, weights, strict=True) if w > _OTHER_TURNS]
-    best, turned, _ = found[0]
+    weights = {turns: float(np.exp(log_evidence(turns) - log_evidence(best))) for turns in tried}
+    whole = sum(weights.values())
+    rivals = sorted((-w / whole, turns) for turns, w in weights.items() if w / whole > _OTHER_TURNS)
+    posterior, turned = tried[best]  # type: ignore[misc]  # not None: see above
     if len(rivals) == 1:
-        return best, turned, ()
-    told = "; ".join(
-        ", ".join(
-            f"{v.upper()} turns {np.degrees(one[1].rest[v].heading.value - scene.vehicles[v].heading.value):+.0f} deg"
-            for v in unknown
-        )
-        + f" (weight {w:.1%})"
-        for one, w in rivals[:4]
+        return posterior, turned, ()
+
+    def told(turns: tuple[int, ...]) -> str:
+        rotations = []
+        for v, count in zip(unknown, turns, strict=True):
+            turn = scene.rest[v].heading.value - scene.vehicles[v].heading.value
+            rotations.append(f"{v.upper()} {np.degrees(turn) + 360 * count:+.0f} deg")
+        return ", ".join(rotations)
+
+    listed = "; ".join(f"{told(turns)} (weight {-w:.1%})" for w, turns in rivals[:4])
+    return (
+        posterior,
+        turned,
+        (
+            f"the rest headings fit several total rotations: {listed}; only the first was "
+            "sampled: write each vehicle's rotation into its [vehicles.X.rest]",
+        ),
     )
-    fault = (
-        f"the rest headings fit several numbers of turns: {told}; only the first was sampled: "
-        "state the vehicles' total rotation"
-    )
-    return best, turned, (fault,)
+
+
+def _with(turns: tuple[int, ...], i: int, count: int) -> tuple[int, ...]:
+    return (*turns[:i], count, *turns[i + 1 :])
 
 
 def _turned(scene: Scene, turns: dict[str, int]) -> Scene:

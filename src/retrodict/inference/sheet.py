@@ -53,10 +53,10 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         ends = np.asarray(programs("rests", data, nudged.reshape(BATCH, 6), xi))
         ends = ends.reshape(starts, 4, 2, 3)
         miss = (ends[:, 0] - target) / sd
-        cost = np.sum(miss**2, axis=-1)
+        cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
         worse = ~(cost <= cost_before)
         for v in range(2):
-            i = int(np.nanargmin(cost[:, v]))
+            i = int(np.argmin(cost[:, v]))
             if cost[i, v] < best[v]:
                 best[v], found[v] = cost[i, v], V[i, v]
         if np.all(best < 1e-6):

@@ -1,0 +1,146 @@
+"""Reconstruction from end to end: what comes out, that it repeats, and when it is withheld."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from retrodict.inference import Interrupted, Unanswerable, chains, sheet
+from retrodict.inference.outcome import Outcome
+from retrodict.inference.posterior import prepare
+from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.scene.quantities import REPORTED
+from tests.scenes import collision
+
+SCENE = collision(share=0.0)
+
+
+@pytest.fixture(scope="module")
+def outcome() -> Outcome:
+    return reconstruct(SCENE, draws=500, seed=1)
+
+
+def test_checks_pass_and_the_truth_is_inside(outcome: Outcome) -> None:
+    """The scene is the run-out of SAE 770014's Table 3, so its Table 4 must lie within."""
+    assert outcome.checks.passed, outcome.checks.reasons
+    truth = {"speed_b": 19.3, "e": 0.10, "e_m": 0.70, "mu": 0.35}
+    for name, value in truth.items():
+        low, high = np.quantile(outcome.idata["posterior"][name], [0.05, 0.95])
+        assert low < value < high, (name, low, value, high)
+
+
+def test_tree_has_every_group_with_names_and_units(outcome: Outcome) -> None:
+    tree = outcome.idata
+    assert set(tree.children) >= {
+        "posterior", "prior", "posterior_predictive", "prior_predictive", "log_likelihood",
+        "sample_stats", "observed_data", "constant_data", "trajectories",
+    }  # fmt: skip
+    assert set(REPORTED) <= set(tree["posterior"].data_vars)
+    assert {"friction_road", "friction_berm", "speed_a", "Gamma"} <= set(tree["posterior"].data_vars)
+    for group in ("posterior_predictive", "log_likelihood", "observed_data"):
+        assert set(tree[group].data_vars) == set(SCENE.evidence())
+    assert tree["posterior"]["speed_b"].attrs["unit"] == "m/s"
+    assert tree["posterior"]["omega_b"].attrs["unit"] == "rad/s"
+    assert tree["posterior"]["Gamma"].attrs["unit"] == "rad"
+    assert tree["posterior"]["e"].dims == ("chain", "draw")
+    assert tree["posterior"]["e"].shape == (4, 500)
+    assert tree["trajectories"]["path"].dims == ("run", "vehicle", "step", "pose")
+
+
+def test_posterior_keeps_the_laws_of_the_impact(outcome: Outcome) -> None:
+    """Momentum along x and y (eqs 19, 20) in every draw, from quantities stored apart."""
+    p = outcome.idata["posterior"]
+    m_a, m_b = SCENE.vehicles["a"].mass.value, SCENE.vehicles["b"].mass.value
+    before_x = -m_a * p["speed_a"] + m_b * p["vbx"]
+    np.testing.assert_allclose(before_x, m_a * p["Vax"] + m_b * p["Vbx"], rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(m_b * p["vby"], m_a * p["Vay"] + m_b * p["Vby"], rtol=1e-9, atol=1e-6)
+
+
+def test_predictions_lie_where_the_trajectories_end(outcome: Outcome) -> None:
+    ends = outcome.idata["trajectories"]["path"].isel(step=-1).sel(vehicle="b", pose="x")
+    assert float(abs(ends.mean() - SCENE.rest["b"].x.value)) < 0.15
+    starts = outcome.idata["trajectories"]["path"].isel(step=0).sel(vehicle="b", pose="x")
+    np.testing.assert_allclose(starts, -0.653, atol=1e-9)
+
+
+def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
+    """An independent route to the same posterior: weighted draws from a Student-t (5) at the mode."""
+    posterior = prepare(SCENE, DEFAULT_RUNG)
+    programs, n = posterior.programs, posterior.chart.centre.size
+    rng = np.random.default_rng(7)
+    w = rng.normal(size=(4000, n)) / np.sqrt(rng.chisquare(5, size=(4000, 1)) / 5)
+    density = jax.jit(jax.vmap(lambda w: programs.log_density(w, posterior.data, posterior.chart)))
+    log_weight = np.array(density(jnp.asarray(w)))
+    log_weight += 0.5 * (5 + n) * np.log1p((w**2).sum(axis=1) / 5)  # less the t's log density
+    weight = np.exp(log_weight - log_weight.max())
+    weight /= weight.sum()
+    effective = 1 / (weight**2).sum()
+    assert effective > 400
+    batches = [programs("locate", posterior.data, posterior.chart, jnp.asarray(b))[0] for b in np.split(w, 8)]
+    for name in ("speed_b", "e", "e_m", "mu", "omega_b"):
+        values = np.concatenate([np.asarray(b[name]) for b in batches])
+        mean = (weight * values).sum()
+        sd = np.sqrt((weight * (values - mean) ** 2).sum())
+        nuts = outcome.idata["posterior"][name].values
+        # four standard errors of both: ESS of NUTS is above 1000 here
+        assert nuts.mean() == pytest.approx(mean, abs=4 * sd * np.sqrt(1 / effective + 1 / 1000)), name
+        assert nuts.std() == pytest.approx(sd, rel=4 * np.sqrt(0.5 / effective + 0.5 / 1000) * 1.5), name
+
+
+def test_same_seed_same_draws_other_seed_others(outcome: Outcome) -> None:
+    again = reconstruct(SCENE, draws=500, seed=1).idata["posterior"]["speed_b"].values
+    np.testing.assert_array_equal(again, outcome.idata["posterior"]["speed_b"].values)
+    other = reconstruct(SCENE, draws=500, seed=2).idata["posterior"]["speed_b"].values
+    assert not np.array_equal(again, other)
+
+
+def test_unknown_turns_are_found_and_withheld_where_others_fit_too() -> None:
+    """B turned twice and a bit; its rest heading alone also fits thrice, with less weight."""
+    heading = SCENE.rest["b"].heading
+    wrapped = replace(heading, value=heading.value - 4 * np.pi)
+    rest = SCENE.rest | {"b": replace(SCENE.rest["b"], heading=wrapped, turns_known=False)}
+    found = reconstruct(replace(SCENE, rest=rest), draws=50, warmup=100)
+    assert found.scene.rest["b"].heading.value == pytest.approx(heading.value)
+    assert not found.checks.passed
+    reason = next(r for r in found.checks.reasons if "rotations" in r)
+    assert reason.index("B +743 deg") < reason.index("B +1103 deg")
+
+
+def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where no start comes near, here because none is a number, the vehicle is named."""
+    monkeypatch.setattr(sheet, "_guesses", lambda *_: np.full((128, 3), np.nan))
+    with pytest.raises(Unanswerable, match="vehicle A: no velocities after the impact"):
+        reconstruct(SCENE)
+
+
+def test_interrupt_keeps_the_draws_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C in the middle of sampling, and before anything was drawn."""
+    done_so_far = 0
+
+    def watch(stage: str, done: int, _: int) -> None:
+        nonlocal done_so_far
+        done_so_far = done if stage == "sampling" else 0
+
+    def interrupted_from(count: int):  # noqa: ANN202
+        def wait(futures: list, timeout: float):  # noqa: ANN202
+            if done_so_far >= count:
+                raise KeyboardInterrupt
+            return original(futures, timeout=timeout)
+
+        return wait
+
+    original = chains.wait
+    monkeypatch.setattr(chains, "wait", interrupted_from(2500))
+    cut = reconstruct(SCENE, draws=100_000, progress=watch)
+    assert not cut.complete
+    assert not cut.checks.passed
+    assert "interrupted" in cut.checks.reasons[0]
+    assert 4 <= cut.idata["posterior"].sizes["draw"] < 100_000
+
+    monkeypatch.setattr(chains, "wait", interrupted_from(0))
+    with pytest.raises(Interrupted):
+        reconstruct(SCENE, draws=100_000, progress=watch)

@@ -1,0 +1,126 @@
+"""The commands as a user runs them, in processes of their own."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import arviz
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
+RETRODICT = Path(sys.executable).with_name("retrodict")
+
+
+def run(*arguments: object, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"COLUMNS": "160", "TERM": "dumb"}
+    return subprocess.run(
+        [str(RETRODICT), *map(str, arguments)],
+        capture_output=True, text=True, cwd=folder, env=environment, check=False,
+    )  # fmt: skip
+
+
+def test_version_and_help() -> None:
+    assert run("--version").stdout.strip() == "retrodict 0.1.0"
+    assert "reconstruct" in run("--help").stdout
+
+
+def test_check_accepts_the_example() -> None:
+    done = run("check", SCENE)
+    assert done.returncode == 0, done.stderr
+    assert "fine" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('mass = { value = 1857, sd = 37, unit = "kg"', 'mass = { value = -1857, sd = 37, unit = "kg"', "vehicles.A.mass"),
+        ('mass = { value = 1857, sd = 37', 'mass = { value = 1857, sd = 0', "vehicles.A.mass"),
+        ('speed = { value = 45, sd = 2, unit = "mph"', 'speed = { value = 45, sd = 2, unit = "kg"', "vehicles.A.approach.speed"),
+        ("[surfaces.road]\nfriction", "[surfaces.road]\nfrction", "friction"),
+        ('track = { value = 1.54, unit = "m"', 'track = { value = nan, unit = "m"', "vehicles.A.track"),
+        ('track = { value = 1.54, unit = "m"', "track = { value = 1.54", "vehicles.A.track"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_clear_line_and_status_2(
+    tmp_path: Path, old: str, new: str, words: str
+) -> None:
+    text = SCENE.read_text()
+    assert old in text
+    bad = tmp_path / "bad.toml"
+    bad.write_text(text.replace(old, new, 1))
+    for command in ("check", "reconstruct"):
+        done = run(command, bad, folder=tmp_path)
+        assert done.returncode == 2
+        assert "Traceback" not in done.stderr
+        lines = done.stderr.strip().splitlines()
+        assert lines
+        assert all("bad.toml" in line for line in lines)
+        assert any(words in line for line in lines)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unreadable_file_is_one_line(tmp_path: Path) -> None:
+    done = run("reconstruct", tmp_path / "none.toml")
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_an_out_that_is_a_file_is_refused_before_the_work(tmp_path: Path) -> None:
+    file = tmp_path / "taken"
+    file.write_text("mine")
+    done = run("reconstruct", SCENE, "--out", file / "deeper")
+    assert done.returncode == 2
+    assert "taken" in done.stderr
+    assert file.read_text() == "mine"
+
+
+def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) -> None:
+    out = tmp_path / "case"
+    out.mkdir()
+    (out / "notes.txt").write_text("mine")
+    (out / "summary.json").write_text("old")
+    done = run("reconstruct", SCENE, "--out", out, "--units", "us", "--seed", 3, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (out / "notes.txt").read_text() == "mine"
+    assert {p.name for p in out.iterdir()} == {
+        "notes.txt", "posterior.nc", "summary.json", "report.html", "figures",
+    }  # fmt: skip
+    assert {p.name for p in (out / "figures").iterdir()} == {
+        "posterior.png", "pair.png", "scene.png", "predictive.png",
+    }  # fmt: skip
+    assert "mph" in done.stdout
+
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["checks"]["passed"], summary["checks"]
+    assert summary["checks"]["divergences"] == 0
+    assert summary["seed"] == 3
+    assert set(summary["seconds"]) >= {"total", "compile", "sample"}
+    names = ("speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b")
+    assert tuple(summary["parameters"])[:7] == names
+    truth = {"speed_b": 19.3, "e": 0.10, "e_m": 0.70, "mu": 0.35}
+    for name in names:
+        row = summary["parameters"][name]
+        assert row["rhat"] <= 1.01
+        assert row["ess_bulk"] >= 1000
+        assert row["ess_tail"] >= 1000
+        if name in truth:
+            low, high = row["hdi_90"]
+            assert low < truth[name] < high
+
+    idata = arviz.from_netcdf(out / "posterior.nc")
+    assert float(idata["posterior"]["speed_b"].mean()) == pytest.approx(
+        summary["parameters"]["speed_b"]["mean"]
+    )
+    assert "<script" not in (out / "report.html").read_text()
+
+
+def test_too_few_draws_are_told_as_not_to_be_relied_on(tmp_path: Path) -> None:
+    done = run("reconstruct", SCENE, "--out", tmp_path / "few", "--draws", 20, "--warmup", 60)
+    assert done.returncode == 0, done.stderr
+    assert "NOT TO BE RELIED ON" in done.stdout
+    summary = json.loads((tmp_path / "few" / "summary.json").read_text())
+    assert not summary["checks"]["passed"]
+    assert summary["checks"]["reasons"]
