@@ -20,7 +20,8 @@ CARD = Card(
     title="Planar impact with moment impulse (e, μ, e_m), then a skid to rest on four locked wheels",
     equations=(
         "momentum along x and y: SAE 770014 eqs 19, 20",
-        "angular momentum: SAE 770014 eq 21, its misprinted last term corrected to m_a (d2+d4)(V_ay − v_ay)",
+        "angular momentum: SAE 770014 eq 21, its misprinted last term corrected to "
+        "m_a (d2+d4)(V_ay − v_ay)",
         "restitution e and equivalent friction μ along the contact line: SAE 770014 eqs 22, 23",
         "impact moment coefficient e_m: SAE 770014 eq 24, the sign of its bracket corrected, so that "
         "Ω_b − Ω_a = e_m [(ω_b + f_b/I_b) − (ω_a + f_a/I_a)]",

@@ -14,7 +14,10 @@ def tree(seed: int = 0, **changes: np.ndarray) -> xr.DataTree:
     rng = np.random.default_rng(seed)
     shape, dims = (4, 500), ("chain", "draw")
     values = {name: rng.normal(size=shape) for name in REPORTED}
-    values |= {"mu": np.full(shape, 0.3) + 0.01 * rng.normal(size=shape), "mu_critical": np.ones(shape)}
+    values |= {
+        "mu": np.full(shape, 0.3) + 0.01 * rng.normal(size=shape),
+        "mu_critical": np.ones(shape),
+    }
     values |= {"moment_work": -np.ones(shape), "energy_lost": np.ones(shape)}
     stats = {"diverging": np.zeros(shape, bool), "energy": rng.normal(size=shape)}
     scene = collision()

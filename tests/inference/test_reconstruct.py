@@ -38,7 +38,9 @@ def test_tree_has_every_group_with_names_and_units(outcome: Outcome) -> None:
         "sample_stats", "observed_data", "constant_data", "trajectories",
     }  # fmt: skip
     assert set(REPORTED) <= set(tree["posterior"].data_vars)
-    assert {"friction_road", "friction_berm", "speed_a", "Gamma"} <= set(tree["posterior"].data_vars)
+    assert {"friction_road", "friction_berm", "speed_a", "Gamma"} <= set(
+        tree["posterior"].data_vars
+    )
     for group in ("posterior_predictive", "log_likelihood", "observed_data"):
         assert set(tree[group].data_vars) == set(SCENE.evidence())
     assert tree["posterior"]["speed_b"].attrs["unit"] == "m/s"
@@ -55,7 +57,9 @@ def test_posterior_keeps_the_laws_of_the_impact(outcome: Outcome) -> None:
     m_a, m_b = SCENE.vehicles["a"].mass.value, SCENE.vehicles["b"].mass.value
     before_x = -m_a * p["speed_a"] + m_b * p["vbx"]
     np.testing.assert_allclose(before_x, m_a * p["Vax"] + m_b * p["Vbx"], rtol=1e-9, atol=1e-6)
-    np.testing.assert_allclose(m_b * p["vby"], m_a * p["Vay"] + m_b * p["Vby"], rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(
+        m_b * p["vby"], m_a * p["Vay"] + m_b * p["Vby"], rtol=1e-9, atol=1e-6
+    )
 
 
 def test_predictions_lie_where_the_trajectories_end(outcome: Outcome) -> None:
@@ -78,15 +82,20 @@ def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
     weight /= weight.sum()
     effective = 1 / (weight**2).sum()
     assert effective > 400
-    batches = [programs("locate", posterior.data, posterior.chart, jnp.asarray(b))[0] for b in np.split(w, 8)]
+    arguments = (posterior.data, posterior.chart)
+    batches = [programs("locate", *arguments, jnp.asarray(b))[0] for b in np.split(w, 8)]
     for name in ("speed_b", "e", "e_m", "mu", "omega_b"):
         values = np.concatenate([np.asarray(b[name]) for b in batches])
         mean = (weight * values).sum()
         sd = np.sqrt((weight * (values - mean) ** 2).sum())
         nuts = outcome.idata["posterior"][name].values
         # four standard errors of both: ESS of NUTS is above 1000 here
-        assert nuts.mean() == pytest.approx(mean, abs=4 * sd * np.sqrt(1 / effective + 1 / 1000)), name
-        assert nuts.std() == pytest.approx(sd, rel=4 * np.sqrt(0.5 / effective + 0.5 / 1000) * 1.5), name
+        assert nuts.mean() == pytest.approx(mean, abs=4 * sd * np.sqrt(1 / effective + 1 / 1000)), (
+            name
+        )
+        assert nuts.std() == pytest.approx(
+            sd, rel=4 * np.sqrt(0.5 / effective + 0.5 / 1000) * 1.5
+        ), name
 
 
 def test_same_seed_same_draws_other_seed_others(outcome: Outcome) -> None:
@@ -125,8 +134,8 @@ def test_interrupt_keeps_the_draws_and_says_so(monkeypatch: pytest.MonkeyPatch) 
         nonlocal done_so_far
         done_so_far = done if stage == "sampling" else 0
 
-    def interrupted_from(count: int):  # noqa: ANN202
-        def wait(futures: list, timeout: float):  # noqa: ANN202
+    def interrupted_from(count: int):
+        def wait(futures: list, timeout: float):
             if done_so_far >= count:
                 raise KeyboardInterrupt
             return original(futures, timeout=timeout)

@@ -276,7 +276,7 @@ def test_forward_and_inverse_undo_each_other(
     free = np.array(_separation(before, bodies, Coefficients(e, r * mu_c, 1.0)))
     assume(abs(closing) > 0.5 and abs(float(np.array(P) @ normal)) > 100)
     assume(np.abs(after).max() < 500)
-    m_a, m_b, I_a, I_b, d1, d2, d3, d4, _ = (float(v) for v in bodies)
+    _, _, I_a, I_b, d1, d2, d3, d4, _ = (float(v) for v in bodies)
     f_a, f_b = float(P[0]) * d3 - float(P[1]) * d4, float(P[0]) * d1 - float(P[1]) * d2
     free_spin = (before[5] + f_b / I_b) - (before[2] + f_a / I_a)
     assume(abs(free_spin) > 0.05)

@@ -34,9 +34,8 @@ def test_density_is_priors_times_likelihood() -> None:
             law = stats.lognorm(
                 s, scale=measured.value / math.sqrt(1 + (measured.sd / measured.value) ** 2)
             )
-            assert law.mean() == pytest.approx(measured.value) and law.std() == pytest.approx(
-                measured.sd
-            )
+            assert law.mean() == pytest.approx(measured.value)
+            assert law.std() == pytest.approx(measured.sd)
         else:
             law = stats.norm(measured.value, measured.sd)
         assert law.cdf(value) == pytest.approx(stats.norm.cdf(deviate))

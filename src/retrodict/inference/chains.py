@@ -1,4 +1,4 @@
-"""NUTS over a posterior: chains as threads, in blocks, so that progress shows and Ctrl-C loses nothing."""
+"""NUTS over a posterior: chains in threads, by blocks, so that progress shows and Ctrl-C keeps draws."""
 
 from __future__ import annotations
 

@@ -37,6 +37,7 @@ _LEAST_RISE = (
 _RESIDUE = 0.2  # of a wall's softness: how exactly the bend keeps its bounds, roughly
 
 Q = Float[Array, " q"]
+Levels = Array | np.ndarray | float
 
 
 class Sheet(NamedTuple):
@@ -63,7 +64,7 @@ def times(m: Float[Array, "*rows k"], x: Float[Array, " k"]) -> Float[Array, "*r
     return (m * x).sum(axis=-1)
 
 
-def saturated(x: Float[Array, "*any"]) -> Float[Array, "*any"]:
+def saturated(x: Float[Array | np.ndarray, "*any"]) -> Float[Array, "*any"]:
     """x, held within REACH: the argument of the quadratic terms, so that they cannot fold."""
     return REACH * jnp.tanh(x / REACH)
 
@@ -156,7 +157,7 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
     return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
 
 
-def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, "4"]:
+def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, 4]:
     """What e and e_m are ratios of, at q: e = -opening / closing, 1 - e_m = moment's spin / free spin.
 
     Unlike the ratios these are close to quadratic in q, and -opening = 0 is e = 0 exactly, no spin
@@ -178,13 +179,13 @@ def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) ->
     return jnp.stack([-opening, by_moment, closing, free_spin])
 
 
-def squash(level: Array, softness: Array, low: Array, high: Array) -> Array:
+def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
     """From the whole line into (low, high); the identity away from them."""
     up = jax.nn.softplus((level - low) / softness) - jax.nn.softplus((level - high) / softness)
-    return low + softness * up
+    return jnp.asarray(low + softness * up)
 
 
-def log_squash_slope(level: Array, softness: Array, low: Array, high: Array) -> Array:
+def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
     """Log of squash's derivative."""
     # sigmoid(up) - sigmoid(-down), without cancellation
     slope = jax.nn.log_sigmoid((level - low) / softness)
@@ -246,6 +247,6 @@ def locate(
         direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
     sites = {"measured": q[6:]} if structure.uncertain else {}
     sites |= {"speed_b": speed, "direction_b": direction, "omega_b": omega_b}
-    sites |= {"e": e, "mu": c.mu, "e_m": e_m}
+    sites |= {"e": e, "mu": jnp.asarray(c.mu), "e_m": e_m}
     log_det += log_sheets + log_inverse - jnp.log(speed)
     return sites, log_det

@@ -39,7 +39,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     rhat = _by_name(arviz_stats.rhat(posterior))
     bulk = _by_name(arviz_stats.ess(posterior, method="bulk"))
     tail = _by_name(arviz_stats.ess(posterior, method="tail"))
-    bfmi = _bfmi(idata["sample_stats"]["energy"].values)
+    bfmi = _bfmi(_draws(idata, "sample_stats", "energy"))
 
     found = list(reasons)
     failed = []
@@ -74,6 +74,10 @@ def _by_name(dataset: xr.Dataset) -> dict[str, float]:
     return {name: float(dataset[name]) for name in REPORTED}
 
 
+def _draws(idata: xr.DataTree, group: str, name: str) -> np.ndarray:
+    return np.asarray(idata[group].to_dataset()[name])
+
+
 def _bfmi(energy: np.ndarray) -> float:
     """The smallest of the chains' E-BFMI."""
     if energy.shape[1] < 2:
@@ -85,17 +89,17 @@ def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
     """Findings about the scene: odd physics, and measurements that disagree with the rest."""
     posterior = idata["posterior"]
     flags = []
-    mu, critical = posterior["mu"].values, posterior["mu_critical"].values
+    mu, critical = _draws(idata, "posterior", "mu"), _draws(idata, "posterior", "mu_critical")
     reversed_ = float(np.mean(mu / critical > 1))
     if reversed_ > _OFTEN:
         flags.append(
             f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
             "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
         )
-    fed = float(np.mean(posterior["moment_work"].values > 0))
+    fed = float(np.mean(_draws(idata, "posterior", "moment_work") > 0))
     if fed > _OFTEN:
         flags.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
-    gained = float(np.mean(posterior["energy_lost"].values < 0))
+    gained = float(np.mean(_draws(idata, "posterior", "energy_lost") < 0))
     if gained > _OFTEN:
         flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
     told = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]

@@ -73,7 +73,9 @@ class Programs:
 
         return jax.vmap(one)(separation, xi)
 
-    def _potential(self, w: Array, data: parts.Data, chart: coordinates.Chart) -> Array:
+    def _potential(
+        self, w: Array, data: parts.Data, chart: coordinates.Chart
+    ) -> tuple[Array, Array]:
         return jax.value_and_grad(lambda w: -self.log_density(w, data, chart))(w)
 
     def _simulate(self, data: parts.Data, sites: parts.Values) -> dict[str, Array]:

@@ -135,7 +135,8 @@ def fit(
             weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
             if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
                 sheets[v] = _least_squares(A, velocity / scale[:, None], weight)
-    return tuple(_as_sheet(c, 3 + len(s)) for c, s in zip(sheets, shaping, strict=True)), error
+    for_a, for_b = (_as_sheet(c, 3 + len(s)) for c, s in zip(sheets, shaping, strict=True))
+    return (for_a, for_b), error
 
 
 def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:

@@ -113,7 +113,7 @@ def impulse(
     Returns:
         (P, M): eqs 22-24 with P_t = mu P_n and M = (1 - e_m) I_r [spin by the force alone].
     """
-    (e, mu, e_m), (m_a, m_b, I_a, I_b) = coefficients, bodies[:4]
+    (e, mu, e_m), (_, _, I_a, I_b) = coefficients, bodies[:4]
     normal, tangent = _axes(bodies)
     line = normal + mu * tangent  # P = P_n * line, eq 23
     g_a, g_b = _force_moments(line, bodies)

@@ -91,6 +91,7 @@ def rest(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int = 
 def run_out(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int = STEPS) -> Path:
     """The whole run-out of a skidding vehicle, from its start to rest; arguments as in `rest`."""
     _, states = _integrate(pose, velocity, car, ground, steps, keep=True)
+    assert states is not None
     return Path(states[:, :3], states[:, 3:6], states[:, 6])
 
 
