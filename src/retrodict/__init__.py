@@ -25,10 +25,10 @@ __version__ = version("retrodict")
 _HOMES = {
     "Result": "retrodict.api",
     "reconstruct": "retrodict.api",
-    "Scene": "retrodict.scene",
-    "SceneError": "retrodict.scene",
-    "load_scene": "retrodict.scene",
-    "parse_scene": "retrodict.scene",
+    "Scene": "retrodict.notebook",
+    "SceneError": "retrodict.notebook",
+    "load_scene": "retrodict.notebook",
+    "parse_scene": "retrodict.notebook",
 }
 
 

@@ -154,7 +154,7 @@ def test_rows_of_a_failed_run_are_marked_or_withheld(failing):
 
 
 def test_what_follows_from_a_failed_quantity_is_withheld(failing):
-    assert all(row.withheld for row in result_rows(failing, "si", tuple(DERIVED)))
+    assert all(row.withheld for row in result_rows(failing, "si", DERIVED))
 
 
 def test_rows_of_a_good_run_are_bare_and_in_the_units_asked_for(outcome):

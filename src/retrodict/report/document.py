@@ -77,7 +77,7 @@ def report_html(
         **_common(outcome, units),
         systems=[_SYSTEMS[system] for system in system_order],
         results=_side_by_side(outcome, system_order),
-        derived=_side_by_side(outcome, system_order, tuple(DERIVED)),
+        derived=_side_by_side(outcome, system_order, DERIVED),
         figures=figures,
         inputs=_input_cells(outcome, units, "input"),
         evidence=_input_cells(outcome, units, "evidence"),

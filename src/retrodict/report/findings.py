@@ -24,19 +24,18 @@ if TYPE_CHECKING:
 LEVELS = (50, 90, 95)  # per cent
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
 
-# what follows from the same draws and is told beside the unknowns: name -> (label, dimension)
-DERIVED: dict[str, tuple[str, str]] = {
-    "delta_v_a": ("Δv of A in the impact", "speed"),
-    "delta_v_b": ("Δv of B in the impact", "speed"),
-    "energy_lost": ("kinetic energy lost in the impact", "energy"),
-    "Vax": ("velocity of A after impact, x", "speed"),
-    "Vay": ("velocity of A after impact, y", "speed"),
-    "Omega_a": ("yaw rate of A after impact", "yaw rate"),
-    "Vbx": ("velocity of B after impact, x", "speed"),
-    "Vby": ("velocity of B after impact, y", "speed"),
-    "Omega_b": ("yaw rate of B after impact", "yaw rate"),
-}
-_ENERGY: dict[Units, Unit] = {"si": Unit("kJ", 1e3), "us": Unit("ft lbf", 1.3558179483314004)}
+# what follows from the same draws and is told beside the unknowns
+DERIVED = (
+    "delta_v_a",
+    "delta_v_b",
+    "energy_lost",
+    "Vax",
+    "Vay",
+    "Omega_a",
+    "Vbx",
+    "Vby",
+    "Omega_b",
+)
 
 
 def draws(outcome: Outcome, group: str, name: str) -> np.ndarray | None:
@@ -61,8 +60,8 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
     Raises:
         KeyError: no quantity has that name.
     """
-    label, dimension = DERIVED[name] if name in DERIVED else describe(name)
-    return label, _ENERGY[units] if dimension == "energy" else unit_of(dimension, units)
+    label, dimension = describe(name)
+    return label, unit_of(dimension, units)
 
 
 def summarise(outcome: Outcome) -> dict[str, Any]:

@@ -67,7 +67,7 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "direction": ("direction of travel of {} before impact", "angle"),
     "omega": ("yaw rate of {} before impact", "yaw rate"),
     "Omega": ("yaw rate of {} after impact", "yaw rate"),
-    "delta_v": ("delta-v of {}", "speed"),
+    "delta_v": ("change of velocity of {} (delta-v)", "speed"),
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),

@@ -1,0 +1,17 @@
+"""Scenes as notebooks meet them: read from a file, and able to show themselves."""
+
+from __future__ import annotations
+
+from retrodict.scene import Scene, SceneError, load_scene, parse_scene
+
+__all__ = ["Scene", "SceneError", "load_scene", "parse_scene"]
+
+
+def _repr_html_(scene: Scene) -> str:
+    from retrodict.report.document import scene_html
+
+    return scene_html(scene)
+
+
+# attached here because `scene` lies below `report` and must not know it
+setattr(Scene, "_repr_html_", _repr_html_)  # noqa: B010
