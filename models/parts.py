@@ -55,8 +55,8 @@ class Data(NamedTuple):
         edges: where each edge runs: point and unit normal into the zone, m.
     """
 
-    inputs: dict[str, Float[Array, 2]]
-    evidence: dict[str, Float[Array, 2]]
+    inputs: dict[str, Float[Array, "2"]]
+    evidence: dict[str, Float[Array, "2"]]
     edges: Zone
 
 
@@ -89,7 +89,7 @@ def of_scene(scene: Scene) -> tuple[Structure, Data]:
     )
 
 
-def _location_and_scale(m: Measured) -> Float[Array, 2]:
+def _location_and_scale(m: Measured) -> Float[Array, "2"]:
     """Of the normal law, or of the logarithm's normal with the measured mean and sd."""
     if m.law == "lognormal" and m.sd > 0:
         variance = jnp.log1p((m.sd / m.value) ** 2)
@@ -149,7 +149,7 @@ def bodies(x: Values) -> Bodies:
     return Bodies(*masses, *lever_arms(*levers(x)), x["Gamma"])
 
 
-def approach_of_a(x: Values) -> Float[Array, 3]:
+def approach_of_a(x: Values) -> Float[Array, "3"]:
     """A's velocity before impact, (v_ax, v_ay, omega_a)."""
     speed, direction = x["speed_a"], x["direction_a"]
     return jnp.stack([speed * jnp.cos(direction), speed * jnp.sin(direction), x["omega_a"]])
@@ -190,7 +190,7 @@ def ground(structure: Structure, data: Data, x: Values) -> Ground:
 
 
 def rest_poses(
-    structure: Structure, data: Data, x: Values, separation: Float[Array, 6]
+    structure: Structure, data: Data, x: Values, separation: Float[Array, "6"]
 ) -> Float[Array, "2 3"]:
     """Where both vehicles come to rest after separating with these velocities."""
     on = ground(structure, data, x)

@@ -49,11 +49,11 @@ class Sheet(NamedTuple):
         quadratic: shape (3, k, k), symmetric.
     """
 
-    constant: Float[Array, 3]
+    constant: Float[Array, "3"]
     linear: Float[Array, "3 k"]
     quadratic: Float[Array, "3 k k"]
 
-    def __call__(self, x: Float[Array, " k"]) -> Float[Array, 3]:
+    def __call__(self, x: Float[Array, " k"]) -> Float[Array, "3"]:
         """Its value at x."""
         s = saturated(x)
         return self.constant + times(self.linear, x) + times(times(self.quadratic, s), s)
@@ -82,11 +82,11 @@ class Wall(NamedTuple):
     """
 
     at: Q
-    level: Float[Array, 2]
+    level: Float[Array, "2"]
     gradient: Float[Array, "2 q"]
     hessian: Float[Array, "2 q q"]
     along: Float[Array, "2 q"]
-    softness: Float[Array, 2]
+    softness: Float[Array, "2"]
 
 
 class Chart(NamedTuple):
@@ -130,7 +130,7 @@ def friction_scale(
 
 def separation_of(
     structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> tuple[Float[Array, 6], parts.Values]:
+) -> tuple[Float[Array, "6"], parts.Values]:
     """Velocities after the impact and the inputs at q."""
     x = parts.from_standard(structure, data, q[6:])
     scale = friction_scale(structure, data, x)
@@ -157,7 +157,7 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
     return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
 
 
-def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, 4]:
+def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, "4"]:
     """What e and e_m are ratios of, at q: e = -opening / closing, 1 - e_m = moment's spin / free spin.
 
     Unlike the ratios these are close to quadratic in q, and -opening = 0 is e = 0 exactly, no spin

@@ -60,7 +60,7 @@ class Audit(NamedTuple):
 
 
 def lever_arms(
-    lever_a: Float[Array, 2], lever_b: Float[Array, 2]
+    lever_a: Float[Array, "2"], lever_b: Float[Array, "2"]
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """The paper's d1..d4 from the two levers (eqs 15-18).
 
@@ -102,7 +102,7 @@ def separation(approach: State, bodies: Bodies, coefficients: Coefficients) -> S
 
 def impulse(
     approach: State, bodies: Bodies, coefficients: Coefficients
-) -> tuple[Float[Array, 2], Scalar]:
+) -> tuple[Float[Array, "2"], Scalar]:
     """Force impulse P on A (N s) and moment impulse M on A (N m s), in closed form.
 
     Args:
@@ -129,8 +129,8 @@ def impulse(
 
 
 def approach_and_coefficients(
-    separation: State, approach_a: Float[Array, 3], bodies: Bodies
-) -> tuple[Float[Array, 3], Coefficients]:
+    separation: State, approach_a: Float[Array, "3"], bodies: Bodies
+) -> tuple[Float[Array, "3"], Coefficients]:
     """The paper's inverse: B's velocities before impact and the three coefficients.
 
     Args:
@@ -163,8 +163,8 @@ def approach_and_coefficients(
 
 
 def inverse_log_det(
-    separation: State, approach_a: Float[Array, 3], bodies: Bodies
-) -> tuple[Float[Array, 3], Coefficients, Scalar]:
+    separation: State, approach_a: Float[Array, "3"], bodies: Bodies
+) -> tuple[Float[Array, "3"], Coefficients, Scalar]:
     """The paper's inverse with its Jacobian determinant.
 
     Args:
@@ -192,7 +192,7 @@ def inverse_log_det(
     return approach_b, coefficients, jnp.log(jnp.abs(volume))
 
 
-def contact_velocity(state: State, bodies: Bodies) -> Float[Array, 2]:
+def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
     """Velocity of A relative to B at the impact centre (the brackets of eq 22), m/s.
 
     Args:
@@ -274,13 +274,13 @@ def _kinetic_energy(state: State, bodies: Bodies) -> Scalar:
     return 0.5 * (jnp.stack([m_a, m_a, I_a, m_b, m_b, I_b]) @ state**2)
 
 
-def _axes(bodies: Bodies) -> tuple[Float[Array, 2], Float[Array, 2]]:
+def _axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
     """Normal and tangent of the contact line."""
     c, s = jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)
     return jnp.stack([c, s]), jnp.stack([-s, c])
 
 
-def _force_moments(P: Float[Array, 2], bodies: Bodies) -> tuple[Scalar, Scalar]:
+def _force_moments(P: Float[Array, "2"], bodies: Bodies) -> tuple[Scalar, Scalar]:
     """f_a = P_x d3 - P_y d4 and f_b = P_x d1 - P_y d2: moments of P about A's and B's centres."""
     _, _, _, _, d1, d2, d3, d4, _ = bodies
     return P[0] * d3 - P[1] * d4, P[0] * d1 - P[1] * d2

@@ -97,7 +97,7 @@ def run_out(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int
 
 def _integrate(
     pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int, keep: bool
-) -> tuple[Float[Array, 7], Float[Array, "stages 7"] | None]:
+) -> tuple[Float[Array, "7"], Float[Array, "stages 7"] | None]:
     """Fixed Runge-Kutta steps of order four, with W as the independent variable.
 
     The scan runs over stages, not steps: with one slope in its body, the program with its gradient
@@ -137,7 +137,9 @@ def _integrate(
     return halt, jnp.concatenate([start[None], states[3:-1:4], halt[None]])
 
 
-def _slope(car: Car, ground: Ground, metric: Float[Array, 3]):
+def _slope(
+    car: Car, ground: Ground, metric: Float[Array, "3"]
+) -> Callable[[Float[Array, "7"]], Float[Array, "7"]]:
     """d(x, y, heading, Vx, Vy, Omega, t)/dW."""
     wheel_x = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
     wheel_y = jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
@@ -145,7 +147,7 @@ def _slope(car: Car, ground: Ground, metric: Float[Array, 3]):
     front, rear = car.rear_axle / wheelbase / 2, car.front_axle / wheelbase / 2
     load = GRAVITY * jnp.stack([front, front, rear, rear])  # static, per unit of vehicle mass
 
-    def slope(y: Float[Array, 7]) -> Float[Array, 7]:
+    def slope(y: Float[Array, "7"]) -> Float[Array, "7"]:
         c, s = jnp.cos(y[2]), jnp.sin(y[2])
         arm_x, arm_y = c * wheel_x - s * wheel_y, s * wheel_x + c * wheel_y
         slip_x, slip_y = y[3] - y[5] * arm_y, y[4] + y[5] * arm_x
