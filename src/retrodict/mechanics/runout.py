@@ -7,6 +7,7 @@ neither an event nor a regularised stop, each of which distorts the rest pose or
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
