@@ -32,12 +32,14 @@ class Structure:
         surfaces: names, the one that lies everywhere first.
         known_of_b: which of `OF_B` was measured.
         constant_friction: whether no surface's friction depends on speed.
+        steps: of each run-out's integration; `inference` takes as many as the scene needs.
     """
 
     uncertain: tuple[tuple[str, str], ...]
     surfaces: tuple[str, ...]
     known_of_b: tuple[str, ...]
     constant_friction: bool
+    steps: int = 64  # fewer leave the density too rough to sample well, even where they resolve it
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -48,6 +50,8 @@ class Structure:
 class Data(NamedTuple):
     """A scene's numbers, as arguments of the compiled programs.
 
+    NumPy arrays: JAX would compile a small program for every step of their making.
+
     Args:
         inputs: (location, scale) of every measured input: of the quantity itself, or of its
             logarithm where the law is lognormal and the input uncertain.
@@ -55,8 +59,8 @@ class Data(NamedTuple):
         edges: where each edge runs: point and unit normal into the zone, m.
     """
 
-    inputs: dict[str, Float[Array, "2"]]
-    evidence: dict[str, Float[Array, "2"]]
+    inputs: dict[str, Float[Array | np.ndarray, "2"]]
+    evidence: dict[str, Float[Array | np.ndarray, "2"]]
     edges: Zone
 
 
@@ -66,11 +70,11 @@ def of_scene(scene: Scene) -> tuple[Structure, Data]:
     uncertain = tuple((k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B)
     edges = [s.edge for s in scene.surfaces if s.edge is not None]
     sign = {"left": 1.0, "right": -1.0}
-    angles = jnp.array([e.direction for e in edges])
-    turn = jnp.array([sign[e.side] for e in edges])
+    angles = np.array([e.direction for e in edges])
+    turn = np.array([sign[e.side] for e in edges])
     zones = Zone(
-        point=jnp.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
-        inward=(turn * jnp.stack([-jnp.sin(angles), jnp.cos(angles)])).T.reshape(-1, 2),
+        point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
+        inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
     )
     return (
         Structure(
@@ -83,18 +87,18 @@ def of_scene(scene: Scene) -> tuple[Structure, Data]:
         ),
         Data(
             inputs={k: _location_and_scale(m) for k, m in inputs.items()},
-            evidence={k: jnp.array([m.value, m.sd]) for k, m in scene.evidence().items()},
+            evidence={k: np.array([m.value, m.sd]) for k, m in scene.evidence().items()},
             edges=zones,
         ),
     )
 
 
-def _location_and_scale(m: Measured) -> Float[Array, "2"]:
+def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
     """Of the normal law, or of the logarithm's normal with the measured mean and sd."""
     if m.law == "lognormal" and m.sd > 0:
-        variance = jnp.log1p((m.sd / m.value) ** 2)
-        return jnp.array([jnp.log(m.value) - variance / 2, jnp.sqrt(variance)])
-    return jnp.array([m.value, m.sd])
+        variance = np.log1p((m.sd / m.value) ** 2)
+        return np.array([np.log(m.value) - variance / 2, np.sqrt(variance)])
+    return np.array([m.value, m.sd])
 
 
 def measured(structure: Structure, data: Data) -> Values:
@@ -194,7 +198,7 @@ def rest_poses(
 ) -> Float[Array, "2 3"]:
     """Where both vehicles come to rest after separating with these velocities."""
     on = ground(structure, data, x)
-    run = jax.vmap(lambda pose, velocity, car: rest(pose, velocity, car, on))
+    run = jax.vmap(lambda pose, velocity, car: rest(pose, velocity, car, on, structure.steps))
     return run(impact_poses(x), separation.reshape(2, 3), cars(x))
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from retrodict.api import Result, reconstruct
     from retrodict.scene import Scene, SceneError, load_scene, parse_scene
+
+    __version__: str
 
 __all__ = [
     "Result",
@@ -19,7 +20,6 @@ __all__ = [
     "parse_scene",
     "reconstruct",
 ]
-__version__ = version("retrodict")
 
 # found when first asked for, so that importing the package, or its --help, does not wait for JAX
 _HOMES = {
@@ -33,6 +33,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("retrodict")
     if name not in _HOMES:
         raise AttributeError(f"module 'retrodict' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)

@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -110,7 +111,7 @@ class Result:
         directory.mkdir(parents=True, exist_ok=True)
         staging = Path(tempfile.mkdtemp(prefix=".retrodict-", dir=directory))
         try:
-            self.idata.to_netcdf(staging / "posterior.nc", engine="h5netcdf")
+            self.idata.to_netcdf(staging / "posterior.nc")
             write_summary(self.outcome, staging / "summary.json")
             drawn = images(self.outcome, units)
             for name, image in drawn.items():
@@ -133,6 +134,13 @@ class Result:
         from retrodict.report.document import outcome_html
 
         return outcome_html(self.outcome)
+
+
+def warm_up() -> None:
+    """Import what `Result.save` needs and sampling does not; a second's work, for a thread."""
+    # only libraries that sampling does not import: no two threads are then inside the same one
+    for slow in ("matplotlib.figure", "matplotlib.backends.backend_agg", "jinja2", "h5netcdf"):
+        import_module(slow)
 
 
 def reconstruct(

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
-from rich.console import Console
 
 import retrodict
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from retrodict.scene import Scene
 
 BAD_INPUT, INTERRUPTED = 2, 130
+
+Tell = Callable[[str, int, int], None]  # stage, done, of all
 
 app = typer.Typer(
     name="retrodict",
@@ -83,13 +88,18 @@ def reconstruct(
     folder = out if out is not None else Path("out") / found.name
     _writable(folder)
 
+    gc.set_threshold(100_000)  # tracing makes much and drops little: fewer sweeps save a second
+
+    from rich.console import Console
+
     from retrodict.api import reconstruct as run
     from retrodict.inference import Interrupted, Unanswerable
     from retrodict.report.terminal import print_summary
 
     console = Console(quiet=quiet)
     try:
-        with _progress(console) as tell:
+        with _progress(console) as bars:
+            tell = _importing_ahead(bars)
             result = run(found, chains=chains, draws=draws, warmup=warmup, seed=seed, progress=tell)
             tell("writing the report", 0, 1)
             result.save(folder, units.value)
@@ -129,8 +139,24 @@ def _fail(line: str, status: int = BAD_INPUT) -> NoReturn:
     raise typer.Exit(status)
 
 
+def _importing_ahead(tell: Tell) -> Tell:
+    """While chains run outside Python's lock, import what the report will need."""
+    from retrodict.api import warm_up
+
+    ahead = Thread(target=warm_up, daemon=True)
+
+    def tell_and_import(stage: str, done: int, total: int) -> None:
+        if stage == "sampling" and ahead.ident is None:
+            ahead.start()
+        elif stage == "writing the report" and ahead.ident is not None:
+            ahead.join()
+        tell(stage, done, total)
+
+    return tell_and_import
+
+
 @contextmanager
-def _progress(console: Console) -> Iterator[Callable[[str, int, int], None]]:
+def _progress(console: Console) -> Iterator[Tell]:
     """A live bar for each stage of the work."""
     from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 

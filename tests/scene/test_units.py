@@ -46,6 +46,25 @@ def test_units_are_worth_what_the_standards_say(text, dimension, si):
     assert read_quantity(text, dimension, "").value == pytest.approx(si, rel=1e-7)
 
 
+def test_suggested_units_are_worth_what_pint_says():
+    dimensions = [d for d in vars(units).values() if isinstance(d, units.Dimension)]
+    assert {unit for d in dimensions for unit in d.units} == set(units._WORTH)
+    for dimension in dimensions:
+        for unit in dimension.units:
+            by_pint, base = units._base(unit.replace("lb ft s", "lbf ft s"))  # there a force
+            assert units._WORTH[unit] == pytest.approx(by_pint, rel=1e-15), unit
+            assert base == units._base(dimension.units[0])[1], unit
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension"),
+    [("45 mph", units.SPEED), ("3374 kg m²", units.INERTIA), ("180°", units.ANGLE)],
+)
+def test_suggested_units_do_not_wait_for_pint(text, dimension, monkeypatch):
+    monkeypatch.setattr(units, "_base", None)
+    read_quantity(text, dimension, "")
+
+
 SPELLINGS = [
     ("45 ± 2 mph", 45, 2),
     ("45±2mph", 45, 2),

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from retrodict.inference.posterior import Posterior
@@ -25,11 +25,15 @@ class Draws:
         w: draws in the sampled coordinates, shape (chains, draws, q).
         stats: per draw, each of shape (chains, draws): diverging, n_steps, energy, …
         complete: False when interrupted; then all chains are cut to the shortest.
+        states: where each chain stands, so that it can go on.
+        records: of every block of every chain, warm-up and cut ends included.
     """
 
     w: np.ndarray
     stats: dict[str, np.ndarray]
     complete: bool
+    states: list[Any] = field(repr=False)
+    records: list[list[dict[str, np.ndarray]]] = field(repr=False)
 
 
 def sample(
@@ -41,6 +45,7 @@ def sample(
     seed: int,
     target_accept: float,
     progress: Progress,
+    after: Draws | None = None,
 ) -> Draws:
     """Draw from a posterior by NUTS (numpyro's), one thread a chain over one compiled program.
 
@@ -52,6 +57,7 @@ def sample(
         seed: of the random numbers; same seed, same machine, same draws.
         target_accept: mean acceptance that the step size aims for.
         progress: called between blocks with iterations done, of all.
+        after: draws that are to be continued, made with the same arguments but for fewer `draws`.
 
     Returns:
         The draws; on KeyboardInterrupt those that every chain has, marked incomplete.
@@ -59,13 +65,17 @@ def sample(
     arguments = (posterior.data, posterior.chart)
     start, advance = posterior.programs.sampler(warmup, target_accept, *arguments)
     n = posterior.chart.centre.size
-    keys = jax.random.split(jax.random.key(seed), chains)
-    # spread wider than the posterior, so that R-hat has something to find
-    starts = 1.5 * np.random.default_rng(seed).standard_normal((chains, n))
-    states = [_start(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)]
-
+    records: list[list[dict[str, np.ndarray]]]
+    if after is None:
+        keys = jax.random.split(jax.random.key(seed), chains)
+        # spread wider than the posterior, so that R-hat has something to find
+        starts = 1.5 * np.random.default_rng(seed).standard_normal((chains, n))
+        states = [_start(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)]
+        records = [[] for _ in range(chains)]
+    else:
+        states, records = list(after.states), [list(r) for r in after.records]
+    already = BLOCK * min(len(r) for r in records)
     total = warmup + draws
-    records: list[list[dict[str, np.ndarray]]] = [[] for _ in range(chains)]
 
     def run_block(chain: int) -> None:
         states[chain], record = advance(states[chain], *arguments)
@@ -74,7 +84,7 @@ def sample(
     # in rounds of a block each, so that an interrupt finds every chain as far as the others
     with ThreadPoolExecutor(min(chains, os.cpu_count() or 1)) as pool:
         try:
-            for done in range(BLOCK, total + BLOCK, BLOCK):
+            for done in range(already + BLOCK, total + BLOCK, BLOCK):
                 running = [pool.submit(run_block, chain) for chain in range(chains)]
                 while wait(running, timeout=0.1).not_done:
                     pass
@@ -90,7 +100,7 @@ def sample(
         k: np.stack([np.concatenate([b[k] for b in r])[warmup:end] for r in records])
         for k in (records[0][0] if kept else ())
     }
-    return Draws(joined.pop("w", np.empty((chains, 0, n))), joined, complete=end == total)
+    return Draws(joined.pop("w", np.empty((chains, 0, n))), joined, end == total, states, records)
 
 
 def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray) -> object:
@@ -100,5 +110,4 @@ def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray)
         if np.isfinite(potential) and np.isfinite(gradient).all():
             break
         w = w / 2
-    arguments = (jnp.asarray(w), jnp.asarray(potential), jnp.asarray(gradient))
-    return start(key, *arguments, posterior.data, posterior.chart)
+    return start(key, w, potential, gradient, posterior.data, posterior.chart)

@@ -14,7 +14,8 @@ all else, so that the bounds lie at infinity.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -64,9 +65,9 @@ def times(m: Float[Array, "*rows k"], x: Float[Array, " k"]) -> Float[Array, "*r
     return (m * x).sum(axis=-1)
 
 
-def saturated(x: Float[Array | np.ndarray, "*any"]) -> Float[Array, "*any"]:
+def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any:
     """x, held within REACH: the argument of the quadratic terms, so that they cannot fold."""
-    return REACH * jnp.tanh(x / REACH)
+    return REACH * xp.tanh(x / REACH)
 
 
 class Wall(NamedTuple):
@@ -183,6 +184,12 @@ def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
     """From the whole line into (low, high); the identity away from them."""
     up = jax.nn.softplus((level - low) / softness) - jax.nn.softplus((level - high) / softness)
     return jnp.asarray(low + softness * up)
+
+
+def unsquash(value: float, softness: float, low: float, high: float) -> float:
+    """The level whose squashed value is `value`, strictly between low and high."""
+    up, down = (value - low) / softness, (value - high) / softness
+    return low + softness * float(np.log(np.expm1(up)) - np.log(-np.expm1(down)))
 
 
 def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import jax.numpy as jnp
 import numpy as np
-from scipy.optimize import brentq, minimize
+from scipy.optimize import minimize
 
 from retrodict.inference import coordinates, sheet
 from retrodict.inference.coordinates import BOUNDS, Chart, Wall
@@ -14,6 +13,9 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import Programs, programs_for
 from retrodict.models import parts
 from retrodict.scene.records import Scene
+
+RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
+_MOST_STEPS = 768
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class Posterior:
         chart: the coordinates, centred and whitened at the mode.
         sheet_error: of the fitted sheets for A and B, in standard deviations of the rest pose.
         log_evidence: Laplace's approximation at the mode.
+        unresolved: how far the rest poses may be out for want of steps, in standard deviations.
     """
 
     programs: Programs
@@ -33,10 +36,11 @@ class Posterior:
     chart: Chart
     sheet_error: np.ndarray
     log_evidence: float
+    unresolved: float
 
     def potential(self, w: np.ndarray) -> tuple[float, np.ndarray]:
         """Minus the log density, and its gradient, at w."""
-        value, gradient = self.programs("potential", jnp.asarray(w), self.data, self.chart)
+        value, gradient = self.programs("potential", w, self.data, self.chart)
         return float(value), np.asarray(gradient)
 
 
@@ -54,9 +58,15 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = parts.of_scene(scene)
-    programs = programs_for(rung, structure)
-    separation = sheet.shoot(programs, data)
-    sheets, error = sheet.fit(programs, data, separation)
+    # no more steps of the run-out than this scene's measurements can tell apart
+    while True:
+        programs = programs_for(rung, structure)
+        separation = sheet.shoot(programs, data)
+        sheets, error, run_outs = sheet.fit(programs, data, separation)
+        unresolved = sheet.unresolved(programs, data, run_outs)
+        if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
+            break
+        structure = replace(structure, steps=2 * structure.steps)
     n = coordinates.size(structure)
     centre, spread = np.zeros(n), np.eye(n)
     # walls and whitening depend on the mode and it on them: twice is enough
@@ -64,24 +74,22 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         chart = _chart(programs, data, sheets, centre, spread)
         mode, value = _mode(programs, data, chart)
         spread = spread @ _spread_at(programs, data, chart, mode)
-        centre = np.asarray(coordinates.walls(chart, chart.centre + chart.spread @ mode)[0])
+        centre = np.asarray(programs("bounded", data, chart, centre + chart.spread @ mode)[2])
     chart = _chart(programs, data, sheets, centre, np.linalg.cholesky(spread @ spread.T))
-    return Posterior(programs, data, chart, error, -value)
+    return Posterior(programs, data, chart, error, -value, unresolved)
 
 
 def blank_chart(structure: parts.Structure) -> Chart:
     """A chart of the right shapes and no meaning, to compile programs for."""
     sizes = [3 + len(coordinates.shaping_inputs(structure, v)) for v in "ab"]
-    sheets = [
-        coordinates.Sheet(jnp.zeros(3), jnp.zeros((3, k)), jnp.zeros((3, k, k))) for k in sizes
-    ]
+    sheets = [coordinates.Sheet(np.zeros(3), np.zeros((3, k)), np.zeros((3, k, k))) for k in sizes]
     n = coordinates.size(structure)
-    return Chart((sheets[0], sheets[1]), _no_wall(n), jnp.zeros(n), jnp.zeros((n, n)))
+    return Chart((sheets[0], sheets[1]), _no_wall(n), np.zeros(n), np.zeros((n, n)))
 
 
 def _no_wall(n: int) -> Wall:
-    zero = jnp.zeros((2, n))
-    return Wall(jnp.zeros(n), jnp.zeros(2), zero, jnp.zeros((2, n, n)), zero, jnp.ones(2))
+    zero = np.zeros((2, n))
+    return Wall(np.zeros(n), np.zeros(2), zero, np.zeros((2, n, n)), zero, np.ones(2))
 
 
 def _chart(
@@ -93,10 +101,10 @@ def _chart(
 ) -> Chart:
     """Coordinates about `centre`, with walls along the directions cheapest in `spread`."""
     n = len(centre)
-    chart = Chart(sheets, _no_wall(n), jnp.asarray(centre), jnp.asarray(spread))
+    chart = Chart(sheets, _no_wall(n), centre, spread)
 
     def bounded(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        value, gradient = programs("bounded", data, chart, jnp.asarray(q))
+        value, gradient, _ = programs("bounded", data, chart, q)
         return np.asarray(value), np.asarray(gradient)
 
     opening, by_moment, closing, free_spin = bounded(centre)[0]
@@ -120,23 +128,18 @@ def _chart(
     softness = np.clip(sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
     level = np.array([_unsquash(value[i], softness[i], *BOUNDS[i]) for i in range(2)])
     hessian = (hessian + hessian.swapaxes(1, 2)) / 2
-    wall = Wall(*(jnp.asarray(a) for a in (centre, level, gradient, hessian, along, softness)))
-    return chart._replace(wall=wall)
+    return chart._replace(wall=Wall(centre, level, gradient, hessian, along, softness))
 
 
 def _unsquash(value: float, softness: float, low: float, high: float) -> float:
     """The level whose squashed value is nearest to `value`; just inside where it is outside."""
-    target = float(np.clip(value, low + 0.2 * softness, high - 0.2 * softness))
-
-    def miss(level: float) -> float:
-        return float(coordinates.squash(level, softness, low, high)) - target
-
-    return brentq(miss, low - 40 * softness, high + 40 * softness, xtol=1e-10)
+    inside = float(np.clip(value, low + 0.2 * softness, high - 0.2 * softness))
+    return coordinates.unsquash(inside, softness, low, high)
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:
     def potential(w: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = programs("potential", jnp.asarray(w), data, chart)
+        value, gradient = programs("potential", w, data, chart)
         value = float(value)
         if not np.isfinite(value):
             return 1e10 + 1e8 * float(w @ w), 2e8 * w
@@ -163,7 +166,7 @@ def _spread_at(programs: Programs, data: parts.Data, chart: Chart, mode: np.ndar
         for sign in (1, -1):
             w = mode.copy()
             w[i] += sign * h
-            ends.append(np.asarray(programs("potential", jnp.asarray(w), data, chart)[1]))
+            ends.append(np.asarray(programs("potential", w, data, chart)[1]))
         rows.append((ends[0] - ends[1]) / (2 * h))
     hessian = np.nan_to_num((np.array(rows) + np.array(rows).T) / 2)
     values, vectors = np.linalg.eigh(hessian)

@@ -15,6 +15,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import platformdirs
 from jaxtyping import Array, Float
 from numpyro import handlers
@@ -51,6 +52,7 @@ class Programs:
     """Everything of a posterior that is compiled."""
 
     def __init__(self, rung: str, structure: parts.Structure) -> None:
+        self.rung = rung
         self.structure = structure
         self.model = RUNGS[rung].model
         self.compile_seconds = 0.0  # tracing, and waiting for the compiler
@@ -66,6 +68,17 @@ class Programs:
         joint, _ = log_density(self.model, (self.structure, data), {}, sites)
         return joint + log_det
 
+    def _inputs(self, data: parts.Data, xi: Array) -> tuple[Array, Array, Array, Array]:
+        """Impact poses, k², friction and its scale of each row of deviates."""
+
+        def one(deviates: Array) -> tuple[Array, Array, Array, Array]:
+            x = parts.from_standard(self.structure, data, deviates)
+            friction = x[f"friction_{self.structure.surfaces[0]}"]
+            scale = coordinates.friction_scale(self.structure, data, x)
+            return parts.impact_poses(x), parts.cars(x).k2, friction, scale
+
+        return jax.vmap(one)(xi)
+
     def _rests(self, data: parts.Data, separation: Array, xi: Array) -> Array:
         def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
@@ -73,10 +86,10 @@ class Programs:
 
         return jax.vmap(one)(separation, xi)
 
-    def _potential(
-        self, w: Array, data: parts.Data, chart: coordinates.Chart
-    ) -> tuple[Array, Array]:
-        return jax.value_and_grad(lambda w: -self.log_density(w, data, chart))(w)
+    @cached_property
+    def potential(self) -> Callable[..., Array]:
+        """Minus the log density; jitted, so that two programs with its gradient share one trace."""
+        return jax.jit(lambda w, data, chart: -self.log_density(w, data, chart))
 
     def _simulate(self, data: parts.Data, sites: parts.Values) -> dict[str, Array]:
         def one(values: parts.Values) -> dict[str, Array]:
@@ -107,7 +120,8 @@ class Programs:
             deviates = values.get("measured", jnp.zeros(0))
             x = parts.from_standard(self.structure, data, deviates)
             on = parts.ground(self.structure, data, x)
-            run = jax.vmap(lambda pose, velocity, car: run_out(pose, velocity, car, on).pose)
+            steps = self.structure.steps
+            run = jax.vmap(lambda pose, V, car: run_out(pose, V, car, on, steps).pose)
             return run(parts.impact_poses(x), V.reshape(2, 3), parts.cars(x))
 
         return jax.vmap(one)(sites, separation)
@@ -115,7 +129,7 @@ class Programs:
     # -- compiled, each once -----------------------------------------------------------------
 
     def __call__(self, name: str, *arguments: Any) -> Any:
-        """Run one of: rests, potential, locate, bounded, simulate, prior, paths."""
+        """Run one of: inputs, rests, potential, locate, bounded, simulate, prior, paths."""
         self.expect(name, *arguments)
         return self._finished(name)(*arguments)
 
@@ -132,12 +146,14 @@ class Programs:
         s = self.structure
         in_batch = jax.vmap(coordinates.locate, in_axes=(None, None, None, 0))
         return {
+            "inputs": self._inputs,
             "rests": self._rests,
-            "potential": self._potential,
+            "potential": jax.value_and_grad(self.potential),
             "locate": lambda data, chart, w: in_batch(s, data, chart, w),
             "bounded": lambda data, chart, q: (
                 coordinates.bounded(s, data, chart, q),
                 jax.jacfwd(lambda q: coordinates.bounded(s, data, chart, q))(q),
+                coordinates.walls(chart, q)[0],
             ),
             "simulate": self._simulate,
             "prior": self._prior,
@@ -160,11 +176,11 @@ class Programs:
         """
 
         def potential_of(data: parts.Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
-            return lambda w: -self.log_density(w, data, chart)
+            return lambda w: self.potential(w, data, chart)
 
         initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")
 
-        def start(key: Array, w: Array, potential: Array, gradient: Array, *arguments: Any) -> Any:
+        def first(key: Array, w: Array, potential: Array, gradient: Array, *arguments: Any) -> Any:
             return initial(
                 ParamInfo(w, potential, gradient),
                 num_warmup=warmup,
@@ -190,14 +206,18 @@ class Programs:
 
             return jax.lax.scan(iterate, state, None, length=BLOCK)
 
-        name = f"advance {warmup} {target_accept}"
+        which = f"{warmup} {target_accept}"
+
+        def start(*arguments: Any) -> Any:
+            return self._finished(f"start {which}")(*arguments)
 
         def advance_compiled(state: Any, *arguments: Any) -> Any:
-            return self._finished(name)(state, *arguments)
+            return self._finished(f"advance {which}")(state, *arguments)
 
         n = coordinates.size(self.structure)
-        nowhere = (jnp.zeros(n), jnp.zeros(()), jnp.zeros(n))
-        self._submit(name, advance, (start(jax.random.key(0), *nowhere, *example), *example))
+        nowhere = (jax.random.key(0), np.zeros(n), 0.0, np.zeros(n), *example)
+        self._submit(f"start {which}", first, nowhere)
+        self._submit(f"advance {which}", advance, (jax.eval_shape(first, *nowhere), *example))
         return start, advance_compiled
 
     def _submit(self, name: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:

@@ -11,14 +11,13 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from retrodict.inference import gate
 from retrodict.inference.chains import Draws, sample
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.posterior import Posterior, blank_chart, prepare
+from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart, prepare
 from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
 from retrodict.models import RUNGS, parts
 from retrodict.scene.quantities import describe, si_symbol
@@ -32,6 +31,7 @@ PATHS = 60
 _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
 _FIRST_TRY = 0.8  # target acceptance
+_WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
 _SECOND_TRY = 0.95  # target acceptance of the run that follows one with divergences
 
 Progress = Callable[[str, int, int], None]  # stage, done, of all
@@ -74,9 +74,18 @@ def reconstruct(
     compiled_before = programs.compile_seconds
     _compile_ahead(programs, scene, warmup)
     posterior, scene, faults = _settle_turns(scene, model)
+    if not posterior.unresolved <= RESOLVED:
+        faults = (
+            *faults,
+            f"the run-outs are resolved to {posterior.unresolved:.2f} standard deviations of the rest "
+            f"poses only, {RESOLVED} is asked: a vehicle spins too long for its run-out to be followed",
+        )
     tell("finding where the posterior lies", 1, 1)
 
-    def run(target_accept: float, warmup: int) -> tuple[Draws, float]:
+    sampling = 0.0
+
+    def run(target_accept: float, warmup: int, draws: int, after: Draws | None = None) -> Draws:
+        nonlocal sampling
         tell("sampling", 0, 1)
         start, before = time.perf_counter(), programs.compile_seconds
         drawn = sample(
@@ -87,11 +96,14 @@ def reconstruct(
             seed=seed,
             target_accept=target_accept,
             progress=lambda done, total: tell("sampling", done, total),
+            after=after,
         )
-        spent = time.perf_counter() - start
-        return drawn, spent - (programs.compile_seconds - before)
+        sampling += time.perf_counter() - start - (programs.compile_seconds - before)
+        return drawn
 
-    drawn, sampling = run(_FIRST_TRY, warmup)
+    _compile_behind(posterior)
+    target_accept = _FIRST_TRY
+    drawn = run(target_accept, warmup, draws)
     notes = []
     divergences = int(drawn.stats["diverging"].sum()) if drawn.stats else 0
     if drawn.complete and divergences:
@@ -99,15 +111,24 @@ def reconstruct(
             f"a first run had {divergences} divergent transitions; the run told of here took shorter "
             f"steps (target acceptance {_SECOND_TRY}) and twice the warm-up"
         )
-        drawn, more = run(_SECOND_TRY, 2 * warmup)
-        sampling += more
+        target_accept, warmup = _SECOND_TRY, 2 * warmup
+        drawn = run(target_accept, warmup, draws)
     if drawn.w.shape[1] < 4:
         raise Interrupted("stopped before any draws were kept")
-    if not drawn.complete:
-        faults = (*faults, f"interrupted: {drawn.w.shape[1]} of {draws} draws a chain were kept")
 
     tell("predicting", 0, 1)
     idata = _tree(posterior, scene, drawn, seed)
+    checks = gate.judge(idata, scene, faults)
+    if drawn.complete and checks.failed and draws >= _WORTH_MORE:
+        notes.append(
+            f"after {draws} draws a chain {'; '.join(checks.reasons[len(faults) :])}; the run told of "
+            "here went on to twice as many"
+        )
+        draws *= 2
+        drawn = run(target_accept, warmup, draws, drawn)
+        idata = _tree(posterior, scene, drawn, seed)
+    if not drawn.complete:
+        faults = (*faults, f"interrupted: {drawn.w.shape[1]} of {draws} draws a chain were kept")
     tell("predicting", 1, 1)
     return Outcome(
         scene=scene,
@@ -128,17 +149,26 @@ def reconstruct(
 
 
 def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
-    """Have what will be needed compiled side by side, in the order it will be needed."""
+    """Have what finds and samples the posterior compiled side by side."""
     structure, data = parts.of_scene(scene)
     chart = blank_chart(structure)
     n = chart.centre.size
     separation, xi = np.zeros((BATCH, 6)), np.zeros((BATCH, len(structure.uncertain)))
+    programs.expect("inputs", data, xi)
     programs.expect("rests", data, separation, xi)
+    finer = programs_for(programs.rung, replace(structure, steps=4 * structure.steps))
+    finer.expect("rests", data, separation, xi)
+    programs.expect("potential", np.zeros(n), data, chart)
     programs.expect("bounded", data, chart, chart.centre)
-    programs.expect("potential", jnp.zeros(n), data, chart)
     programs.sampler(warmup, _FIRST_TRY, data, chart)
-    programs.expect("locate", data, chart, jnp.zeros((CHUNK, n)))
-    sites = jax.eval_shape(programs.functions["locate"], data, chart, jnp.zeros((CHUNK, n)))[0]
+
+
+def _compile_behind(posterior: Posterior) -> None:
+    """Have what tells of the draws compiled, and imported, while they are drawn."""
+    programs, data, chart = posterior.programs, posterior.data, posterior.chart
+    n = chart.centre.size
+    programs.expect("locate", data, chart, np.zeros((CHUNK, n)))
+    sites = jax.eval_shape(programs.functions["locate"], data, chart, np.zeros((CHUNK, n)))[0]
     programs.expect("simulate", data, sites)
     programs.expect("prior", _prior_keys(0), data)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
@@ -265,7 +295,7 @@ def _in_chunks(function: Callable, values: np.ndarray | dict[str, np.ndarray]) -
     parts_ = []
     for i in range(0, count, CHUNK):
         index = np.minimum(np.arange(i, i + CHUNK), count - 1)  # the last batch repeats its end
-        out = function(jax.tree.map(lambda v, index=index: jnp.asarray(v[index]), values))
+        out = function(jax.tree.map(lambda v, index=index: v[index], values))
         parts_.append({k: np.asarray(v)[: count - i] for k, v in out.items()})
     return {k: np.concatenate([part[k] for part in parts_]) for k in parts_[0]}
 

@@ -6,14 +6,16 @@ least squares to run-outs. Nothing here needs to be exact: it only shapes coordi
 
 from __future__ import annotations
 
-import jax
-import jax.numpy as jnp
+from dataclasses import replace
+
 import numpy as np
 from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
 
 from retrodict.inference import coordinates
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.programs import BATCH, Programs
+from retrodict.inference.programs import BATCH, Programs, programs_for
+from retrodict.mechanics.runout import GRAVITY
 from retrodict.models import parts
 
 _ROUNDS = 4
@@ -34,11 +36,9 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         Unanswerable: no start came near the measured rest pose of a vehicle.
     """
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
-    values = parts.from_standard(programs.structure, data, jnp.zeros(xi.shape[1]))
-    poses = np.asarray(parts.impact_poses(values))
+    poses, k2, friction, _ = (np.asarray(a)[0] for a in programs("inputs", data, xi))
     target, sd = _evidence(data)
-    grip = float(values[f"friction_{programs.structure.surfaces[0]}"]) * 9.8
-    k = np.sqrt(np.asarray(parts.cars(values).k2))
+    grip, k = friction * GRAVITY, np.sqrt(k2)
     starts = BATCH // 4
     V = np.stack([_guesses(target[v] - poses[v], grip, k[v], starts) for v in range(2)], axis=1)
     best = np.full((2,), np.inf)
@@ -89,7 +89,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
 
 def fit(
     programs: Programs, data: parts.Data, separation: np.ndarray
-) -> tuple[tuple[coordinates.Sheet, coordinates.Sheet], np.ndarray]:
+) -> tuple[tuple[coordinates.Sheet, coordinates.Sheet], np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """The quadratic sheets about a solution of `shoot`.
 
     Args:
@@ -98,8 +98,9 @@ def fit(
         separation: velocities that end at the measured rest poses.
 
     Returns:
-        The sheets for A and B, and the root mean square error of each fit in standard deviations
-        of the rest pose (A, B): how curved a target is left for the sampler.
+        The sheets for A and B; the root mean square error of each fit in standard deviations of
+        the rest pose (A, B): how curved a target is left for the sampler; and the run-outs of the
+        last round: their velocities after the impact and deviates of the inputs.
     """
     structure = programs.structure
     n = coordinates.size(structure)
@@ -107,13 +108,7 @@ def fit(
     sample = np.clip(normal.random(BATCH) * 1.3, -3.5, 3.5)
     xi = sample[:, 6:]
     target, sd = _evidence(data)
-    scale = np.asarray(
-        jax.vmap(
-            lambda d: coordinates.friction_scale(
-                structure, data, parts.from_standard(structure, data, d)
-            )
-        )(jnp.asarray(xi))
-    )
+    scale = np.asarray(programs("inputs", data, xi)[3])
     shaping = [coordinates.shaping_inputs(structure, v) for v in "ab"]
     sheets = _linear(programs, data, separation)
     error = np.full(2, np.inf)
@@ -136,13 +131,35 @@ def fit(
             if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
                 sheets[v] = _least_squares(A, velocity / scale[:, None], weight)
     for_a, for_b = (_as_sheet(c, 3 + len(s)) for c, s in zip(sheets, shaping, strict=True))
-    return (for_a, for_b), error
+    return (for_a, for_b), error, (V, xi)
+
+
+def unresolved(
+    programs: Programs, data: parts.Data, run_outs: tuple[np.ndarray, np.ndarray]
+) -> float:
+    """How far finer steps would move rest poses, in standard deviations of their measurement.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+        run_outs: as `fit` returns them.
+
+    Returns:
+        What nine tenths of the run-outs' coordinates stay below, against four times the steps.
+    """
+    s = programs.structure
+    finer = programs_for(programs.rung, replace(s, steps=4 * s.steps))
+    _, sd = _evidence(data)
+    moved = np.asarray(finer("rests", data, *run_outs)) - np.asarray(
+        programs("rests", data, *run_outs)
+    )
+    return float(np.quantile(np.abs(moved / sd), 0.9))
 
 
 def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:
     """Columns of the least squares: 1, x, and the products of the saturated x."""
     x = np.concatenate([z, shape], axis=1)
-    s = np.asarray(coordinates.saturated(x))
+    s = coordinates.saturated(x, np)
     rows, columns = np.triu_indices(x.shape[1])
     return np.concatenate([np.ones((len(x), 1)), x, s[:, rows] * s[:, columns]], axis=1)
 
@@ -156,7 +173,9 @@ def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarr
     A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
     # a whiff of ridge: some inputs (a zone nobody reaches) shape nothing
     ridge = 1e-4 * np.eye(A.shape[1])
-    return np.linalg.lstsq(np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), 3))]))[0]
+    # one thread: beside the compiler's, BLAS's own threads wait for each other for seconds
+    with threadpool_limits(1, user_api="blas"):
+        return np.linalg.lstsq(np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), 3))]))[0]
 
 
 def _as_sheet(coefficients: np.ndarray, k: int) -> coordinates.Sheet:
@@ -164,9 +183,7 @@ def _as_sheet(coefficients: np.ndarray, k: int) -> coordinates.Sheet:
     rows, columns = np.triu_indices(k)
     quadratic[:, rows, columns] = coefficients[1 + k :].T
     quadratic = (quadratic + quadratic.swapaxes(1, 2)) / 2
-    return coordinates.Sheet(
-        *(jnp.asarray(a) for a in (coefficients[0], coefficients[1 : 1 + k].T, quadratic))
-    )
+    return coordinates.Sheet(coefficients[0], coefficients[1 : 1 + k].T, quadratic)
 
 
 def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> list[np.ndarray]:

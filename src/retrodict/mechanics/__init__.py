@@ -2,37 +2,64 @@
 
 import retrodict._precision  # noqa: F401
 from retrodict.mechanics.impact import (
-    Audit,
     Bodies,
+    Capped,
     Coefficients,
+    against_barrier,
     approach_and_coefficients,
-    audit,
+    capped,
     contact_velocity,
     critical_mu,
     impulse,
     inverse_log_det,
     lever_arms,
+    printed_e_m,
     separation,
 )
+from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
 from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out
+from retrodict.mechanics.severity import (
+    Audit,
+    Severity,
+    audit,
+    clock,
+    feeding_term,
+    gains_energy,
+    severity,
+)
+from retrodict.mechanics.solve import NotDetermined, Solution, solve
 from retrodict.mechanics.surface import Zone
 
 __all__ = [
     "Audit",
     "Bodies",
+    "Capped",
     "Car",
+    "CentralImpact",
     "Coefficients",
     "Ground",
+    "NotDetermined",
     "Path",
+    "Severity",
+    "Solution",
     "Zone",
+    "against_barrier",
     "approach_and_coefficients",
     "audit",
+    "capped",
+    "central_impact",
+    "clock",
     "contact_velocity",
     "critical_mu",
+    "feeding_term",
+    "gains_energy",
     "impulse",
     "inverse_log_det",
     "lever_arms",
+    "printed_e_m",
     "rest",
     "run_out",
     "separation",
+    "severity",
+    "solve",
 ]

@@ -5,18 +5,23 @@ n = (cos Gamma, sin Gamma), its tangent t = (-sin Gamma, cos Gamma). P acts on A
 and -M on B. Two equations of the paper are misprinted and stand here corrected: in eq 21 the last
 term is m_a (d2 + d4)(V_ay - v_ay), and in eq 24 the bracket's sign is reversed, which makes it
 Omega_b - Omega_a = e_m [(omega_b + f_b/I_b) - (omega_a + f_a/I_a)]: the share of the relative spin
-left by the force impulse alone that survives the moment.
+left by the force impulse alone that survives the moment. The printed eq 24 is that equation with
+e_m / (2 e_m - 1) for e_m (`printed_e_m`); `moment_equation="as-printed"` uses it.
+
+A barrier or structure is a body of infinite mass and inertia (`against_barrier`): every function
+here divides by m and I, so it keeps its velocity exactly.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 Scalar = Float[Array, ""] | float
 State = Float[Array, "6"]  # (x, y, spin) of A, then of B: m/s, rad/s
+MomentEquation = Literal["corrected", "as-printed"]
 
 
 class Bodies(NamedTuple):
@@ -49,14 +54,20 @@ class Coefficients(NamedTuple):
     e_m: Scalar
 
 
-class Audit(NamedTuple):
-    """Where the kinetic energy went (J): after - before = normal + tangential + moment."""
+class Capped(NamedTuple):
+    """Coefficients that reverse no sliding.
 
-    before: Scalar
-    after: Scalar
-    normal: Scalar
-    tangential: Scalar
-    moment: Scalar
+    Args:
+        coefficients: e, mu as held, e_m.
+        critical: mu at which sliding just ends, mu_c.
+        ratio: r = mu / mu_c as held, from 0 to 1; NaN where there is no sliding or no impulse.
+        cut: whether mu had to be changed.
+    """
+
+    coefficients: Coefficients
+    critical: Scalar
+    ratio: Scalar
+    cut: Bool[Array, ""]
 
 
 def lever_arms(
@@ -74,17 +85,61 @@ def lever_arms(
     return lever_b[1], lever_b[0], -lever_a[1], -lever_a[0]
 
 
-def separation(approach: State, bodies: Bodies, coefficients: Coefficients) -> State:
+def against_barrier(m_a: Scalar, I_a: Scalar, d3: Scalar, d4: Scalar, Gamma: Scalar) -> Bodies:
+    """Vehicle A against a barrier or structure that nothing moves.
+
+    Args:
+        m_a: A's mass, kg.
+        I_a: A's yaw inertia, kg m².
+        d3, d4: impact centre seen from A's centre of gravity: (-d4, -d3), m (eqs 17, 18).
+        Gamma: angle of the barrier's face from the y axis, rad.
+
+    Returns:
+        Bodies with the barrier as B: m_b and I_b infinite. Its velocities must be given, zeros as a
+        rule; A must be the vehicle, since the inverse takes the impulse from A's change of motion.
+        That inverse gives e, mu and e_m, but of B only that it kept its velocity: an unmoved body
+        tells nothing about who hit it, so A's velocities cannot be had from B's.
+    """
+    return Bodies(m_a, jnp.inf, I_a, jnp.inf, 0.0, 0.0, d3, d4, Gamma)
+
+
+def printed_e_m(e_m: Scalar) -> Scalar:
+    """The e_m that makes the corrected eq 24 move bodies as the printed one does with the given.
+
+    Args:
+        e_m: impact moment coefficient.
+
+    Returns:
+        e_m / (2 e_m - 1), which is its own inverse: 0 and 1 stay, 0.7 becomes 1.75 (the moment
+        *feeds* relative spin), -1 becomes 1/3. Infinite at 1/2, where the printed equation no longer
+        contains the relative spin after the impact.
+    """
+    return jnp.divide(e_m, 2 * e_m - 1)
+
+
+def separation(
+    approach: State,
+    bodies: Bodies,
+    coefficients: Coefficients,
+    moment_equation: MomentEquation = "corrected",
+) -> State:
     """Velocities after the impact (eqs 19-24 solved for them).
 
     Args:
         approach: velocities before, (v_ax, v_ay, omega_a, v_bx, v_by, omega_b), m/s and rad/s.
         bodies: masses, inertias, lever arms and Gamma.
         coefficients: e, mu and e_m.
+        moment_equation: eq 24 "corrected" or "as-printed"; the printed one is singular at
+            e_m = 1/2 and gives NaN there.
 
     Returns:
         Velocities after, same order and units.
+
+    Raises:
+        ValueError: no such moment equation.
     """
+    if _is_printed(moment_equation):
+        coefficients = coefficients._replace(e_m=printed_e_m(coefficients.e_m))
     P, M = impulse(approach, bodies, coefficients)
     f_a, f_b = _force_moments(P, bodies)
     m_a, m_b, I_a, I_b = bodies[:4]
@@ -129,7 +184,10 @@ def impulse(
 
 
 def approach_and_coefficients(
-    separation: State, approach_a: Float[Array, "3"], bodies: Bodies
+    separation: State,
+    approach_a: Float[Array, "3"],
+    bodies: Bodies,
+    moment_equation: MomentEquation = "corrected",
 ) -> tuple[Float[Array, "3"], Coefficients]:
     """The paper's inverse: B's velocities before impact and the three coefficients.
 
@@ -137,11 +195,15 @@ def approach_and_coefficients(
         separation: velocities after, (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s.
         approach_a: A's velocities before, (v_ax, v_ay, omega_a).
         bodies: masses, inertias, lever arms and Gamma.
+        moment_equation: eq 24 "corrected" or "as-printed".
 
     Returns:
         (v_bx, v_by, omega_b) from eqs 19, 20, 21 and e, mu, e_m from eqs 22, 23, 24. A coefficient
         that the motion does not determine (no closing speed, no normal impulse, no spin by the force
-        alone) comes out infinite or NaN.
+        alone) comes out infinite or NaN; `solve` refuses it by name.
+
+    Raises:
+        ValueError: no such moment equation.
     """
     m_a, m_b, I_a, I_b, d1, d2, d3, d4, _ = bodies
     V_a, V_b = separation[:3], separation[3:]
@@ -155,10 +217,12 @@ def approach_and_coefficients(
     closing = contact_velocity(approach, bodies) @ normal
     f_a, f_b = _force_moments(P, bodies)
     free_spin = (omega_b + f_b / I_b) - (approach_a[2] + f_a / I_a)
+    spin = V_b[2] - V_a[2]
+    divisor = 2 * spin - free_spin if _is_printed(moment_equation) else free_spin
     return approach[3:], Coefficients(
         e=-opening / closing,  # eq 22
         mu=(P @ tangent) / (P @ normal),  # eq 23
-        e_m=(V_b[2] - V_a[2]) / free_spin,  # eq 24, corrected
+        e_m=spin / divisor,  # eq 24
     )
 
 
@@ -218,7 +282,9 @@ def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scal
 
     Returns:
         mu with no tangential velocity left at the impact centre; its sign is that of the sliding.
-        Beyond it the model would reverse the sliding.
+        Beyond it the model would reverse the sliding, so r = mu / mu_c from 0 to 1 is the friction's
+        natural parameter. NaN without a normal impulse, when no friction
+        can end the sliding.
     """
     normal, tangent = _axes(bodies)
 
@@ -232,30 +298,39 @@ def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scal
     return at_0 / (at_0 - at_1)
 
 
-def audit(approach: State, bodies: Bodies, coefficients: Coefficients) -> Audit:
-    """The energy audit of an impact.
+def capped(
+    approach: State,
+    bodies: Bodies,
+    e: Scalar,
+    mu: Scalar | Literal["critical"],
+    e_m: Scalar,
+) -> Capped:
+    """The coefficients with mu held between 0 and its critical value, so that no sliding reverses.
 
     Args:
         approach: velocities before, as in `separation`.
         bodies: masses, inertias, lever arms and Gamma.
-        coefficients: e, mu and e_m.
+        e: restitution.
+        mu: equivalent friction; "critical" means that sliding just ends within the contact.
+        e_m: impact moment coefficient.
 
     Returns:
-        Kinetic energies and the work of each impulse: the impulse times the mean of the relative
-        velocities before and after, which is exact. Work is negative where energy is lost.
+        Coefficients for `separation`, the critical mu, their ratio r = mu / mu_c after the cut, and
+        whether mu was cut: it exceeded the critical value, or had the sign that drives the sliding
+        (it then becomes 0).
+
+    Raises:
+        ValueError: mu is another word than "critical".
     """
-    after = separation(approach, bodies, coefficients)
-    P, M = impulse(approach, bodies, coefficients)
-    normal, tangent = _axes(bodies)
-    mean = (contact_velocity(approach, bodies) + contact_velocity(after, bodies)) / 2
-    spin = (approach[5] - approach[2] + after[5] - after[2]) / 2
-    return Audit(
-        before=_kinetic_energy(approach, bodies),
-        after=_kinetic_energy(after, bodies),
-        normal=(P @ normal) * (mean @ normal),
-        tangential=(P @ tangent) * (mean @ tangent),
-        moment=-M * spin,
-    )
+    critical = critical_mu(approach, bodies, e, e_m)
+    if isinstance(mu, str):
+        if mu != "critical":
+            raise ValueError(f'mu is a number or "critical", not {mu!r}')
+        mu = critical
+    # without a normal impulse there is no friction either, whatever mu: nothing to cut
+    limit = jnp.where(jnp.isnan(critical), mu, critical)
+    held = jnp.clip(mu, jnp.minimum(limit, 0), jnp.maximum(limit, 0))
+    return Capped(Coefficients(e, held, e_m), critical, held / limit, held != mu)
 
 
 def _compliance(bodies: Bodies, coefficients: Coefficients) -> Scalar:
@@ -269,9 +344,10 @@ def _compliance(bodies: Bodies, coefficients: Coefficients) -> Scalar:
     return 1 / m_a + 1 / m_b + h_a * g_a / I_a + h_b * g_b / I_b + moment
 
 
-def _kinetic_energy(state: State, bodies: Bodies) -> Scalar:
-    m_a, m_b, I_a, I_b = bodies[:4]
-    return 0.5 * (jnp.stack([m_a, m_a, I_a, m_b, m_b, I_b]) @ state**2)
+def _is_printed(moment_equation: MomentEquation) -> bool:
+    if moment_equation not in get_args(MomentEquation):
+        raise ValueError(f"moment_equation is one of {get_args(MomentEquation)}")
+    return moment_equation == "as-printed"
 
 
 def _axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:

@@ -16,11 +16,12 @@ from retrodict.report.findings import (
     LEVELS,
     NOT_TO_BE_RELIED_ON,
     inputs_table,
+    statistics,
     told_as,
 )
 from retrodict.report.results import MARK, WITHHELD, answer, marked, result_rows
 from retrodict.report.rounding import NOTHING, told, told_with_sd
-from retrodict.scene.quantities import Units
+from retrodict.scene.quantities import REPORTED, Units
 from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def report_html(
     return _template("report.html.j2").render(
         **_common(outcome, units),
         systems=[_SYSTEMS[system] for system in system_order],
-        results=_side_by_side(outcome, system_order),
+        results=_side_by_side(outcome, system_order, tuple(REPORTED)),
         derived=_side_by_side(outcome, system_order, DERIVED),
         figures=figures,
         inputs=_input_cells(outcome, units, "input"),
@@ -161,13 +162,11 @@ def _common(outcome: Outcome, units: Units) -> dict[str, Any]:
 
 
 def _side_by_side(
-    outcome: Outcome, systems: tuple[Units, ...], names: tuple[str, ...] | None = None
+    outcome: Outcome, systems: tuple[Units, ...], names: tuple[str, ...]
 ) -> list[dict[str, Any]]:
     """Results in each system of units; once where a quantity's unit is the same in all."""
-    columns = [
-        result_rows(outcome, system) if names is None else result_rows(outcome, system, names)
-        for system in systems
-    ]
+    found = statistics(outcome, names)
+    columns = [result_rows(outcome, system, names, found) for system in systems]
     rows = []
     for in_each in zip(*columns, strict=True):
         same = len({row.unit for row in in_each}) == 1

@@ -68,24 +68,32 @@ def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units
     for band, shade in ((2, "#efefef"), (1, "#dedede")):
         axes.axvspan(-band, band, color=shade, lw=0, zorder=0)
     axes.axvline(0, color=drawing.INK, lw=0.8, zorder=1)
+    bars = []  # y, then the quantiles
     for y, row in enumerate(rows):
         values = draws(outcome, group, row.name)
         if values is None:
             axes.text(0, y, "no draws", ha="center", va="center", color=drawing.GREY, size=7.5)
             continue
         z = (values - row.measured.value) / row.measured.sd
-        low, q1, middle, q3, high = np.quantile(z, [0.025, 0.25, 0.5, 0.75, 0.975])
-        reach = max(reach, abs(low), abs(high))
-        axes.plot([low, high], [y, y], color=drawing.BLUE, lw=1.2, solid_capstyle="butt", zorder=2)
-        axes.plot([q1, q3], [y, y], color=drawing.BLUE, lw=4.5, solid_capstyle="butt", zorder=2)
-        fill = drawing.ORANGE if abs(middle) > 2 else "white"
-        axes.plot(middle, y, "o", color=fill, mec=drawing.INK, mew=0.9, ms=4.8, zorder=3)
+        quantiles = np.quantile(z, [0.025, 0.25, 0.5, 0.75, 0.975])
+        bars.append((y, *quantiles))
+        reach = max(reach, *np.abs(quantiles))
+        middle = quantiles[2]
         if abs(middle) > 12:
             side = np.sign(middle)
             axes.annotate(
                 f"{middle:+.0f} sd", (0.97 if side > 0 else 0.03, y), ha="center", va="center",
                 xycoords=axes.get_yaxis_transform(), weight="bold", color=drawing.ORANGE,
             )  # fmt: skip
+    if bars:  # all of a kind at once, which is faster than one by one
+        y, low, q1, middle, q3, high = np.transpose(bars)
+        axes.hlines(y, low, high, color=drawing.BLUE, lw=1.2, capstyle="butt", zorder=2)
+        axes.hlines(y, q1, q3, color=drawing.BLUE, lw=4.5, capstyle="butt", zorder=2)
+        far = np.abs(middle) > 2
+        for which, fill in ((~far, "white"), (far, drawing.ORANGE)):
+            axes.plot(
+                middle[which], y[which], "o", color=fill, mec=drawing.INK, mew=0.9, ms=4.8, zorder=3
+            )
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_yticks(range(len(rows)), [row.label for row in rows])
     axes.tick_params(axis="y", length=0)

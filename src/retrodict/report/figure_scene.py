@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import patheffects
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon
@@ -168,14 +169,23 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
     handles: list[Artist] = []
     for v, runs in paths.items():
         colour, line = drawing.OF_VEHICLE[v], drawing.LINE_OF_VEHICLE[v]
-        for run in runs:
-            axes.plot(run[:, 0], run[:, 1], color=colour, ls=line, lw=0.6, alpha=0.35, zorder=2)
+        axes.add_collection(
+            LineCollection(
+                runs[..., :2], colors=colour, linestyles=[line], lw=0.6, alpha=0.35, zorder=2
+            ),
+            autolim=False,
+        )
         few = np.linspace(0, len(runs) - 1, min(_ENDS, len(runs))).astype(int)
-        for x, y, heading in runs[few, -1]:
-            corners = outline(scene.vehicles[v], (x * worth, y * worth, heading)) / worth
-            _ = axes.add_patch(
-                Polygon(corners[:4], fill=False, ec=colour, lw=0.5, alpha=0.45, zorder=2)
-            )
+        ends = [
+            outline(scene.vehicles[v], (x * worth, y * worth, heading))[:4] / worth
+            for x, y, heading in runs[few, -1]
+        ]
+        axes.add_collection(
+            PolyCollection(
+                ends, facecolors="none", edgecolors=colour, lw=0.5, alpha=0.45, zorder=2
+            ),
+            autolim=False,
+        )
         label = f"{v.upper()}: posterior run-outs"
         handles.append(Line2D([], [], color=colour, ls=line, lw=1.0, label=label))
     return handles

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 from retrodict.report import figure_pair, figure_posterior, figure_predictive, figure_scene
 from retrodict.report.drawing import DPI
@@ -34,6 +37,8 @@ __all__ = [
     "to_png",
 ]
 
+_MARGIN = 16  # pixels left about what is drawn
+
 
 @dataclass(frozen=True, slots=True)
 class Registered:
@@ -54,9 +59,20 @@ FIGURES: dict[str, Registered] = {
 
 
 def to_png(figure: Figure) -> bytes:
-    """A figure as a PNG image."""
+    """A figure as a PNG image, without the margins that its layout left empty."""
+    # savefig's tight box does the same, but lays out and draws every figure twice
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    pixels = np.asarray(canvas.buffer_rgba())
+    drawn = pixels.view(np.uint32)[..., 0] != np.uint32(0xFFFFFFFF)  # not white
+    inside = tuple(
+        slice(max(found[0] - _MARGIN, 0), found[-1] + 1 + _MARGIN)
+        for found in (np.flatnonzero(drawn.any(axis=across)) for across in (1, 0))
+        if found.size
+    )
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, bbox_inches="tight", pad_inches=0.08)
+    # level 3 is twice as fast as the default, for images a tenth larger
+    imsave(buffer, pixels[inside], format="png", dpi=DPI, pil_kwargs={"compress_level": 3})
     return buffer.getvalue()
 
 

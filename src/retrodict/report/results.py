@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from retrodict.report.findings import DERIVED, LEVELS, scaled, statistics, told_as
 from retrodict.report.rounding import decimals_of, told, told_range, told_with_sd
@@ -49,7 +49,10 @@ class ResultRow:
 
 
 def result_rows(
-    outcome: Outcome, units: Units, names: tuple[str, ...] = tuple(REPORTED)
+    outcome: Outcome,
+    units: Units,
+    names: tuple[str, ...] = tuple(REPORTED),
+    found: dict[str, dict[str, Any]] | None = None,
 ) -> list[ResultRow]:
     """The results as they are printed, rounded to their uncertainty.
 
@@ -60,12 +63,13 @@ def result_rows(
         outcome: the reconstruction.
         units: "si" or "us".
         names: of the quantities, in order.
+        found: their `statistics`, where they have been computed already.
 
     Returns:
         One row for each quantity.
     """
     rows = []
-    for name, numbers in statistics(outcome, names).items():
+    for name, numbers in (found or statistics(outcome, names)).items():
         label, unit = told_as(name, units)
         shown = {key: scaled(value, unit.worth) for key, value in numbers.items()}
         decimals = decimals_of(shown["sd"])

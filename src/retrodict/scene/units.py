@@ -39,6 +39,28 @@ YAW_RATE = Dimension("a yaw rate", ("deg/s", "rad/s"))
 INVERSE_SPEED = Dimension("an inverse speed", ("s/m", "1/mph"))
 NUMBER = Dimension("a plain number")
 
+# what the units above are worth, by definition; pint knows all others, and takes a while to load
+_WORTH = {
+    "kg": 1.0,
+    "lb": 0.45359237,
+    "kg m^2": 1.0,
+    "lb ft s^2": 1.3558179483314004,
+    "slug ft^2": 1.3558179483314004,
+    "m": 1.0,
+    "ft": 0.3048,
+    "in": 0.0254,
+    "m/s": 1.0,
+    "km/h": 1 / 3.6,
+    "mph": 0.44704,
+    "ft/s": 0.3048,
+    "deg": math.radians(1),
+    "rad": 1.0,
+    "deg/s": math.radians(1),
+    "rad/s": 1.0,
+    "s/m": 1.0,
+    "1/mph": 1 / 0.44704,
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Reading:
@@ -126,6 +148,8 @@ def factor(unit: str, dimension: Dimension) -> float:
         text = re.sub(pattern, spelling, text)
     text = re.sub(r"(?<=[A-Za-z0-9])-(?=[A-Za-z])", "*", text)  # lb-ft-s^2
     text = re.sub(r"([A-Za-z])(-?[0-9])", r"\1^\2", text)  # m2, s-1
+    if text in dimension.units:
+        return _WORTH[text]
     worth = _base(text)
     if worth is None:
         raise QuantityError(f"unknown unit {shown(unit)}; {_unit_hint(unit, dimension)}")
@@ -197,7 +221,7 @@ def _number(raw: object) -> float:
 
 @cache
 def _registry() -> UnitRegistry:
-    import pint  # here, because it takes most of a second
+    import pint  # here, because it takes most of a second, and few scenes need it
 
     return pint.UnitRegistry()
 

@@ -1,0 +1,171 @@
+"""What an impact did to each vehicle, and where its kinetic energy went."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from retrodict.mechanics.impact import (
+    Bodies,
+    Coefficients,
+    Scalar,
+    State,
+    _axes,
+    contact_velocity,
+    critical_mu,
+    impulse,
+    separation,
+)
+
+REVERSAL = 1e-9  # by which |mu| may exceed |mu_c|, relative: the rounding of mu_c
+GAIN = 1e-12  # by which energy may rise, relative: the rounding of the audit
+
+
+class Audit(NamedTuple):
+    """Where the kinetic energy went (J): after - before = normal + tangential + moment."""
+
+    before: Scalar
+    after: Scalar
+    normal: Scalar
+    tangential: Scalar
+    moment: Scalar
+
+
+class Severity(NamedTuple):
+    """What an impact did.
+
+    Args:
+        after: velocities after, as from `separation`, m/s and rad/s.
+        delta_v: change of velocity of A and of B, road frame, (2, 2), m/s.
+        delta_v_size: its size for A and for B, m/s.
+        pdof: principal direction of force on A and on B, clockwise from straight ahead, 0 to 2 pi;
+            0 is a force from the front, pi/2 from the right. NaN without a change of velocity.
+        closing_normal: speed at which the contact points close along the normal, m/s.
+        closing: their whole relative speed, m/s.
+        energy: the audit.
+        gains_energy: whether the outcome has more kinetic energy than the approach.
+        reverses_sliding: whether mu exceeds its critical value or has the other sign.
+    """
+
+    after: State
+    delta_v: Float[Array, "2 2"]
+    delta_v_size: Float[Array, "2"]
+    pdof: Float[Array, "2"]
+    closing_normal: Scalar
+    closing: Scalar
+    energy: Audit
+    gains_energy: Bool[Array, ""]
+    reverses_sliding: Bool[Array, ""]
+
+
+def audit(approach: State, bodies: Bodies, coefficients: Coefficients) -> Audit:
+    """The energy audit of an impact.
+
+    Args:
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+
+    Returns:
+        Kinetic energies and the work of each impulse: the impulse times the mean of the relative
+        velocities before and after, which is exact. Work is negative where energy is lost. A body
+        of infinite mass counts no kinetic energy: let it stand still for the balance to close.
+    """
+    after = separation(approach, bodies, coefficients)
+    P, M = impulse(approach, bodies, coefficients)
+    normal, tangent = _axes(bodies)
+    mean = (contact_velocity(approach, bodies) + contact_velocity(after, bodies)) / 2
+    spin = (approach[5] - approach[2] + after[5] - after[2]) / 2
+    return Audit(
+        before=_kinetic_energy(approach, bodies),
+        after=_kinetic_energy(after, bodies),
+        normal=(P @ normal) * (mean @ normal),
+        tangential=(P @ tangent) * (mean @ tangent),
+        moment=-M * spin,
+    )
+
+
+def gains_energy(energy: Audit) -> Bool[Array, ""]:
+    """Whether an outcome has more kinetic energy than its approach, beyond rounding.
+
+    Args:
+        energy: the audit.
+
+    Returns:
+        True where the three works add up to a gain.
+    """
+    work = jnp.stack([energy.normal, energy.tangential, energy.moment])
+    rounding = max(GAIN, 32 * float(jnp.finfo(work.dtype).eps))
+    return work.sum() > rounding * (energy.before + energy.after + jnp.abs(work).sum())
+
+
+def feeding_term(energy: Audit) -> str | None:
+    """The name of the work that feeds an outcome which gains energy.
+
+    Args:
+        energy: the audit of one impact, not of a batch.
+
+    Returns:
+        "normal", "tangential" or "moment", whichever adds most; None where no energy is gained.
+    """
+    if not gains_energy(energy):
+        return None
+    return max(("normal", "tangential", "moment"), key=lambda term: float(getattr(energy, term)))
+
+
+def severity(
+    approach: State, bodies: Bodies, coefficients: Coefficients, headings: Float[Array, "2"]
+) -> Severity:
+    """Delta-V, principal direction of force, closing speed and energy of an impact.
+
+    Args:
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+        headings: where A and B point, counter-clockwise from the x axis, rad.
+
+    Returns:
+        The record. `clock` turns its directions into hours, `feeding_term` names the work that
+        feeds an outcome which gains energy.
+    """
+    after = separation(approach, bodies, coefficients)
+    change = (after - approach).reshape(2, 3)[:, :2]
+    size = jnp.hypot(change[:, 0], change[:, 1])
+    # the force comes from where the vehicle is not pushed to
+    source = jnp.arctan2(-change[:, 1], -change[:, 0])
+    relative = contact_velocity(approach, bodies)
+    energy = audit(approach, bodies, coefficients)
+    _, mu, e_m = coefficients
+    r = mu / critical_mu(approach, bodies, coefficients.e, e_m)
+    return Severity(
+        after=after,
+        delta_v=change,
+        delta_v_size=size,
+        pdof=jnp.where(size > 0, jnp.mod(headings - source, 2 * jnp.pi), jnp.nan),
+        closing_normal=jnp.abs(relative @ _axes(bodies)[0]),
+        closing=jnp.hypot(relative[0], relative[1]),
+        energy=energy,
+        gains_energy=gains_energy(energy),
+        reverses_sliding=jnp.logical_or(r < 0, r > 1 + REVERSAL),
+    )
+
+
+def clock(pdof: Float[Array, "*any"]) -> Int[Array, "*any"]:
+    """A direction of force as the hour of a clock laid on the vehicle, 12 straight ahead.
+
+    Args:
+        pdof: principal direction of force, clockwise from straight ahead, rad.
+
+    Returns:
+        The nearest hour, 1 to 12; 0 for NaN, where there is no force.
+    """
+    hour = jnp.mod(jnp.round(pdof * 6 / jnp.pi) - 1, 12) + 1
+    return jnp.nan_to_num(hour).astype(int)
+
+
+def _kinetic_energy(state: State, bodies: Bodies) -> Scalar:
+    m_a, m_b, I_a, I_b = bodies[:4]
+    masses = jnp.stack([m_a, m_a, I_a, m_b, m_b, I_b])
+    return 0.5 * (jnp.where(jnp.isinf(masses), 0, masses) @ state**2)
