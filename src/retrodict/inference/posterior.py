@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize
 
 from retrodict.inference import coordinates, sheet
 from retrodict.inference.coordinates import BOUNDS, Chart, Wall
@@ -138,6 +137,8 @@ def _unsquash(value: float, softness: float, low: float, high: float) -> float:
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:
+    from scipy.optimize import minimize  # slow to import, and compilers are at work by now
+
     def potential(w: np.ndarray) -> tuple[float, np.ndarray]:
         value, gradient = programs("potential", w, data, chart)
         value = float(value)

@@ -101,7 +101,6 @@ def reconstruct(
         sampling += time.perf_counter() - start - (programs.compile_seconds - before)
         return drawn
 
-    _compile_behind(posterior)
     target_accept = _FIRST_TRY
     drawn = run(target_accept, warmup, draws)
     notes = []
@@ -149,7 +148,7 @@ def reconstruct(
 
 
 def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
-    """Have what finds and samples the posterior compiled side by side."""
+    """Have what will be needed compiled side by side, in the order it will be needed."""
     structure, data = parts.of_scene(scene)
     chart = blank_chart(structure)
     n = chart.centre.size
@@ -161,12 +160,6 @@ def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
     programs.expect("potential", np.zeros(n), data, chart)
     programs.expect("bounded", data, chart, chart.centre)
     programs.sampler(warmup, _FIRST_TRY, data, chart)
-
-
-def _compile_behind(posterior: Posterior) -> None:
-    """Have what tells of the draws compiled, and imported, while they are drawn."""
-    programs, data, chart = posterior.programs, posterior.data, posterior.chart
-    n = chart.centre.size
     programs.expect("locate", data, chart, np.zeros((CHUNK, n)))
     sites = jax.eval_shape(programs.functions["locate"], data, chart, np.zeros((CHUNK, n)))[0]
     programs.expect("simulate", data, sites)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from retrodict.inference import coordinates
@@ -104,8 +103,7 @@ def fit(
     """
     structure = programs.structure
     n = coordinates.size(structure)
-    normal = qmc.MultivariateNormalQMC(np.zeros(n), seed=0)
-    sample = np.clip(normal.random(BATCH) * 1.3, -3.5, 3.5)
+    sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
     xi = sample[:, 6:]
     target, sd = _evidence(data)
     scale = np.asarray(programs("inputs", data, xi)[3])
