@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from retrodict.mechanics import Car, Ground, Zone, rest, run_out
+from retrodict.mechanics import Car, Ground, Wheels, Zone, rest, run_out, tyre
 from retrodict.mechanics.runout import GRAVITY, PATCH
 from retrodict.mechanics.surface import TYRE_WIDTH
+from retrodict.mechanics.tyre import SLIP, SLOW
 
 CAR = Car(k2=1.8, front_axle=1.3, rear_axle=1.5, track=1.5)
 _rest = jax.jit(rest, static_argnames="steps")
@@ -29,6 +30,22 @@ def with_edge(f: float, beyond: float, point: tuple, inward: tuple, c: float = 0
     return Ground(
         jnp.array([f, beyond]), jnp.array([c, c]), Zone(jnp.array([point]), jnp.array([inward]))
     )
+
+
+def rolling_force(y: np.ndarray, slip: np.ndarray, wheels: Wheels) -> np.ndarray:
+    """Force of each wheel over friction times load, from slip angles, in NumPy."""
+    drag, steer = np.array(wheels.drag), np.array(wheels.steer)
+    ahead = np.stack([np.cos(y[2] + steer), np.sin(y[2] + steer)], axis=1)
+    left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    along, across = (slip * ahead).sum(axis=1), (slip * left).sum(axis=1)
+    patch = (PATCH * y[5]) ** 2 + 1e-18
+    size = np.sqrt(along**2 + across**2 + patch)
+    brake = drag * along / size
+    # what the ellipse leaves, and the share of it that the slip angle takes up
+    left_over = np.sqrt(1 - brake**2)
+    stiff = SLIP**2 * (1 - drag**2) * (along**2 + SLOW**2)
+    share = across / np.sqrt(across**2 + patch + stiff)
+    return -brake[:, None] * ahead - (left_over * share)[:, None] * left
 
 
 def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -> np.ndarray:
@@ -51,6 +68,8 @@ def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -
             s = np.clip((y[:2] + arms - point) @ inward / TYRE_WIDTH + 0.5, 0, 1)
             grip = grip + s * s * (3 - 2 * s) * (f[i + 1] * np.exp(-c[i + 1] * speed) - grip)
         force = -(grip * load / speed)[:, None] * slip
+        if car.wheels is not None:
+            force = (grip * load)[:, None] * rolling_force(y, slip, car.wheels)
         torque = (arms[:, 0] * force[:, 1] - arms[:, 1] * force[:, 0]).sum()
         return np.array([*y[3:], *force.sum(axis=0), torque / car.k2])
 
@@ -199,3 +218,61 @@ def test_an_edge_nobody_reaches_changes_nothing_and_one_behind_is_all_there_is()
     np.testing.assert_allclose(np.array(far), np.array(_rest(jnp.zeros(3), v, CAR, plain(0.6))))
     behind = _rest(jnp.zeros(3), v, CAR, with_edge(0.6, 0.2, (-500.0, 0.0), (1.0, 0.0)))
     np.testing.assert_allclose(np.array(behind), np.array(_rest(jnp.zeros(3), v, CAR, plain(0.2))))
+
+
+def wheels(drag: list[float], steer: list[float]) -> Wheels:
+    return Wheels(jnp.array(drag), jnp.array(steer))
+
+
+def test_wheels_that_are_all_locked_change_nothing() -> None:
+    start, velocity, ground = jnp.zeros(3), jnp.array([9.0, 4.0, 5.0]), plain(0.6, 0.01)
+    locked = CAR._replace(wheels=wheels([1.0] * 4, [0.3, 0.3, 0.0, 0.0]))
+    np.testing.assert_allclose(
+        np.array(_rest(start, velocity, locked, ground)),
+        np.array(_rest(start, velocity, CAR, ground)),
+        atol=1e-9,
+    )
+
+
+def test_a_rolling_car_stops_by_its_drag() -> None:
+    """Closed form: straight ahead only drag brakes, over v² / (2 drag f g)."""
+    car = CAR._replace(wheels=wheels([0.1, 0.1, 0.3, 0.3], [0.0] * 4))
+    end = np.array(_rest(jnp.zeros(3), jnp.array([12.0, 0.0, 0.0]), car, plain(0.7)))
+    a, b = CAR.front_axle, CAR.rear_axle
+    drag = (0.1 * b + 0.3 * a) / (a + b)  # weighed by the axles' loads
+    far = 12.0**2 / (2 * drag * 0.7 * GRAVITY)
+    np.testing.assert_allclose(end, [far, 0, 0], atol=1e-6 * far)
+
+
+@pytest.mark.parametrize(
+    ("drag", "steer", "velocity"),
+    [
+        ([0.5, 0.5, 0.5, 0.5], [0.0, 0.0, 0.0, 0.0], [12.0, 3.0, 2.0]),
+        ([1.0, 0.15, 0.15, 0.15], [0.2, 0.0, 0.0, 0.0], [9.0, -4.0, 6.0]),
+        ([0.1, 0.1, 0.1, 0.1], [0.1, 0.1, 0.0, 0.0], [14.0, 1.0, 0.5]),
+        ([0.2, 1.0, 0.3, 0.1], [-0.1, 0.15, 0.0, 0.0], [-5.0, 7.0, -4.0]),
+    ],
+)
+def test_rolling_and_braked_wheels_agree_with_scipy(
+    drag: list[float], steer: list[float], velocity: list[float]
+) -> None:
+    car = CAR._replace(wheels=wheels(drag, steer))
+    pose, ground = np.array([0.0, 0.0, 0.2]), with_edge(0.7, 0.5, (0.0, 4.0), (0.0, 1.0), 0.005)
+    end = np.array(_rest(jnp.array(pose), jnp.array(velocity), car, ground, steps=1500))
+    expected = by_scipy(pose, np.array(velocity), car, ground)
+    np.testing.assert_allclose(end, expected, atol=2e-3)
+
+
+@given(
+    drag=st.floats(0, 1),
+    steer=st.floats(-0.6, 0.6),
+    slip=st.tuples(st.floats(-20, 20), st.floats(-20, 20)),
+)
+def test_a_tyre_stays_within_the_friction_ellipse_and_never_pushes(
+    drag: float, steer: float, slip: tuple[float, float]
+) -> None:
+    slips = np.repeat(np.array(slip)[:, None], 4, axis=1)
+    of_wheels = wheels([drag] * 4, [steer] * 4)
+    acts = np.array(tyre.force(jnp.array(slips), jnp.array(1e-12), jnp.array(0.3), of_wheels))
+    assert np.hypot(*acts).max() <= 1 + 1e-9
+    assert (acts * slips).sum(axis=0).max() <= 1e-9

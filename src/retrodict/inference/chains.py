@@ -104,10 +104,16 @@ def sample(
 
 
 def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray) -> object:
-    """A chain's first state; a start where the density is zero is drawn nearer to the mode."""
+    """A chain's first state; a start that is far out on the density is drawn nearer to the mode.
+
+    The density about the mode is close to a standard normal, whose potential rises by w² / 2; where it
+    rises by more than twice that, the coordinates say little and a chain could be stuck for good.
+    """
+    at_mode, _ = posterior.potential(np.zeros_like(w))
     for _ in range(20):
         potential, gradient = posterior.potential(w)
-        if np.isfinite(potential) and np.isfinite(gradient).all():
+        near = potential <= at_mode + w @ w
+        if near and np.isfinite(gradient).all():
             break
         w = w / 2
     return start(key, w, potential, gradient, posterior.data, posterior.chart)

@@ -74,7 +74,11 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         mode, value = _mode(programs, data, chart)
         spread = spread @ _spread_at(programs, data, chart, mode)
         centre = np.asarray(programs("bounded", data, chart, centre + chart.spread @ mode)[2])
-    chart = _chart(programs, data, sheets, centre, np.linalg.cholesky(spread @ spread.T))
+    if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
+        raise Unanswerable("the posterior's curvature is not finite near the measured scene")
+    # lower triangular, by QR: squaring the spread first would lose half the digits
+    R = np.linalg.qr(spread.T, mode="r")
+    chart = _chart(programs, data, sheets, centre, (R * np.sign(np.diag(R))[:, None]).T)
     return Posterior(programs, data, chart, error, -value, unresolved)
 
 

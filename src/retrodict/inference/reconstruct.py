@@ -31,6 +31,8 @@ PATHS = 60
 _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
 _FIRST_TRY = 0.8  # target acceptance
+_MENDABLE = 0.05  # share of divergent draws up to which shorter steps may help
+_NEARLY = 1.1  # R-hat up to which more draws may help
 _WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
 _SECOND_TRY = 0.95  # target acceptance of the run that follows one with divergences
 
@@ -105,7 +107,7 @@ def reconstruct(
     drawn = run(target_accept, warmup, draws)
     notes = []
     divergences = int(drawn.stats["diverging"].sum()) if drawn.stats else 0
-    if drawn.complete and divergences:
+    if drawn.complete and 0 < divergences <= _MENDABLE * drawn.stats["diverging"].size:
         notes.append(
             f"a first run had {divergences} divergent transitions; the run told of here took shorter "
             f"steps (target acceptance {_SECOND_TRY}) and twice the warm-up"
@@ -118,7 +120,7 @@ def reconstruct(
     tell("predicting", 0, 1)
     idata = _tree(posterior, scene, drawn, seed)
     checks = gate.judge(idata, scene, faults)
-    if drawn.complete and checks.failed and draws >= _WORTH_MORE:
+    if drawn.complete and checks.max_rhat < _NEARLY and checks.failed and draws >= _WORTH_MORE:
         notes.append(
             f"after {draws} draws a chain {'; '.join(checks.reasons[len(faults) :])}; the run told of "
             "here went on to twice as many"

@@ -27,8 +27,10 @@ from retrodict.mechanics.severity import (
     gains_energy,
     severity,
 )
+from retrodict.mechanics.shooting import Departures, departures
 from retrodict.mechanics.solve import NotDetermined, Solution, solve
 from retrodict.mechanics.surface import Zone
+from retrodict.mechanics.tyre import Wheels
 
 __all__ = [
     "Audit",
@@ -37,11 +39,13 @@ __all__ = [
     "Car",
     "CentralImpact",
     "Coefficients",
+    "Departures",
     "Ground",
     "NotDetermined",
     "Path",
     "Severity",
     "Solution",
+    "Wheels",
     "Zone",
     "against_barrier",
     "approach_and_coefficients",
@@ -51,6 +55,7 @@ __all__ = [
     "clock",
     "contact_velocity",
     "critical_mu",
+    "departures",
     "feeding_term",
     "gains_energy",
     "impulse",

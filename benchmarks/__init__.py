@@ -1,0 +1,1 @@
+"""What retrodict costs and how exact it is, measured: `python -m benchmarks`."""

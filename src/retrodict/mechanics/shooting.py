@@ -1,0 +1,267 @@
+"""Which velocities after an impact bring a vehicle from where it was struck to where it came to rest.
+
+A rest heading fits several spins, for nobody sees whole turns, so there is a problem for each number
+of turns. Each is solved by Newton's method from several starts, and all starts, turns and cells of a
+grid of frictions run as one program.
+
+Newton is written out here, not taken from a library: three unknowns and a fixed number of rounds
+need twenty lines, every problem of a batch takes the same rounds anyway, and run-out and Jacobian
+come from one pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from retrodict.mechanics.runout import GRAVITY, STEPS, Car, Ground, rest
+from retrodict.mechanics.tyre import Wheels
+
+TURNS = tuple(range(-3, 4))
+TOLERANCE = 1e-6  # m, and rad: of the rest pose
+
+_ROUNDS = 20
+_SCREEN_STEPS = 24  # of the run-outs that choose the starts
+_LEAST = 0.02  # m: what moved less is sought as if it had moved this far
+_SAME = 1e-3  # of the speed (and 1 m/s): what lies closer together is one solution
+
+# What sliding friction brings to rest after a time T went c d / T at first, d being the way: c is 2
+# if it slows down evenly. Friction shared with a fast spin holds back less, at first or at last.
+# So T, c for the way and for the turn, and the angle from the chord to the first direction span the
+# starts; the best of each T goes to Newton.
+_TIMES = np.linspace(0.0, 1.0, 6)  # from the shortest to the longest, in the logarithm
+_WAYS = np.array([1.4, 1.8, 2.2])
+_SPINS = np.array([1.2, 1.6, 2.0, 2.6])
+_ANGLES = np.array([-0.5, -0.2, 0.0, 0.2, 0.5])  # rad
+
+
+class Departures(NamedTuple):
+    """Velocities after the impact that end at a rest pose, for each cell of a grid.
+
+    Solutions come first, those with the least rotation before others; then, for every number of
+    turns without a solution, the velocity that came nearest. Cells with fewer rows than others
+    are filled up with rows of nan.
+
+    Args:
+        velocity: Vx, Vy, Omega, m/s and rad/s, shape (*grid, rows, 3).
+        miss: distance and angle by which the run-out misses, m and rad, shape (*grid, rows, 2).
+        converged: whether both are within the tolerance, shape (*grid, rows).
+        turns: whole turns beyond the shortest rotation between the headings, shape (*grid, rows).
+        rotation: from impact to rest, rad, shape (*grid, rows).
+    """
+
+    velocity: Float[np.ndarray, "*grid rows 3"]
+    miss: Float[np.ndarray, "*grid rows 2"]
+    converged: Bool[np.ndarray, "*grid rows"]
+    turns: Int[np.ndarray, "*grid rows"]
+    rotation: Float[np.ndarray, "*grid rows"]
+
+
+def departures(
+    start: Float[Array | np.ndarray, "*#grid 3"],
+    rest_pose: Float[Array | np.ndarray, "*#grid 3"],
+    car: Car,
+    ground: Ground,
+    turns: Iterable[int] | None = TURNS,
+    steps: int = STEPS,
+    tolerance: float = TOLERANCE,
+) -> Departures:
+    """All velocities after the impact that bring a skidding vehicle to its rest pose.
+
+    Poses, the car's numbers and the ground's friction may have leading axes, which broadcast to a
+    grid of problems; the edges of the ground are the same for all.
+
+    Args:
+        start: x, y, heading at the impact, m and rad, shape (*grid, 3).
+        rest_pose: x, y, heading at rest, m and rad, shape (*grid, 3).
+        car: inertia, axles and track, each of shape (*grid,) or a number; of its wheels (*grid, 4).
+        ground: friction of the surfaces, shape (*grid, surfaces), and their edges.
+        turns: whole turns to try beyond the shortest rotation from one heading to the other, which
+            lies in [-pi, pi), positive counter-clockwise; None where the total rotation is known:
+            it is then the difference of the headings as they are.
+        steps: of the integration of each run-out.
+        tolerance: of a solution's rest pose, m and rad.
+
+    Returns:
+        The solutions. For each number of turns, what Newton's method found from six starts; it
+        proves neither that there are no others, nor that there are none where it found none.
+
+    Source:
+        The run-out problem behind SAE 770014, Tables 1 and 2.
+    """
+    poses = [np.asarray(start, float), np.asarray(rest_pose, float)]
+    numbers = [np.asarray(v, float)[..., None] for v in car[:4]]
+    wheels = [] if car.wheels is None else [np.asarray(v, float) for v in car.wheels]
+    grips = [np.asarray(v, float) for v in ground[:2] if v is not None]
+    arrays = [*poses, *numbers, *wheels, *grips]
+    grid = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+    flat = [np.broadcast_to(a, (*grid, a.shape[-1])).reshape(-1, a.shape[-1]) for a in arrays]
+    here, there = flat[:2]
+    cars = Car(*(a[:, 0] for a in flat[2:6]), wheels=Wheels(*flat[6:8]) if wheels else None)
+    friction, dependence, *_ = *flat[6 + len(wheels) :], None
+
+    rotation = there[:, 2] - here[:, 2]
+    shortest = (rotation + np.pi) % (2 * np.pi) - np.pi
+    if turns is None:
+        whole = np.rint((rotation - shortest) / (2 * np.pi)).astype(int)[:, None]
+    else:
+        whole = np.tile(np.array(list(turns), int), (len(here), 1))
+    rotations = shortest[:, None] + 2 * np.pi * whole
+    velocity, miss = _solve(
+        here,
+        there[:, :2] - here[:, :2],
+        rotations,
+        cars,
+        Ground(friction, dependence, ground.zones),
+        tolerance,
+        steps,
+    )
+    cells = [
+        _rows(*cell, tolerance)
+        for cell in zip(
+            np.asarray(velocity), np.asarray(miss), whole, rotations, np.sqrt(cars.k2), strict=True
+        )
+    ]
+    most = max(len(cell.turns) for cell in cells)
+    filled = [_filled(cell, most) for cell in cells]
+    stacked = (np.stack(column) for column in zip(*filled, strict=True))
+    return Departures(*(a.reshape(*grid, *a.shape[1:]) for a in stacked))
+
+
+@partial(jax.jit, static_argnames="steps")
+def _solve(
+    start: Float[Array, "cells 3"],
+    way: Float[Array, "cells 2"],
+    rotations: Float[Array, "cells turns"],
+    car: Car,
+    ground: Ground,
+    tolerance: float,
+    steps: int,
+) -> tuple[Float[Array, "cells turns starts 3"], Float[Array, "cells turns starts 2"]]:
+    """What Newton's method comes to from every start, and by how much it misses."""
+    each = jax.vmap(partial(_from_starts, steps=steps), (None, None, 0, None, None, None))
+    axes = Ground(0, None if ground.speed_dependence is None else 0, None)
+    return jax.vmap(each, (0, 0, 0, 0, axes, None))(start, way, rotations, car, ground, tolerance)
+
+
+def _from_starts(
+    start: Float[Array, "3"],
+    way: Float[Array, "2"],
+    rotation: Float[Array, ""],
+    car: Car,
+    ground: Ground,
+    tolerance: float,
+    steps: int,
+) -> tuple[Float[Array, "starts 3"], Float[Array, "starts 2"]]:
+    """One problem: x, y and rotation from one start pose."""
+    # speeds (Vx, Vy, k Omega) and distances (x, y, k heading): all in m/s and m
+    k = jnp.sqrt(car.k2)
+    weight = jnp.stack([jnp.ones_like(k), jnp.ones_like(k), k])
+    target = (start + jnp.append(way, rotation)) * weight
+
+    def misses(u: Float[Array, "3"], steps: int) -> Float[Array, "3"]:
+        return rest(start, u / weight, car, ground, steps) * weight - target
+
+    def value_and_jacobian(u: Array) -> tuple[Array, Array]:
+        def twice(u: Array) -> tuple[Array, Array]:
+            r = misses(u, steps)
+            return r, r
+
+        jacobian, r = jax.jacfwd(twice, has_aux=True)(u)
+        return r, jacobian
+
+    guesses = _guesses(way, rotation, car, ground) * weight
+    screened = jax.vmap(jax.vmap(partial(misses, steps=_SCREEN_STEPS)))(guesses)
+    best = jnp.nan_to_num((screened**2).sum(axis=-1), nan=jnp.inf).argmin(axis=1)
+    u = jnp.take_along_axis(guesses, best[:, None, None], axis=1)[:, 0]
+
+    State = tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3 3"], Float[Array, ""]]
+
+    def improve(state: State, _: None) -> tuple[State, None]:
+        u, r, J, damping = state
+        square = J.T @ J
+        ridge = damping * jnp.trace(square) / 3 * jnp.eye(3)
+        step = -jnp.linalg.solve(square + ridge, J.T @ r)
+        longest = 0.5 * jnp.linalg.norm(u) + 0.1
+        step = step * jnp.minimum(1.0, longest / (jnp.linalg.norm(step) + 1e-30))
+        r_next, J_next = value_and_jacobian(u + step)
+        better = (r_next**2).sum() < (r**2).sum()  # never where a step failed and made it nan
+        damping = jnp.where(better, damping / 10, damping * 5).clip(1e-14, 1e4)
+        pick = partial(jnp.where, better)
+        return (pick(u + step, u), pick(r_next, r), pick(J_next, J), damping), None
+
+    def newton(u: Float[Array, "3"]) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
+        state = (u, *value_and_jacobian(u), jnp.asarray(1e-3))
+        (u, r, _, _), _ = jax.lax.scan(improve, state, None, length=_ROUNDS)
+        return u / weight, r / weight
+
+    velocity, r = jax.vmap(newton)(u)
+    miss = jnp.stack([jnp.hypot(r[:, 0], r[:, 1]), jnp.abs(r[:, 2])], axis=1)
+    # a vehicle that is there already needs no velocity
+    standing = jnp.stack([jnp.hypot(*way), jnp.abs(rotation)])
+    stands = (standing <= tolerance).all()
+    return jnp.where(stands, 0.0, velocity), jnp.where(stands, standing, miss)
+
+
+def _guesses(
+    way: Float[Array, "2"], rotation: Float[Array, ""], car: Car, ground: Ground
+) -> Float[Array, "times guesses 3"]:
+    """Velocities to begin with, in a row for each time to rest."""
+    far = jnp.maximum(jnp.hypot(*way), _LEAST)
+    chord = jnp.where((way**2).sum() > 0, jnp.arctan2(way[1], way[0] + 1e-300), 0.0)
+    wheels = jnp.hypot((car.front_axle + car.rear_axle) / 2, car.track / 2)
+    to_stop = jnp.stack([2 * far, 2 * jnp.abs(rotation) * car.k2 / wheels]) / GRAVITY  # T² f
+    shortest = jnp.sqrt(to_stop.max() / ground.coefficients.max()) * 0.9
+    drag = 1.0 if car.wheels is None else car.wheels.drag.mean().clip(0.02, 1.0)
+    longest = jnp.sqrt(to_stop.sum() / (drag * ground.coefficients.min())) * 1.3
+    T = shortest * (longest / shortest) ** _TIMES
+    T, c, spin, angle = jnp.broadcast_arrays(
+        T[:, None, None, None],
+        _WAYS[:, None, None],
+        _SPINS[:, None],
+        _ANGLES,
+    )
+    V = c * far / T
+    columns = [V * jnp.cos(chord + angle), V * jnp.sin(chord + angle), spin * rotation / T]
+    return jnp.stack(columns, axis=-1).reshape(len(_TIMES), -1, 3)
+
+
+def _rows(
+    velocity: Float[np.ndarray, "turns starts 3"],
+    miss: Float[np.ndarray, "turns starts 2"],
+    turns: Int[np.ndarray, " turns"],
+    rotation: Float[np.ndarray, " turns"],
+    k: float,
+    tolerance: float,
+) -> Departures:
+    """What differs, in order."""
+    rows = []
+    for V, by, whole, angle in zip(velocity, miss, turns, rotation, strict=True):
+        size = np.nan_to_num(np.hypot(by[:, 0], k * by[:, 1]), nan=np.inf)
+        speeds = V * [1, 1, k]
+        kept: list[int] = []
+        for i in np.argsort(size):
+            there = bool((by[i] <= tolerance).all())
+            apart = np.linalg.norm(speeds[kept] - speeds[i], axis=1)
+            if not kept or (there and (apart > _SAME * (1 + np.linalg.norm(speeds[i]))).all()):
+                kept.append(int(i))
+                rows.append((not there, abs(angle), size[i], V[i], by[i], whole, angle))
+    rows.sort(key=lambda row: row[:3])
+    missed, _, _, V, by, whole, angle = zip(*rows, strict=True)
+    return Departures(
+        np.array(V), np.array(by), ~np.array(missed), np.array(whole, int), np.array(angle)
+    )
+
+
+def _filled(cell: Departures, rows: int) -> Departures:
+    def fill(a: np.ndarray) -> np.ndarray:
+        empty = np.nan if a.dtype == float else 0
+        return np.concatenate([a, np.full((rows - len(a), *a.shape[1:]), empty, a.dtype)])
+
+    return Departures(*map(fill, cell))
