@@ -1,12 +1,12 @@
 """Which velocities after an impact bring a vehicle from where it was struck to where it came to rest.
 
 A rest heading fits several spins, for nobody sees whole turns, so there is a problem for each number
-of turns. Each is solved by Newton's method from several starts, and all starts, turns and cells of a
-grid of frictions run as one program.
+of turns. Each is solved by Newton's method from several starts; all starts, turns and cells of a grid
+of frictions run side by side in one program.
 
 Newton is written out here, not taken from a library: three unknowns and a fixed number of rounds
-need twenty lines, every problem of a batch takes the same rounds anyway, and run-out and Jacobian
-come from one pass.
+need twenty lines, every problem of a batch takes the same rounds anyway, and run-out and
+Jacobian come from one pass.
 """
 
 from __future__ import annotations
@@ -21,12 +21,16 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from retrodict.mechanics.runout import GRAVITY, STEPS, Car, Ground, rest
+from retrodict.mechanics.surface import Zone
 from retrodict.mechanics.tyre import Wheels
 
 TURNS = tuple(range(-3, 4))
 TOLERANCE = 1e-6  # m, and rad: of the rest pose
 
-_ROUNDS = 20
+_ROUNDS = 16
+# Problems at once. More would leave the processor's cache, and a fixed number needs one program,
+# which takes longer to compile than to run, for grids of all sizes.
+_BATCH = 7
 _SCREEN_STEPS = 24  # of the run-outs that choose the starts
 _LEAST = 0.02  # m: what moved less is sought as if it had moved this far
 _SAME = 1e-3  # of the speed (and 1 m/s): what lies closer together is one solution
@@ -104,7 +108,6 @@ def departures(
     flat = [np.broadcast_to(a, (*grid, a.shape[-1])).reshape(-1, a.shape[-1]) for a in arrays]
     here, there = flat[:2]
     cars = Car(*(a[:, 0] for a in flat[2:6]), wheels=Wheels(*flat[6:8]) if wheels else None)
-    friction, dependence, *_ = *flat[6 + len(wheels) :], None
 
     rotation = there[:, 2] - here[:, 2]
     shortest = (rotation + np.pi) % (2 * np.pi) - np.pi
@@ -113,20 +116,29 @@ def departures(
     else:
         whole = np.tile(np.array(list(turns), int), (len(here), 1))
     rotations = shortest[:, None] + 2 * np.pi * whole
-    velocity, miss = _solve(
-        here,
-        there[:, :2] - here[:, :2],
-        rotations,
-        cars,
-        Ground(friction, dependence, ground.zones),
-        tolerance,
-        steps,
+    # one row a problem, filled up to whole batches
+    problems = len(here) * whole.shape[1]
+    rows = np.minimum(np.arange(-(-problems // _BATCH) * _BATCH), problems - 1)
+    cell = rows // whole.shape[1]
+    friction, dependence, *_ = *flat[6 + len(wheels) :], None
+    inputs = (
+        here[cell],
+        (there - here)[cell, :2],
+        rotations.reshape(-1)[rows],
+        jax.tree.map(lambda a: a[cell], cars),
+        (friction[cell], None if dependence is None else dependence[cell]),
+    )
+    batches = [
+        _solve(*jax.tree.map(lambda a: a[i : i + _BATCH], inputs), ground.zones, tolerance, steps)  # noqa: B023
+        for i in range(0, len(rows), _BATCH)
+    ]
+    velocity, miss = (
+        np.concatenate(a)[:problems].reshape(*whole.shape, len(_TIMES), -1)
+        for a in zip(*batches, strict=True)
     )
     cells = [
         _rows(*cell, tolerance)
-        for cell in zip(
-            np.asarray(velocity), np.asarray(miss), whole, rotations, np.sqrt(cars.k2), strict=True
-        )
+        for cell in zip(velocity, miss, whole, rotations, np.sqrt(cars.k2), strict=True)
     ]
     most = max(len(cell.turns) for cell in cells)
     filled = [_filled(cell, most) for cell in cells]
@@ -136,18 +148,24 @@ def departures(
 
 @partial(jax.jit, static_argnames="steps")
 def _solve(
-    start: Float[Array, "cells 3"],
-    way: Float[Array, "cells 2"],
-    rotations: Float[Array, "cells turns"],
+    start: Float[Array, "problems 3"],
+    way: Float[Array, "problems 2"],
+    rotation: Float[Array, " problems"],
     car: Car,
-    ground: Ground,
+    frictions: tuple[Float[Array, "problems surfaces"], Float[Array, "problems surfaces"] | None],
+    zones: Zone,
     tolerance: float,
     steps: int,
-) -> tuple[Float[Array, "cells turns starts 3"], Float[Array, "cells turns starts 2"]]:
+) -> tuple[Float[Array, "problems starts 3"], Float[Array, "problems starts 2"]]:
     """What Newton's method comes to from every start, and by how much it misses."""
-    each = jax.vmap(partial(_from_starts, steps=steps), (None, None, 0, None, None, None))
-    axes = Ground(0, None if ground.speed_dependence is None else 0, None)
-    return jax.vmap(each, (0, 0, 0, 0, axes, None))(start, way, rotations, car, ground, tolerance)
+
+    def solve(
+        start: Array, way: Array, rotation: Array, car: Car, frictions: tuple[Array, Array | None]
+    ) -> tuple[Array, Array]:
+        ground = Ground(*frictions, zones)
+        return _from_starts(start, way, rotation, car, ground, tolerance, steps)
+
+    return jax.vmap(solve)(start, way, rotation, car, frictions)
 
 
 def _from_starts(
@@ -181,24 +199,26 @@ def _from_starts(
     best = jnp.nan_to_num((screened**2).sum(axis=-1), nan=jnp.inf).argmin(axis=1)
     u = jnp.take_along_axis(guesses, best[:, None, None], axis=1)[:, 0]
 
-    State = tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3 3"], Float[Array, ""]]
+    Best = tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3 3"]]
+    State = tuple[Best, Float[Array, "3"], Float[Array, ""]]
 
     def improve(state: State, _: None) -> tuple[State, None]:
-        u, r, J, damping = state
+        best, trial, damping = state
+        r, J = value_and_jacobian(trial)
+        better = (r**2).sum() < (best[1] ** 2).sum()  # never where r is nan
+        u, r, J = (jnp.where(better, a, b) for a, b in zip((trial, r, J), best, strict=True))
+        damping = jnp.where(better, damping / 10, damping * 5).clip(1e-14, 1e4)
         square = J.T @ J
-        ridge = damping * jnp.trace(square) / 3 * jnp.eye(3)
-        step = -jnp.linalg.solve(square + ridge, J.T @ r)
+        ridge = damping * jnp.trace(square) / 3 + 1e-30
+        step = -jnp.linalg.solve(square + ridge * jnp.eye(3), J.T @ r)
         longest = 0.5 * jnp.linalg.norm(u) + 0.1
         step = step * jnp.minimum(1.0, longest / (jnp.linalg.norm(step) + 1e-30))
-        r_next, J_next = value_and_jacobian(u + step)
-        better = (r_next**2).sum() < (r**2).sum()  # never where a step failed and made it nan
-        damping = jnp.where(better, damping / 10, damping * 5).clip(1e-14, 1e4)
-        pick = partial(jnp.where, better)
-        return (pick(u + step, u), pick(r_next, r), pick(J_next, J), damping), None
+        return ((u, r, J), u + jnp.nan_to_num(step), damping), None
 
     def newton(u: Float[Array, "3"]) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
-        state = (u, *value_and_jacobian(u), jnp.asarray(1e-3))
-        (u, r, _, _), _ = jax.lax.scan(improve, state, None, length=_ROUNDS)
+        nothing = (u, jnp.full(3, jnp.inf), jnp.zeros((3, 3)))
+        state = (nothing, u, jnp.asarray(1e-2))
+        ((u, r, _), _, _), _ = jax.lax.scan(improve, state, None, length=_ROUNDS)
         return u / weight, r / weight
 
     velocity, r = jax.vmap(newton)(u)

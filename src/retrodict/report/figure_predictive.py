@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from retrodict.report import drawing
 from retrodict.report.findings import InputRow, draws, inputs_table
+from retrodict.report.rounding import told
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
@@ -80,10 +81,11 @@ def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units
         reach = max(reach, *np.abs(quantiles))
         middle = quantiles[2]
         if abs(middle) > 12:
-            side = np.sign(middle)
+            right = middle > 0
             axes.annotate(
-                f"{middle:+.0f} sd", (0.97 if side > 0 else 0.03, y), ha="center", va="center",
-                xycoords=axes.get_yaxis_transform(), weight="bold", color=drawing.ORANGE,
+                told(middle, 0) + " sd", (0.99 if right else 0.01, y), va="center",
+                ha="right" if right else "left", xycoords=axes.get_yaxis_transform(),
+                weight="bold", color=drawing.ORANGE,
             )  # fmt: skip
     if bars:  # all of a kind at once, which is faster than one by one
         y, low, q1, middle, q3, high = np.transpose(bars)

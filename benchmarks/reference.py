@@ -1,0 +1,226 @@
+"""Random run-outs and where they end, by other means than retrodict's: NumPy and SciPy, in time.
+
+The equations of motion are written a second time here, and integrated over time by DOP853 at a
+tolerance of 1e-12 until a millionth of the motion is left. It takes minutes, so what it finds is
+kept in the user's cache, under a name that changes with the scenes and with this code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import multiprocessing
+import pickle
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import platformdirs
+from scipy.integrate import solve_ivp
+
+GRAVITY = 9.80665  # m/s²
+PATCH = 0.08  # m, radius of gyration of a contact patch: smooths friction as retrodict does
+TYRE_WIDTH = 0.2  # m: friction passes over an edge in it
+TINY = 1e-18  # m²/s²
+ICE, DRY = 0.08, 0.9  # friction, from least to most
+IMAGINARY = 1e-8  # step of the complex derivative: m, rad, m/s, rad/s; its error is of order 1e-16
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+class Scene(NamedTuple):
+    """A vehicle that starts to skid, the ground and one edge to a second surface."""
+
+    pose: Array  # x, y, heading
+    velocity: Array  # Vx, Vy, Omega
+    k2: float
+    front_axle: float
+    rear_axle: float
+    track: float
+    coefficients: Array  # of the two surfaces
+    speed_dependence: Array  # s/m
+    point: Array  # of the edge
+    inward: Array  # its normal, into the second surface
+
+
+class Run(NamedTuple):
+    """Where a run-out ends, and what kind it was."""
+
+    rest: Array
+    evaluations: int  # of the right-hand side
+    length: float  # of the centre of gravity's path, m
+    crossings: int  # wheels that changed surface at least once
+    edge_distance: float  # of the wheel nearest to the edge at rest, m
+
+
+def scenes(number: int, seed: int = 0) -> list[Scene]:
+    """Random scenes, about half of which cross the edge."""
+    return [_scene(rng) for rng in [np.random.default_rng(seed)] for _ in range(number)]
+
+
+def _scene(rng: np.random.Generator) -> Scene:
+    front, rear, track = rng.uniform(1.0, 1.5), rng.uniform(1.1, 1.7), rng.uniform(1.3, 1.7)
+    speed, course = rng.uniform(1.0, 20.0), rng.uniform(-np.pi, np.pi)
+    first = np.exp(rng.uniform(np.log(ICE), np.log(DRY)))
+    second = np.clip(first * rng.uniform(0.5, 1.3), ICE, DRY)
+    normal = rng.uniform(-np.pi, np.pi)
+    inward = np.array([np.cos(normal), np.sin(normal)])
+    return Scene(
+        pose=np.array([0.0, 0.0, rng.uniform(-3.0, 3.0)]),
+        velocity=np.array(
+            [speed * np.cos(course), speed * np.sin(course), rng.uniform(-15.0, 15.0)]
+        ),
+        k2=rng.uniform(0.85, 1.25) * front * rear,
+        front_axle=front,
+        rear_axle=rear,
+        track=track,
+        coefficients=np.array([first, second]),
+        speed_dependence=rng.uniform(0.0, 0.02, 2) * (rng.random() < 0.7),
+        point=rng.uniform(0.0, 12.0) * inward,
+        inward=inward,
+    )
+
+
+def wheels(y: Array, scene: Scene) -> tuple[Array, Array]:
+    """Wheels from the centre of gravity, in the ground's axes; y may have leading axes."""
+    wheel_x = np.array([scene.front_axle, scene.front_axle, -scene.rear_axle, -scene.rear_axle])
+    wheel_y = np.array([0.5, -0.5, 0.5, -0.5]) * scene.track
+    c, s = np.cos(y[..., 2:3]), np.sin(y[..., 2:3])
+    return c * wheel_x - s * wheel_y, s * wheel_x + c * wheel_y
+
+
+def depth(y: Array, scene: Scene) -> Array:
+    """How far each wheel is beyond the edge, m."""
+    arm_x, arm_y = wheels(y, scene)
+    x, y_ = y[..., 0:1] + arm_x - scene.point[0], y[..., 1:2] + arm_y - scene.point[1]
+    return x * scene.inward[0] + y_ * scene.inward[1]
+
+
+def slope(y: Array, scene: Scene) -> Array:
+    """d(x, y, heading, Vx, Vy, Omega)/dt; real or complex."""
+    base = scene.front_axle + scene.rear_axle
+    share = np.array([scene.rear_axle, scene.rear_axle, scene.front_axle, scene.front_axle])
+    load = GRAVITY * share / base / 2
+    arm_x, arm_y = wheels(y, scene)
+    spin = y[..., 5:6]
+    slip_x, slip_y = y[..., 3:4] - spin * arm_y, y[..., 4:5] + spin * arm_x
+    slip = np.sqrt(slip_x**2 + slip_y**2 + (PATCH * spin) ** 2 + TINY)
+    first, second = (
+        scene.coefficients[i] * np.exp(-scene.speed_dependence[i] * slip) for i in (0, 1)
+    )
+    u = depth(y, scene) / TYRE_WIDTH + 0.5
+    u = np.where(u.real <= 0, 0.0, np.where(u.real >= 1, 1.0, u))
+    force = (first + u * u * (3 - 2 * u) * (second - first)) * load / slip
+    force_x, force_y = -force * slip_x, -force * slip_y
+    moment = arm_x * force_y - arm_y * force_x
+    out = np.empty_like(y)
+    out[..., :3] = y[..., 3:]
+    out[..., 3], out[..., 4] = force_x.sum(-1), force_y.sum(-1)
+    out[..., 5] = moment.sum(-1) / scene.k2
+    return out
+
+
+def generalised_speed(y: Array, scene: Scene) -> Array:
+    """W, m/s."""
+    return np.sqrt(y[..., 3] ** 2 + y[..., 4] ** 2 + scene.k2 * y[..., 5] ** 2)
+
+
+def solve(
+    scene: Scene, method: str = "DOP853", rtol: float = 1e-12, last: float = 1e-6
+) -> tuple[Array, Array, int]:
+    """The rest pose, the states before it, and how often the right-hand side was asked.
+
+    Args:
+        scene: of the run-out.
+        method: of `solve_ivp`.
+        rtol: relative tolerance; the absolute one is a tenth of it, in units of W.
+        last: share of W at which the solver stops; the rest follows in closed form.
+    """
+    start = np.concatenate([scene.pose, scene.velocity])
+    end, states, evaluations = _integrate(start[None], scene, method, rtol, last)
+    return end[0], states[0], evaluations
+
+
+def jacobian(scene: Scene) -> Array:
+    """d(rest)/d(start pose, start velocity), shape (3, 6), by complex steps."""
+    start = np.concatenate([scene.pose, scene.velocity]) + 1j * IMAGINARY * np.eye(6)
+    end, _, _ = _integrate(start, scene, "DOP853", 1e-12, 1e-6)
+    return end.imag.T / IMAGINARY
+
+
+def _integrate(
+    start: Array, scene: Scene, method: str, rtol: float, last: float
+) -> tuple[Array, Array, int]:
+    """All rows of `start` together, to where the first has `last` of its W left, then to rest."""
+    shape = start.shape
+    W_0 = generalised_speed(start[0].real, scene)
+
+    def stops(_: float, flat: Array) -> float:
+        return float(generalised_speed(flat.reshape(shape)[0].real, scene) / W_0 - last)
+
+    stops.terminal = True  # type: ignore[attr-defined]
+    solution = solve_ivp(
+        lambda _, flat: slope(flat.reshape(shape), scene).ravel(),
+        (0.0, 1e4),
+        start.ravel(),
+        method=method,
+        rtol=rtol,
+        atol=0.1 * rtol * W_0,
+        events=stops,
+    )
+    states = np.moveaxis(solution.y.reshape(*shape, -1), -1, 1)
+    y = states[:, -1]
+    W = generalised_speed(y, scene)
+    motion, rate = y[:, 3:], slope(y, scene)[:, 3:]
+    dW_dt = (motion * rate * np.array([1.0, 1.0, scene.k2])).sum(-1) / W
+    return y[:, :3] - motion * (W / dW_dt)[:, None] / 2, states, solution.nfev
+
+
+def run(scene: Scene) -> Run:
+    """The reference's run-out of a scene."""
+    rest, states, evaluations = solve(scene)
+    beyond = depth(states, scene) > 0
+    return Run(
+        rest,
+        evaluations,
+        float(np.hypot(*np.diff(states[:, :2], axis=0).T).sum()),
+        int((beyond.any(0) & ~beyond.all(0)).sum()),
+        float(np.abs(depth(rest, scene)).min()),
+    )
+
+
+def runs(of: Sequence[Scene]) -> list[Run]:
+    """The reference's run-outs, from the cache where they are there."""
+    return _cached("runs", run, of)
+
+
+def jacobians(of: Sequence[Scene]) -> Array:
+    """Their derivatives, likewise."""
+    return np.array(_cached("jacobians", jacobian, of))
+
+
+def on_all_cores[R](function: Callable[[Scene], R], of: Sequence[Scene]) -> list[R]:
+    """The function of each scene, on all cores."""
+    context = multiprocessing.get_context("spawn")  # JAX has threads that a fork would break
+    with ProcessPoolExecutor(mp_context=context) as pool:
+        return list(pool.map(function, of, chunksize=5))
+
+
+def _cached[R](name: str, function: Callable[[Scene], R], of: Sequence[Scene]) -> list[R]:
+    parts = (Scene, Run, wheels, depth, slope, generalised_speed, solve, jacobian, _integrate, run)
+    code = "".join(inspect.getsource(part) for part in parts)
+    constants = (GRAVITY, PATCH, TYRE_WIDTH, TINY, IMAGINARY)
+    key = hashlib.sha256(pickle.dumps((name, code, constants, list(of)))).hexdigest()[:16]
+    file = platformdirs.user_cache_path("retrodict") / "benchmarks" / f"{name}-{key}.npz"
+    if not file.exists():
+        found = on_all_cores(partial(function), of)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        columns = zip(*found, strict=True) if isinstance(found[0], Run) else [found]
+        np.savez(file, *[np.array(column) for column in columns])
+    with np.load(file) as stored:  # plain arrays: nothing in a cache is to be run
+        columns = [stored[f"arr_{i}"] for i in range(len(stored.files))]
+    if function is run:
+        return [Run(*row) for row in zip(*columns, strict=True)]
+    return list(columns[0])
