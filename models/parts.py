@@ -177,7 +177,8 @@ def cars(x: Values) -> Car:
         )
         for v in VEHICLES
     ]
-    return Car(*(jnp.stack(pair) for pair in zip(*columns, strict=True)))
+    k2, front, rear, track = (jnp.stack(pair) for pair in zip(*columns, strict=True))
+    return Car(k2, front, rear, track)
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:

@@ -37,6 +37,7 @@ _LEAST_RISE = (
 )
 _RESIDUE = 0.2  # of a wall's softness: how exactly the bend keeps its bounds, roughly
 
+Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
 Levels = Array | np.ndarray | float
 
@@ -50,19 +51,21 @@ class Sheet(NamedTuple):
         quadratic: shape (3, k, k), symmetric.
     """
 
-    constant: Float[Array, "3"]
-    linear: Float[Array, "3 k"]
-    quadratic: Float[Array, "3 k k"]
+    constant: Float[Numbers, "3"]
+    linear: Float[Numbers, "3 k"]
+    quadratic: Float[Numbers, "3 k k"]
 
     def __call__(self, x: Float[Array, " k"]) -> Float[Array, "3"]:
         """Its value at x."""
         s = saturated(x)
-        return self.constant + times(self.linear, x) + times(times(self.quadratic, s), s)
+        return (
+            jnp.asarray(self.constant) + times(self.linear, x) + times(times(self.quadratic, s), s)
+        )
 
 
-def times(m: Float[Array, "*rows k"], x: Float[Array, " k"]) -> Float[Array, "*rows"]:
+def times(m: Float[Numbers, "*rows k"], x: Float[Numbers, " k"]) -> Float[Array, "*rows"]:
     """m @ x as a product and a sum: XLA compiles that four times faster than small matrix products."""
-    return (m * x).sum(axis=-1)
+    return jnp.sum(m * x, axis=-1)
 
 
 def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any:
@@ -82,12 +85,12 @@ class Wall(NamedTuple):
         softness: over which a bound is approached, shape (2,).
     """
 
-    at: Q
-    level: Float[Array, "2"]
-    gradient: Float[Array, "2 q"]
-    hessian: Float[Array, "2 q q"]
-    along: Float[Array, "2 q"]
-    softness: Float[Array, "2"]
+    at: Float[Numbers, " q"]
+    level: Float[Numbers, "2"]
+    gradient: Float[Numbers, "2 q"]
+    hessian: Float[Numbers, "2 q q"]
+    along: Float[Numbers, "2 q"]
+    softness: Float[Numbers, "2"]
 
 
 class Chart(NamedTuple):
@@ -102,8 +105,8 @@ class Chart(NamedTuple):
 
     sheets: tuple[Sheet, Sheet]
     wall: Wall
-    centre: Q
-    spread: Float[Array, "q q"]
+    centre: Float[Numbers, " q"]
+    spread: Float[Numbers, "q q"]
 
 
 def size(structure: parts.Structure) -> int:
@@ -236,7 +239,7 @@ def locate(
     Returns:
         A value for each of the model's sample sites, and the log determinant.
     """
-    q, log_det = walls(chart, chart.centre + times(chart.spread, w))
+    q, log_det = walls(chart, jnp.asarray(chart.centre) + times(chart.spread, w))
     log_det += jnp.log(jnp.diag(chart.spread)).sum()
     separation, x = separation_of(structure, data, chart, q)
     log_sheets = log_slope(structure, chart, q, friction_scale(structure, data, x))

@@ -75,7 +75,7 @@ class Programs:
             x = parts.from_standard(self.structure, data, deviates)
             friction = x[f"friction_{self.structure.surfaces[0]}"]
             scale = coordinates.friction_scale(self.structure, data, x)
-            return parts.impact_poses(x), parts.cars(x).k2, friction, scale
+            return parts.impact_poses(x), jnp.asarray(parts.cars(x).k2), friction, scale
 
         return jax.vmap(one)(xi)
 

@@ -107,7 +107,9 @@ def departures(
     grid = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
     flat = [np.broadcast_to(a, (*grid, a.shape[-1])).reshape(-1, a.shape[-1]) for a in arrays]
     here, there = flat[:2]
-    cars = Car(*(a[:, 0] for a in flat[2:6]), wheels=Wheels(*flat[6:8]) if wheels else None)
+    k2, front, rear, track = (jnp.asarray(a[:, 0]) for a in flat[2:6])
+    turning = Wheels(*(jnp.asarray(a) for a in flat[6:8])) if wheels else None
+    cars = Car(k2, front, rear, track, turning)
 
     rotation = there[:, 2] - here[:, 2]
     shortest = (rotation + np.pi) % (2 * np.pi) - np.pi

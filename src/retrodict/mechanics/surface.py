@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 # A tyre straddles an edge over about its own width, so friction passes from one surface to the
@@ -20,8 +21,8 @@ class Zone(NamedTuple):
         inward: unit normal of the edge, into the zone, shape (zones, 2).
     """
 
-    point: Float[Array, "zones 2"]
-    inward: Float[Array, "zones 2"]
+    point: Float[Array | np.ndarray, "zones 2"]
+    inward: Float[Array | np.ndarray, "zones 2"]
 
 
 def friction(

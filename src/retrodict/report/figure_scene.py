@@ -171,7 +171,7 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
         colour, line = drawing.OF_VEHICLE[v], drawing.LINE_OF_VEHICLE[v]
         axes.add_collection(
             LineCollection(
-                runs[..., :2], colors=colour, linestyles=[line], lw=0.6, alpha=0.35, zorder=2
+                list(runs[..., :2]), colors=colour, linestyles=[line], lw=0.6, alpha=0.35, zorder=2
             ),
             autolim=False,
         )
