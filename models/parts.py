@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,6 +21,7 @@ Values = dict[str, Float[Array, ""]]
 
 # measured of B before impact: evidence on what the impact's inverse gives, not an input of its own
 OF_B = ("direction_b", "omega_b")
+_RESTS = tuple(f"rest_{part}_{v}" for v in VEHICLES for part in ("x", "y", "heading"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,9 +205,17 @@ def rest_poses(
     return run(impact_poses(x), separation.reshape(2, 3), cars(x))
 
 
+RestPoses = Callable[[Structure, Data, Values, Float[Array, "6"]], Float[Array, "2 3"]]
+
+
+def measured_rests(data: Data, z: Float[Array, "6"]) -> Float[Array, "2 3"]:
+    """Rest poses that lie z standard deviations from those measured."""
+    value, sd = jnp.stack([data.evidence[name] for name in _RESTS], axis=1)
+    return (value + sd * z).reshape(2, 3)
+
+
 def observe(data: Data, poses: Float[Array, "2 3"]) -> None:
     """Compare the rest poses with those measured."""
-    for row, v in zip(poses, VEHICLES, strict=True):
-        for predicted, part in zip(row, ("x", "y", "heading"), strict=True):
-            value, sd = data.evidence[f"rest_{part}_{v}"]
-            numpyro.sample(f"rest_{part}_{v}", dist.Normal(predicted, sd), obs=value)
+    for name, predicted in zip(_RESTS, poses.reshape(6), strict=True):
+        value, sd = data.evidence[name]
+        numpyro.sample(name, dist.Normal(predicted, sd), obs=value)

@@ -68,12 +68,15 @@ CARD = Card(
 )
 
 
-def model(structure: parts.Structure, data: parts.Data) -> None:
+def model(
+    structure: parts.Structure, data: parts.Data, rest_poses: parts.RestPoses = parts.rest_poses
+) -> None:
     """The forward story: what was measured, B's approach, the impact, two skids, what was found.
 
     Args:
         structure: which inputs are uncertain and which surfaces there are.
         data: the scene's numbers.
+        rest_poses: the skids, for who knows their slopes already.
     """
     x = parts.measured(structure, data)
 
@@ -90,7 +93,7 @@ def model(structure: parts.Structure, data: parts.Data) -> None:
     bodies, coefficients = parts.bodies(x), Coefficients(e, mu, e_m)
     after = separation(approach, bodies, coefficients)
 
-    poses = parts.rest_poses(structure, data, x, after)
+    poses = rest_poses(structure, data, x, after)
     parts.observe(data, poses)
 
     for name, value in zip(("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b"), after, strict=True):

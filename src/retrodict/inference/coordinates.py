@@ -227,7 +227,7 @@ def walls(chart: Chart, q: Q) -> tuple[Q, Float[Array, ""]]:
 
 def locate(
     structure: parts.Structure, data: parts.Data, chart: Chart, w: Q
-) -> tuple[parts.Values, Float[Array, ""]]:
+) -> tuple[parts.Values, Float[Array, ""], Q]:
     """The model's unknowns at w, and log |d unknowns / d w|.
 
     Args:
@@ -237,7 +237,7 @@ def locate(
         w: a point of the sampled space, shape (q,).
 
     Returns:
-        A value for each of the model's sample sites, and the log determinant.
+        A value for each of the model's sample sites, the log determinant, and q.
     """
     q, log_det = walls(chart, jnp.asarray(chart.centre) + times(chart.spread, w))
     log_det += jnp.log(jnp.diag(chart.spread)).sum()
@@ -259,4 +259,4 @@ def locate(
     sites |= {"speed_b": speed, "direction_b": direction, "omega_b": omega_b}
     sites |= {"e": e, "mu": jnp.asarray(c.mu), "e_m": e_m}
     log_det += log_sheets + log_inverse - jnp.log(speed)
-    return sites, log_det
+    return sites, log_det, q
