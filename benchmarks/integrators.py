@@ -27,7 +27,7 @@ from matplotlib.figure import Figure
 from benchmarks import reference
 from benchmarks.reference import Scene
 from retrodict.mechanics import Car, Ground, Zone, rest
-from retrodict.mechanics.runout import STEPS, _slope
+from retrodict.mechanics.runout import STEPS, slope
 
 NUMBER = 600  # scenes
 FIXED = (24, 32, 48, 64, 96, 192, 384, 768)
@@ -90,8 +90,14 @@ def _steps(steps: int) -> Solve:
     return lambda start, car, ground, _: rest(start[:3], start[3:], car, ground, steps)
 
 
-def _metric(car: Car) -> Any:
-    return jnp.stack([jnp.ones(()), jnp.ones(()), jnp.asarray(car.k2)])
+def _slope(car: Car, ground: Ground) -> Callable[[Any], Any]:
+    """d(pose, velocity, time)/dW of one array."""
+    rate = slope(car, ground)
+    return lambda y: jnp.stack(rate((*y[:6], jnp.zeros(()))))
+
+
+def _speed(car: Car, y: Any) -> Any:
+    return jnp.sqrt(y[3] ** 2 + y[4] ** 2 + car.k2 * y[5] ** 2)
 
 
 def _halt(y: Any, W: Any, rate: Any) -> Any:
@@ -103,9 +109,7 @@ def _on_w(solver: diffrax.AbstractSolver) -> Solve:
     """Adaptive, over the share of W that is lost: the end is known."""
 
     def solve(start: Any, car: Car, ground: Ground, tolerance: Any) -> Any:
-        metric = _metric(car)
-        slope = _slope(car, ground, metric)
-        W_0 = jnp.sqrt((start[3:] ** 2 * metric).sum())
+        slope, W_0 = _slope(car, ground), _speed(car, start)
         term = diffrax.ODETerm(lambda s, y, args: -W_0 * slope(y)[:6])
         y = _diffrax(term, solver, 1 - LAST, start, tolerance, W_0, None)
         return _halt(y, LAST * W_0, slope(y))
@@ -117,20 +121,18 @@ def _on_time(solver: diffrax.AbstractSolver) -> Solve:
     """Adaptive, over time: an event, found to the root, ends it."""
 
     def solve(start: Any, car: Car, ground: Ground, tolerance: Any) -> Any:
-        metric = _metric(car)
-        slope = _slope(car, ground, metric)
-        W_0 = jnp.sqrt((start[3:] ** 2 * metric).sum())
+        slope, W_0 = _slope(car, ground), _speed(car, start)
 
         def field(t: Any, y: Any, args: Any) -> Any:
             rate = slope(y)
             return rate[:6] / rate[6]
 
         def left(t: Any, y: Any, args: Any, **_: Any) -> Any:
-            return jnp.sqrt((y[3:] ** 2 * metric).sum()) / W_0 - LAST
+            return _speed(car, y) / W_0 - LAST
 
         event = diffrax.Event(left, optimistix.Newton(1e-10, 1e-10))
         y = _diffrax(diffrax.ODETerm(field), solver, jnp.inf, start, tolerance, W_0, event)
-        return _halt(y, jnp.sqrt((y[3:] ** 2 * metric).sum()), slope(y))
+        return _halt(y, _speed(car, y), slope(y))
 
     return solve
 

@@ -58,6 +58,17 @@ def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -
     f, c = (np.array(v) for v in ground[:2])
     edges = list(zip(np.array(ground.zones.point), np.array(ground.zones.inward), strict=True))
 
+    def loads(turn: np.ndarray, per_load: np.ndarray) -> np.ndarray:
+        """Four equations of statics for the loads under the wheels, per unit of mass."""
+        force = per_load @ turn  # along and across the vehicle, per load
+        rows = [
+            np.ones(4),
+            wheels[:, 0] + car.height * force[:, 0],  # no pitch about the centre of gravity
+            wheels[:, 1] + car.height * force[:, 1],  # no roll
+            [a, -a, -b, b],  # left less right: front to rear as the axles' weight, b to a
+        ]
+        return np.linalg.solve(rows, [GRAVITY, 0, 0, 0])
+
     def motion(_: float, y: np.ndarray) -> np.ndarray:
         turn = np.array([[math.cos(y[2]), -math.sin(y[2])], [math.sin(y[2]), math.cos(y[2])]])
         arms = wheels @ turn.T
@@ -67,9 +78,11 @@ def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -
         for i, (point, inward) in enumerate(edges):
             s = np.clip((y[:2] + arms - point) @ inward / TYRE_WIDTH + 0.5, 0, 1)
             grip = grip + s * s * (3 - 2 * s) * (f[i + 1] * np.exp(-c[i + 1] * speed) - grip)
-        force = -(grip * load / speed)[:, None] * slip
+        per_load = -(grip / speed)[:, None] * slip
         if car.wheels is not None:
-            force = (grip * load)[:, None] * rolling_force(y, slip, car.wheels)
+            per_load = grip[:, None] * rolling_force(y, slip, car.wheels)
+        on = load if car.height is None else loads(turn, per_load)
+        force = on[:, None] * per_load
         torque = (arms[:, 0] * force[:, 1] - arms[:, 1] * force[:, 0]).sum()
         return np.array([*y[3:], *force.sum(axis=0), torque / car.k2])
 
@@ -263,6 +276,31 @@ def test_rolling_and_braked_wheels_agree_with_scipy(
     np.testing.assert_allclose(end, expected, atol=2e-3)
 
 
+@pytest.mark.parametrize("drag", [[1.0] * 4, [1.0, 0.15, 0.15, 0.15]])
+def test_load_transfer_agrees_with_scipy(drag: list[float]) -> None:
+    car = CAR._replace(height=0.55, wheels=wheels(drag, [0.1, 0.1, 0.0, 0.0]))
+    pose, velocity = np.array([0.0, 0.0, 0.2]), np.array([12.0, 3.0, 4.0])
+    ground = with_edge(0.8, 0.5, (0.0, 4.0), (0.0, 1.0), 0.005)
+    end = np.array(_rest(jnp.array(pose), jnp.array(velocity), car, ground, steps=1500))
+    expected = by_scipy(pose, velocity, car, ground)
+    np.testing.assert_allclose(end, expected, atol=2e-3)
+    static = np.array(_rest(jnp.array(pose), jnp.array(velocity), CAR, ground, steps=1500))
+    assert np.abs(end - static).max() > 0.05  # it matters
+
+
+def test_a_polygon_is_crossed_as_its_edges_are() -> None:
+    """A strip of ice on the way: as a polygon, and as two half-planes."""
+    start, velocity = jnp.array([0.0, 0.0, 0.3]), jnp.array([11.0, 1.0, 3.0])
+    far = 500.0
+    strip = np.array([[5.0, -far], [9.0, -far], [9.0, far], [5.0, far]])
+    none = Zone(jnp.zeros((0, 2)), jnp.zeros((0, 2)))
+    as_polygon = Ground(jnp.array([0.7, 0.1]), None, none, (strip,))
+    edges = Zone(jnp.array([[5.0, 0], [9.0, 0]]), jnp.array([[1.0, 0], [1.0, 0]]))
+    as_edges = Ground(jnp.array([0.7, 0.1, 0.7]), None, edges)
+    found = (np.array(_rest(start, velocity, CAR, g)) for g in (as_polygon, as_edges))
+    np.testing.assert_allclose(*found, atol=1e-9)
+
+
 @given(
     drag=st.floats(0, 1),
     steer=st.floats(-0.6, 0.6),
@@ -273,6 +311,6 @@ def test_a_tyre_stays_within_the_friction_ellipse_and_never_pushes(
 ) -> None:
     slips = np.repeat(np.array(slip)[:, None], 4, axis=1)
     of_wheels = wheels([drag] * 4, [steer] * 4)
-    acts = np.array(tyre.force(jnp.array(slips), jnp.array(1e-12), jnp.array(0.3), of_wheels))
+    acts = np.array(tyre.force(jnp.array(slips), jnp.array(1e-12), of_wheels))
     assert np.hypot(*acts).max() <= 1 + 1e-9
     assert (acts * slips).sum(axis=0).max() <= 1e-9

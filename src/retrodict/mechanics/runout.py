@@ -15,7 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from retrodict.mechanics.surface import Zone, friction
+from retrodict.mechanics.rotation import cos_sin
+from retrodict.mechanics.surface import Polygon, Zone, friction
 from retrodict.mechanics.tyre import Wheels, force
 
 GRAVITY = 9.80665  # m/s²
@@ -47,6 +48,9 @@ class Car(NamedTuple):
         track: between the wheels of an axle, m.
         wheels: how they turn; None where all four are locked. Rolling wheels dissipate little, so
             the clock runs stiff: take some 50 steps over the least drag, or compare with twice as many.
+        height: of the centre of gravity, m, where load moves to the wheels that brake the most; None
+            for static loads. Holds while no wheel lifts, and shares sideways transfer between the
+            axles as they share the weight.
     """
 
     k2: Float[Array, ""] | float
@@ -54,14 +58,16 @@ class Car(NamedTuple):
     rear_axle: Float[Array, ""] | float
     track: Float[Array, ""] | float
     wheels: Wheels | None = None
+    height: Float[Array, ""] | float | None = None
 
 
 class Ground(NamedTuple):
-    """Surfaces and their edges, as `surface.friction` takes them."""
+    """Surfaces and where they lie, as `surface.friction` takes them."""
 
     coefficients: Float[Array, " surfaces"]
     speed_dependence: Float[Array, " surfaces"] | None
     zones: Zone
+    polygons: tuple[Polygon, ...] = ()
 
 
 class Path(NamedTuple):
@@ -86,89 +92,121 @@ def rest(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int = 
         x, y and heading at rest; the heading is not wrapped, so turns can be counted.
 
     Source:
-        Rigid body on four wheels with static axle loads, in the spirit of Ellis, Vehicle
-        Dynamics (1969), which SAE 770014 cites for its run-out.
+        Rigid body on four wheels in the spirit of Ellis, Vehicle Dynamics (1969), which
+        SAE 770014 cites for its run-out.
     """
-    end, _ = _integrate(pose, velocity, car, ground, steps, keep=False)
-    return end[:3]
+    _, halt, _ = _integrate(pose, velocity, car, ground, steps, keep=False)
+    return jnp.stack(halt[:3])
 
 
 def run_out(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int = STEPS) -> Path:
     """The whole run-out of a skidding vehicle, from its start to rest; arguments as in `rest`."""
-    _, states = _integrate(pose, velocity, car, ground, steps, keep=True)
+    start, halt, states = _integrate(pose, velocity, car, ground, steps, keep=True)
     assert states is not None
-    return Path(states[:, :3], states[:, 3:6], states[:, 6])
+    rows = [
+        jnp.concatenate([first[None], between[3:-1:4], last[None]])
+        for first, between, last in zip(start, states, halt, strict=True)
+    ]
+    return Path(jnp.stack(rows[:3], axis=1), jnp.stack(rows[3:6], axis=1), rows[6])
+
+
+# x, y, heading, Vx, Vy, Omega, time: apart and not in one array, so that batches of each vectorise
+State = tuple[Float[Array, "*any"], ...]
 
 
 def _integrate(
     pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int, keep: bool
-) -> tuple[Float[Array, "7"], Float[Array, "stages 7"] | None]:
+) -> tuple[State, State, State | None]:
     """Fixed Runge-Kutta steps of order four, with W as the independent variable.
 
     The scan runs over stages, not steps: with one slope in its body, the program with its gradient
     compiles six times faster than with four, and runs faster too (measured on two cores).
+
+    Returns:
+        The start, the state at rest, and where kept the state after each stage.
     """
-    metric = jnp.stack([jnp.ones(()), jnp.ones(()), jnp.asarray(car.k2)])
-    moves = (velocity**2 * metric).sum() > _STANDS**2
+    moves = _speed(velocity, car.k2) > _STANDS
     velocity = jnp.where(moves, velocity, jnp.array([_STANDS, 0.0, 0.0]))
-    W_0 = jnp.sqrt((velocity**2 * metric).sum())
-    slope = _slope(car, ground, metric)
+    W_0 = _speed(velocity, car.k2)
+    rate = slope(car, ground)
     levels = _LAST + (1 - _LAST) * (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER
     h = np.repeat(np.diff(levels), 4)
     ahead = h * np.tile([0.5, 0.5, 1.0, 1.0], steps)  # where the next stage looks
     share = h * np.tile([1.0, 2.0, 2.0, 1.0], steps) / 6  # of a stage in its step
     last = np.tile([False, False, False, True], steps)
 
-    Carry = tuple[Float[Array, "7"], Float[Array, "7"], Float[Array, "7"]]
+    Carry = tuple[State, State, State]
 
-    def stage(carry: Carry, weights: tuple[Array, Array, Array]) -> tuple[Carry, Array | None]:
+    def stage(carry: Carry, weights: tuple[Array, Array, Array]) -> tuple[Carry, State | None]:
         y, y_stage, y_sum = carry  # at the step's start, at this stage, summed so far
         ahead, share, last = weights
-        k = W_0 * slope(y_stage)
-        y_sum = y_sum + share * k
-        y_stage = jnp.where(last, y_sum, y + ahead * k)
-        y = jnp.where(last, y_sum, y)
+        k = rate(y_stage)
+        y_sum = tuple(a + share * W_0 * b for a, b in zip(y_sum, k, strict=True))
+        next_stage = (a + ahead * W_0 * b for a, b in zip(y, k, strict=True))
+        y_stage = tuple(jnp.where(last, a, b) for a, b in zip(y_sum, next_stage, strict=True))
+        y = tuple(jnp.where(last, a, b) for a, b in zip(y_sum, y, strict=True))
         return (y, y_stage, y_sum), y if keep else None
 
-    start = jnp.concatenate([pose, velocity, jnp.zeros(1)])
+    start = (*pose, *velocity, jnp.zeros(()))
     (end, _, _), states = jax.lax.scan(
         stage, (start, start, start), (jnp.asarray(ahead), jnp.asarray(share), jnp.asarray(last))
     )
     # what is left of the motion keeps its direction: W falls evenly to nothing, and with it V, Omega
-    left = -_LAST * W_0 * slope(end)
-    halt = jnp.concatenate([end[:3] + left[:3] / 2, jnp.zeros(3), end[6:] + left[6:]])
-    if states is None:
-        return halt, None
-    return halt, jnp.concatenate([start[None], states[3:-1:4], halt[None]])
+    left = [-_LAST * W_0 * k for k in rate(end)]
+    moved = (a + b / 2 for a, b in zip(end[:3], left[:3], strict=True))
+    return start, (*moved, *(jnp.zeros(()),) * 3, end[6] + left[6]), states
 
 
-def _slope(
-    car: Car, ground: Ground, metric: Float[Array, "3"]
-) -> Callable[[Float[Array, "7"]], Float[Array, "7"]]:
-    """d(x, y, heading, Vx, Vy, Omega, t)/dW."""
-    wheel_x = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
-    wheel_y = jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
+def _speed(velocity: Velocity | tuple[Array, ...], k2: Float[Array, ""] | float) -> Float[Array, ""]:
+    """Generalised speed W, m/s."""
+    return jnp.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + k2 * velocity[2] ** 2)
+
+
+def slope(car: Car, ground: Ground) -> Callable[[State], State]:
+    """d(x, y, heading, Vx, Vy, Omega, time)/dW as a function of these."""
+    wheel_u = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
+    wheel_v = jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
     wheelbase = car.front_axle + car.rear_axle
     front, rear = car.rear_axle / wheelbase / 2, car.front_axle / wheelbase / 2
     load = GRAVITY * jnp.stack([front, front, rear, rear])  # static, per unit of vehicle mass
 
-    def slope(y: Float[Array, "7"]) -> Float[Array, "7"]:
-        c, s = jnp.cos(y[2]), jnp.sin(y[2])
-        arm_x, arm_y = c * wheel_x - s * wheel_y, s * wheel_x + c * wheel_y
-        slip_x, slip_y = y[3] - y[5] * arm_y, y[4] + y[5] * arm_x
-        slip = jnp.sqrt(slip_x**2 + slip_y**2 + (PATCH * y[5]) ** 2 + _TINY)
-        position = jnp.stack([y[0] + arm_x, y[1] + arm_y], axis=1)
-        grip = friction(position, slip, *ground) * load
+    def rate(state: State) -> State:
+        x, y, heading, Vx, Vy, Omega, _ = state
+        c, s = cos_sin(heading)
+        # forces along (u) and across (v) the vehicle, where the wheels stay put
+        slip_u = c * Vx + s * Vy - Omega * wheel_v
+        slip_v = c * Vy - s * Vx + Omega * wheel_u
+        patch2 = (PATCH * Omega) ** 2 + _TINY
+        slip = jnp.sqrt(slip_u**2 + slip_v**2 + patch2)
+        wheel_x, wheel_y = x + c * wheel_u - s * wheel_v, y + s * wheel_u + c * wheel_v
+        grip = friction(wheel_x, wheel_y, slip, *ground)
         if car.wheels is None:
-            force_x, force_y = -grip / slip * slip_x, -grip / slip * slip_y
+            along, across = -grip / slip * slip_u, -grip / slip * slip_v
         else:
-            patch2 = (PATCH * y[5]) ** 2 + _TINY
-            force_x, force_y = grip * force(jnp.stack([slip_x, slip_y]), patch2, y[2], car.wheels)
-        spin = arm_x * force_y - arm_y * force_x
-        acceleration = jnp.stack([force_x.sum(), force_y.sum(), spin.sum() / car.k2])
-        motion = y[3:6]
-        W = jnp.sqrt((motion**2 * metric).sum())
-        dW_dt = (motion * metric * acceleration).sum() / W
-        return jnp.concatenate([motion, acceleration, jnp.ones(1)]) / dW_dt
+            along, across = grip * force(jnp.stack([slip_u, slip_v]), patch2, car.wheels)
+        on_wheel = load if car.height is None else _moved(load, car, along, across)
+        force_u, force_v = along * on_wheel, across * on_wheel
+        A_u, A_v = force_u.sum(), force_v.sum()
+        A_x, A_y = c * A_u - s * A_v, s * A_u + c * A_v
+        moment = (wheel_u * force_v - wheel_v * force_u).sum()
+        # k² drops out of Omega k² dOmega/dt
+        dt_dW = _speed((Vx, Vy, Omega), car.k2) / (Vx * A_x + Vy * A_y + Omega * moment)
+        rates = (Vx, Vy, Omega, A_x, A_y, moment / car.k2, jnp.ones_like(x))
+        return tuple(r * dt_dW for r in rates)
 
-    return slope
+    return rate
+
+
+def _moved(
+    load: Float[Array, "4"], car: Car, along: Float[Array, "4"], across: Float[Array, "4"]
+) -> Float[Array, "4"]:
+    """Loads, where the deceleration that they cause has moved them: two equations, linear in it."""
+    assert car.height is not None
+    by_u = car.height / (car.front_axle + car.rear_axle) / 2 * jnp.array([-1.0, -1.0, 1.0, 1.0])
+    by_v = 2 * car.height / car.track * load / GRAVITY * jnp.array([-1.0, 1.0, -1.0, 1.0])
+    a, b, c = (along * load).sum(), (along * by_u).sum(), (along * by_v).sum()
+    d, e, f = (across * load).sum(), (across * by_u).sum(), (across * by_v).sum()
+    # A_u = a + b A_u + c A_v, A_v = d + e A_u + f A_v
+    whole = (1 - b) * (1 - f) - c * e
+    A_u, A_v = (a * (1 - f) + c * d) / whole, (d * (1 - b) + e * a) / whole
+    return load + by_u * A_u + by_v * A_v

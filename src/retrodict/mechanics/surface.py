@@ -1,4 +1,4 @@
-"""Friction of the ground under a wheel: one surface everywhere, others beyond straight edges."""
+"""Friction of the ground under a wheel: one surface everywhere, others beyond edges or in polygons."""
 
 from __future__ import annotations
 
@@ -11,6 +11,11 @@ from jaxtyping import Array, Float
 # A tyre straddles an edge over about its own width, so friction passes from one surface to the
 # next over this length (m); it also keeps the rest pose differentiable in the edge's place.
 TYRE_WIDTH = 0.2
+
+
+_TINY = 1e-18  # m²: a point on the outline has a derivative too
+
+Polygon = Float[Array | np.ndarray, "corners 2"]
 
 
 class Zone(NamedTuple):
@@ -26,30 +31,57 @@ class Zone(NamedTuple):
 
 
 def friction(
-    position: Float[Array, "wheels 2"],
+    x: Float[Array, " wheels"],
+    y: Float[Array, " wheels"],
     speed: Float[Array, " wheels"],
     coefficients: Float[Array, " surfaces"],
     speed_dependence: Float[Array, " surfaces"] | None,
     zones: Zone,
+    polygons: tuple[Polygon, ...] = (),
 ) -> Float[Array, " wheels"]:
     """Sliding friction at each wheel: f exp(-c v) of the surface it is on.
 
     Args:
-        position: of the wheels, m.
+        x: of the wheels, m.
+        y: likewise.
         speed: of their slip, m/s.
-        coefficients: f of the surface that lies everywhere, then of each zone; later ones cover.
+        coefficients: f of the surface that lies everywhere, then of each zone, then of each
+            polygon; later ones cover.
         speed_dependence: c, s/m, likewise; None where friction does not depend on speed.
-        zones: the edges, one less than there are surfaces.
+        zones: half-planes.
+        polygons: corners of each, m.
 
     Returns:
         Friction of each wheel, passing smoothly over a tyre's width at an edge.
     """
-    of_surface = jnp.broadcast_to(coefficients, (*speed.shape, coefficients.shape[0]))
-    if speed_dependence is not None:
-        of_surface = of_surface * jnp.exp(-speed_dependence * speed[:, None])
-    value = of_surface[:, 0]
-    for i in range(zones.point.shape[0]):
-        depth = ((position - zones.point[i]) * zones.inward[i]).sum(axis=1)
+
+    def of_surface(i: int) -> Array:
+        if speed_dependence is None:
+            return coefficients[i]
+        return coefficients[i] * jnp.exp(-speed_dependence[i] * speed)
+
+    depths = [(x - px) * nx + (y - py) * ny for (px, py), (nx, ny) in zip(*zones, strict=True)] + [
+        depth_in(polygon, x, y) for polygon in polygons
+    ]
+    value = jnp.broadcast_to(of_surface(0), speed.shape)
+    for i, depth in enumerate(depths, start=1):
         s = jnp.clip(depth / TYRE_WIDTH + 0.5, 0.0, 1.0)
-        value = value + s * s * (3 - 2 * s) * (of_surface[:, i + 1] - value)
+        value = value + s * s * (3 - 2 * s) * (of_surface(i) - value)
     return value
+
+
+def depth_in(
+    polygon: Polygon, x: Float[Array, " points"], y: Float[Array, " points"]
+) -> Float[Array, " points"]:
+    """Distance of each point to the polygon's outline, m; negative outside."""
+    x, y = x[:, None], y[:, None]
+    (from_x, from_y), (to_x, to_y) = jnp.asarray(polygon).T, jnp.roll(polygon, -1, axis=0).T
+    side_x, side_y = to_x - from_x, to_y - from_y
+    along = ((x - from_x) * side_x + (y - from_y) * side_y) / (side_x**2 + side_y**2)
+    along = jnp.clip(along, 0.0, 1.0)
+    away2 = (x - from_x - along * side_x) ** 2 + (y - from_y - along * side_y) ** 2
+    # a ray to the right of a point inside crosses the outline an odd number of times
+    spans = (from_y > y) != (to_y > y)
+    slope = side_x / jnp.where(side_y == 0, 1.0, side_y)
+    crossings = (spans & (x < from_x + slope * (y - from_y))).sum(axis=1)
+    return jnp.sqrt(away2.min(axis=1) + _TINY) * jnp.where(crossings % 2 == 1, 1.0, -1.0)

@@ -29,10 +29,7 @@ class Wheels(NamedTuple):
 
 
 def force(
-    slip: Float[Array, "2 4"],
-    patch2: Float[Array, ""],
-    heading: Float[Array, ""],
-    wheels: Wheels,
+    slip: Float[Array, "2 4"], patch2: Float[Array, ""], wheels: Wheels
 ) -> Float[Array, "2 4"]:
     """Force of each wheel over friction times load.
 
@@ -40,15 +37,14 @@ def force(
     friction ellipse, sqrt(1 - drag² cos² alpha). A locked wheel's points against its slip.
 
     Args:
-        slip: velocity of each wheel over the ground, m/s.
+        slip: velocity of each wheel over the ground, along and across the vehicle, m/s.
         patch2: squared slip inside the contact patch, m²/s².
-        heading: of the vehicle, rad.
         wheels: drag and steer.
 
     Returns:
-        (x, y) components, of size 1 at most.
+        Its parts along and across the vehicle, of size 1 at most together.
     """
-    c, s = jnp.cos(heading + wheels.steer), jnp.sin(heading + wheels.steer)
+    c, s = jnp.cos(wheels.steer), jnp.sin(wheels.steer)
     along, across = c * slip[0] + s * slip[1], c * slip[1] - s * slip[0]
     speed2 = along**2 + across**2 + patch2
     rolling = 1 - wheels.drag**2
