@@ -157,7 +157,9 @@ def _integrate(
     return start, (*moved, *(jnp.zeros(()),) * 3, end[6] + left[6]), states
 
 
-def _speed(velocity: Velocity | tuple[Array, ...], k2: Float[Array, ""] | float) -> Float[Array, ""]:
+def _speed(
+    velocity: Velocity | tuple[Array, ...], k2: Float[Array, ""] | float
+) -> Float[Array, ""]:
     """Generalised speed W, m/s."""
     return jnp.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + k2 * velocity[2] ** 2)
 
