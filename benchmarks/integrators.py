@@ -27,12 +27,12 @@ from matplotlib.figure import Figure
 from benchmarks import reference
 from benchmarks.reference import Scene
 from retrodict.mechanics import Car, Ground, Zone, rest
-from retrodict.mechanics.runout import STEPS, slope
+from retrodict.mechanics.runout import slope
 
 NUMBER = 600  # scenes
 FIXED = (24, 32, 48, 64, 96, 192, 384, 768)
 IN_TURN = (64, 96, 384)
-MARKED = {64: "default of inference", STEPS: "default of rest"}
+MARKED = {64: "default of inference"}
 LAST = 1e-3  # of W: from here to rest in closed form, as in retrodict
 SINGLE = 20  # scenes that are timed one by one
 FEWER = 12  # adaptive Jacobians take long: every twelfth scene makes their batch

@@ -273,3 +273,31 @@ def test_mu_is_capped_where_sliding_ends() -> None:
     assert 0 < half / free < 1
     with pytest.raises(ValueError, match="critical"):
         capped(v, b, 0.1, "Critical", 0.7)
+
+
+def test_friction_that_unloads_a_grazing_contact_never_ends_the_sliding() -> None:
+    """The root of eq 23's caution has gone through infinity and come back with the other sign."""
+    bodies = Bodies(2132.9, 2126.4, 2599.7, 4526.9, 0.66105, -0.27271, 1.83123, -0.62968, -0.62705)
+    before = jnp.array([9.71544, -1.73468, 0.15864, -6.76114, -18.05650, -1.49781])
+    e, tangent = 0.0672, jnp.array([-math.sin(-0.62705), math.cos(-0.62705)])
+
+    def sliding_after(mu: float) -> float:
+        after = separation(before, bodies, Coefficients(e, mu, 1.0))
+        return float(contact_velocity(after, bodies) @ tangent)
+
+    closing = float(contact_velocity(before, bodies) @ jnp.array([tangent[1], -tangent[0]]))
+    sliding = float(contact_velocity(before, bodies) @ tangent)
+    braking = math.copysign(1.0, sliding * closing)
+    left = np.array([sliding_after(braking * mu) for mu in (0, 0.5, 20, 1e6)]) / sliding
+    assert (np.diff(left) < 0).all()
+    assert (left > 0).all()  # friction brakes and brakes, and sliding goes on
+    assert float(critical_mu(before, bodies, e, 1.0)) == braking * math.inf
+    kept = capped(before, bodies, e, braking * 0.5, 1.0)
+    assert (float(kept.coefficients.mu), float(kept.ratio), bool(kept.cut)) == (
+        braking * 0.5,
+        0,
+        False,
+    )
+    driven = capped(before, bodies, e, -braking * 0.35, 1.0)
+    assert float(driven.coefficients.mu) == 0
+    assert bool(driven.cut)

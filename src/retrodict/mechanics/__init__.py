@@ -17,7 +17,7 @@ from retrodict.mechanics.impact import (
     separation,
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
-from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out
+from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out, wheel_paths
 from retrodict.mechanics.severity import (
     Audit,
     Severity,
@@ -67,4 +67,5 @@ __all__ = [
     "separation",
     "severity",
     "solve",
+    "wheel_paths",
 ]

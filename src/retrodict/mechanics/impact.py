@@ -283,8 +283,8 @@ def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scal
     Returns:
         mu with no tangential velocity left at the impact centre; its sign is that of the sliding.
         Beyond it the model would reverse the sliding, so r = mu / mu_c from 0 to 1 is the friction's
-        natural parameter. NaN without a normal impulse, when no friction
-        can end the sliding.
+        natural parameter. Infinite where friction cannot end the sliding however large, because it
+        unloads the contact faster than it brakes (grazing impacts); NaN without a normal impulse.
     """
     normal, tangent = _axes(bodies)
 
@@ -295,7 +295,14 @@ def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scal
 
     # tangential velocity after per normal impulse is linear in mu, so two values fix its root
     at_0, at_1 = left_over(0.0), left_over(1.0)
-    return at_0 / (at_0 - at_1)
+    root = at_0 / (at_0 - at_1)
+    # the braking root has gone through infinity where only friction that drives the sliding is left,
+    # though without friction it would go on
+    before = contact_velocity(approach, bodies)
+    smooth = contact_velocity(separation(approach, bodies, Coefficients(e, 0.0, e_m)), bodies)
+    goes_on = (before @ tangent) * (smooth @ tangent) > 0
+    braking = (before @ tangent) * (before @ normal)  # has the sign of such a mu
+    return jnp.where(goes_on & (root * braking < 0), jnp.copysign(jnp.inf, braking), root)
 
 
 def capped(

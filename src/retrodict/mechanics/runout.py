@@ -26,7 +26,9 @@ GRAVITY = 9.80665  # m/s²
 # the instant centre, and vanishes with the motion, unlike a fixed smoothing speed.
 PATCH = 0.08  # m, radius of gyration of a contact patch of about 0.2 m by 0.18 m
 
-STEPS = 96
+ROWS = 96  # of a path, at steps as the run-out takes them
+_TOLERANCE = 1e-9  # of adaptive steps: what derivatives need to be exact to 1e-4 (measured)
+_MOST_STEPS = 4096  # of them
 _LAST = 1e-3  # of W: from here to rest in closed form, for at W = 0 friction has no direction
 _TINY = 1e-18  # m²/s²: a wheel that is the instant centre of a motion without spin
 _STANDS = 1e-4  # m/s: what is slower is run at this, some nanometres, so that derivatives exist
@@ -47,7 +49,7 @@ class Car(NamedTuple):
         rear_axle: centre of gravity to rear axle, m.
         track: between the wheels of an axle, m.
         wheels: how they turn; None where all four are locked. Rolling wheels dissipate little, so
-            the clock runs stiff: take some 50 steps over the least drag, or compare with twice as many.
+            the clock runs stiff: fixed steps are then to be some 50 over the least drag.
         height: of the centre of gravity, m, where load moves to the wheels that brake the most; None
             for static loads. Holds while no wheel lifts, and shares sideways transfer between the
             axles as they share the weight.
@@ -78,59 +80,96 @@ class Path(NamedTuple):
     time: Float[Array, " steps"]
 
 
-def rest(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int = STEPS) -> Pose:
+def rest(
+    pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int | None = None
+) -> Pose:
     """Where a skidding vehicle comes to rest.
 
     Args:
         pose: x, y, heading at the start, m and rad.
         velocity: Vx, Vy, Omega at the start, m/s and rad/s.
         car: inertia, axles and track.
-        ground: friction of the surfaces and their edges.
-        steps: of the integration.
+        ground: friction of the surfaces and where they lie.
+        steps: None for as many as it takes, of order eight (diffrax), with derivatives in reverse
+            mode only; or a number, of order four, which compiles and runs several times faster, and
+            in batches the more so: for those who find out how many they need.
 
     Returns:
-        x, y and heading at rest; the heading is not wrapped, so turns can be counted.
+        x, y and heading at rest; the heading is not wrapped, so turns can be counted. Not numbers
+        where the motion could not be followed to its end.
 
     Source:
         Rigid body on four wheels in the spirit of Ellis, Vehicle Dynamics (1969), which
         SAE 770014 cites for its run-out.
     """
-    _, halt, _ = _integrate(pose, velocity, car, ground, steps, keep=False)
-    return jnp.stack(halt[:3])
+    start = _start(pose, velocity)
+    if steps is None:
+        end = tuple(v[-1] for v in _adaptive(start, car, ground, _levels(1)[1:]))
+    else:
+        end, _ = _fixed(start, car, ground, steps, keep=False)
+    return jnp.stack(_halt(end, start, car, ground)[:3])
 
 
-def run_out(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int = STEPS) -> Path:
+def run_out(
+    pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int | None = None
+) -> Path:
     """The whole run-out of a skidding vehicle, from its start to rest; arguments as in `rest`."""
-    start, halt, states = _integrate(pose, velocity, car, ground, steps, keep=True)
-    assert states is not None
+    start = _start(pose, velocity)
+    if steps is None:
+        states = _adaptive(start, car, ground, _levels(ROWS)[1:])
+    else:
+        _, states = _fixed(start, car, ground, steps, keep=True)
+    halt = _halt(tuple(v[-1] for v in states), start, car, ground)
     rows = [
-        jnp.concatenate([first[None], between[3:-1:4], last[None]])
+        jnp.concatenate([first[None], between, last[None]])
         for first, between, last in zip(start, states, halt, strict=True)
     ]
     return Path(jnp.stack(rows[:3], axis=1), jnp.stack(rows[3:6], axis=1), rows[6])
+
+
+def wheel_paths(pose: Float[Array, "*any 3"], car: Car) -> Float[Array, "*any 4 2"]:
+    """Where the wheels are, front left, front right, rear left, rear right: what skid marks show.
+
+    Args:
+        pose: of the centre of gravity, as of `Path`, m and rad.
+        car: its axles and track.
+
+    Returns:
+        x and y of each wheel, m.
+    """
+    u, v = _wheels(car)
+    c, s = (a[..., None] for a in cos_sin(pose[..., 2]))
+    arms = jnp.stack([c * u - s * v, s * u + c * v], axis=-1)
+    return pose[..., None, :2] + arms
 
 
 # x, y, heading, Vx, Vy, Omega, time: apart and not in one array, so that batches of each vectorise
 State = tuple[Float[Array, "*any"], ...]
 
 
-def _integrate(
-    pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int, keep: bool
-) -> tuple[State, State, State | None]:
-    """Fixed Runge-Kutta steps of order four, with W as the independent variable.
+def _start(pose: Pose, velocity: Velocity) -> State:
+    """The first state; a vehicle that stands is given `_STANDS`."""
+    stands = (velocity**2).sum() <= _STANDS**2
+    velocity = jnp.where(stands, jnp.array([_STANDS, 0.0, 0.0]), velocity)
+    return (*pose, *velocity, jnp.zeros(()))
+
+
+def _levels(steps: int) -> Float[np.ndarray, " levels"]:
+    """Lost shares of W after each of so many steps, from none to all but the last of it."""
+    return (1 - _LAST) * (1 - (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER)
+
+
+def _fixed(start: State, car: Car, ground: Ground, steps: int, keep: bool) -> tuple[State, State]:
+    """Runge-Kutta steps of order four, with the lost share of W as the independent variable.
 
     The scan runs over stages, not steps: with one slope in its body, the program with its gradient
     compiles six times faster than with four, and runs faster too (measured on two cores).
 
     Returns:
-        The start, the state at rest, and where kept the state after each stage.
+        The last state, and where kept the state after each step.
     """
-    moves = _speed(velocity, car.k2) > _STANDS
-    velocity = jnp.where(moves, velocity, jnp.array([_STANDS, 0.0, 0.0]))
-    W_0 = _speed(velocity, car.k2)
-    rate = slope(car, ground)
-    levels = _LAST + (1 - _LAST) * (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER
-    h = np.repeat(np.diff(levels), 4)
+    rate = _slope_of_loss(start, car, ground)
+    h = np.repeat(np.diff(_levels(steps)), 4)
     ahead = h * np.tile([0.5, 0.5, 1.0, 1.0], steps)  # where the next stage looks
     share = h * np.tile([1.0, 2.0, 2.0, 1.0], steps) / 6  # of a stage in its step
     last = np.tile([False, False, False, True], steps)
@@ -141,20 +180,53 @@ def _integrate(
         y, y_stage, y_sum = carry  # at the step's start, at this stage, summed so far
         ahead, share, last = weights
         k = rate(y_stage)
-        y_sum = tuple(a + share * W_0 * b for a, b in zip(y_sum, k, strict=True))
-        next_stage = (a + ahead * W_0 * b for a, b in zip(y, k, strict=True))
+        y_sum = tuple(a + share * b for a, b in zip(y_sum, k, strict=True))
+        next_stage = (a + ahead * b for a, b in zip(y, k, strict=True))
         y_stage = tuple(jnp.where(last, a, b) for a, b in zip(y_sum, next_stage, strict=True))
         y = tuple(jnp.where(last, a, b) for a, b in zip(y_sum, y, strict=True))
         return (y, y_stage, y_sum), y if keep else None
 
-    start = (*pose, *velocity, jnp.zeros(()))
     (end, _, _), states = jax.lax.scan(
         stage, (start, start, start), (jnp.asarray(ahead), jnp.asarray(share), jnp.asarray(last))
     )
-    # what is left of the motion keeps its direction: W falls evenly to nothing, and with it V, Omega
-    left = [-_LAST * W_0 * k for k in rate(end)]
+    return end, () if states is None else tuple(v[3::4] for v in states)
+
+
+def _adaptive(
+    start: State, car: Car, ground: Ground, levels: Float[np.ndarray, " levels"]
+) -> State:
+    """States at these lost shares of W, by adaptive steps of order eight."""
+    import diffrax  # a second to import, and inference does without
+
+    rate = _slope_of_loss(start, car, ground)
+    W_0 = _speed(start[3:6], car.k2)
+    solution = diffrax.diffeqsolve(
+        diffrax.ODETerm(lambda _, state, args: rate(state)),
+        diffrax.Dopri8(),
+        0.0,
+        levels[-1],
+        1e-3,
+        start,
+        saveat=diffrax.SaveAt(ts=levels[:-1], t1=True),
+        stepsize_controller=diffrax.PIDController(rtol=_TOLERANCE, atol=0.1 * _TOLERANCE * W_0),
+        max_steps=_MOST_STEPS,
+        throw=False,
+    )
+    arrived = solution.result == diffrax.RESULTS.successful
+    return tuple(jnp.where(arrived, v, jnp.nan) for v in solution.ys)
+
+
+def _halt(end: State, start: State, car: Car, ground: Ground) -> State:
+    """At rest: what is left of the motion keeps its direction, and W falls evenly to nothing."""
+    left = [_LAST * k for k in _slope_of_loss(start, car, ground)(end)]
     moved = (a + b / 2 for a, b in zip(end[:3], left[:3], strict=True))
-    return start, (*moved, *(jnp.zeros(()),) * 3, end[6] + left[6]), states
+    return (*moved, *(jnp.zeros_like(end[0]),) * 3, end[6] + left[6])
+
+
+def _slope_of_loss(start: State, car: Car, ground: Ground) -> Callable[[State], State]:
+    """d(state)/d(lost share of W)."""
+    rate, W_0 = slope(car, ground), _speed(start[3:6], car.k2)
+    return lambda state: tuple(-W_0 * k for k in rate(state))
 
 
 def _speed(
@@ -166,8 +238,7 @@ def _speed(
 
 def slope(car: Car, ground: Ground) -> Callable[[State], State]:
     """d(x, y, heading, Vx, Vy, Omega, time)/dW as a function of these."""
-    wheel_u = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
-    wheel_v = jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
+    wheel_u, wheel_v = _wheels(car)
     wheelbase = car.front_axle + car.rear_axle
     front, rear = car.rear_axle / wheelbase / 2, car.front_axle / wheelbase / 2
     load = GRAVITY * jnp.stack([front, front, rear, rear])  # static, per unit of vehicle mass
@@ -197,6 +268,12 @@ def slope(car: Car, ground: Ground) -> Callable[[State], State]:
         return tuple(r * dt_dW for r in rates)
 
     return rate
+
+
+def _wheels(car: Car) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
+    """Ahead and to the left of the centre of gravity, m."""
+    ahead = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
+    return ahead, jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
 
 
 def _moved(

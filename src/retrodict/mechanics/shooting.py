@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from retrodict.mechanics.runout import GRAVITY, STEPS, Car, Ground, rest
+from retrodict.mechanics.runout import GRAVITY, Car, Ground, rest
 from retrodict.mechanics.surface import Zone
 from retrodict.mechanics.tyre import Wheels
 
@@ -31,6 +31,7 @@ _ROUNDS = 16
 # Problems at once. More would leave the processor's cache, and a fixed number needs one program,
 # which takes longer to compile than to run, for grids of all sizes.
 _BATCH = 7
+_STEPS = 96  # of the run-outs
 _SCREEN_STEPS = 24  # of the run-outs that choose the starts
 _LEAST = 0.02  # m: what moved less is sought as if it had moved this far
 _SAME = 1e-3  # of the speed (and 1 m/s): what lies closer together is one solution
@@ -73,7 +74,7 @@ def departures(
     car: Car,
     ground: Ground,
     turns: Iterable[int] | None = TURNS,
-    steps: int = STEPS,
+    steps: int = _STEPS,
     tolerance: float = TOLERANCE,
 ) -> Departures:
     """All velocities after the impact that bring a skidding vehicle to its rest pose.
