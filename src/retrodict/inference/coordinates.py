@@ -8,8 +8,8 @@ velocities after the impact; the paper's closed-form inverse gives B's approach 
 smooth bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
 
 e and e_m have hard bounds, and a posterior often leans on them (e near 0 is normal in hard
-crashes). `walls` bends q, along the two directions that move e and e_m with the least change of
-all else, so that the bounds lie at infinity.
+crashes). `bend` moves q along two directions, those that change e and e_m with the least change of
+all else, so that the bounds lie at infinity and every point within them is reached.
 """
 
 from __future__ import annotations
@@ -32,10 +32,9 @@ from retrodict.models import parts
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 BOUNDS = np.array([[0.0, 1.0], [-1.0, 1.0]])  # of e and e_m
-_LEAST_RISE = (
-    0.1  # of a level along its line, 1 at the expansion's centre: keeps the bend one-to-one
-)
-_RESIDUE = 0.2  # of a wall's softness: how exactly the bend keeps its bounds, roughly
+_ROUNDS = 4  # of Newton's method along the bend
+_STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
+_SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
 Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
@@ -77,18 +76,14 @@ class Wall(NamedTuple):
     """How q is bent so that e (first) and e_m (second) stay within bounds.
 
     Args:
-        at: where both are expanded to second order, shape (q,).
-        level: e and e_m there, over the closing speed and the free spin there (see `bounded`).
-        gradient: theirs in q, shape (2, q).
-        hessian: theirs in q, shape (2, q, q).
-        along: for each a direction that moves it and, to first order, not the other, shape (2, q).
+        level: of both at the centre, before `squash`, shape (2,).
+        gradient: of both in q there, shape (2, q).
+        along: for each a direction that moves it at rate 1 there and not the other, shape (2, q).
         softness: over which a bound is approached, shape (2,).
     """
 
-    at: Float[Numbers, " q"]
     level: Float[Numbers, "2"]
     gradient: Float[Numbers, "2 q"]
-    hessian: Float[Numbers, "2 q q"]
     along: Float[Numbers, "2 q"]
     softness: Float[Numbers, "2"]
 
@@ -161,26 +156,30 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
     return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
 
 
-def bounded(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Float[Array, "4"]:
-    """What e and e_m are ratios of, at q: e = -opening / closing, 1 - e_m = moment's spin / free spin.
+def quotients(
+    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
+) -> Float[Array, "2 2"]:
+    """What e and e_m are quotients of, at q: -opening / closing, and spin kept / spin by the force.
 
-    Unlike the ratios these are close to quadratic in q, and -opening = 0 is e = 0 exactly, no spin
-    by the moment is e_m = 1 exactly.
+    Unlike the quotients these are close to linear in q.
 
     Returns:
-        (-opening, spin by the moment, closing, spin by the force alone), m/s and rad/s.
+        ((-opening, spin kept), (closing, spin by the force alone)), m/s and rad/s.
     """
     separation, x = separation_of(structure, data, chart, q)
     bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
     approach_b, c = approach_and_coefficients(separation, approach_a, bodies)
     approach = jnp.concatenate([approach_a, approach_b])
     normal = jnp.stack([jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)])
-    closing = (contact_velocity(approach, bodies) * normal).sum()
-    opening = (contact_velocity(separation, bodies) * normal).sum()
+    opening, closing = (contact_velocity(v, bodies) @ normal for v in (separation, approach))
     _, M = impulse(approach, bodies, c)
-    by_moment = M * (1 / bodies.I_a + 1 / bodies.I_b)
-    free_spin = separation[5] - separation[2] + by_moment
-    return jnp.stack([-opening, by_moment, closing, free_spin])
+    kept = separation[5] - separation[2]
+    return jnp.stack(
+        [
+            jnp.stack([-opening, kept]),
+            jnp.stack([closing, kept + M * (1 / bodies.I_a + 1 / bodies.I_b)]),
+        ]
+    )
 
 
 def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
@@ -203,26 +202,58 @@ def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels)
     return slope + jnp.log(-jnp.expm1((low - high) / softness))
 
 
-def walls(chart: Chart, q: Q) -> tuple[Q, Float[Array, ""]]:
-    """Bend q so that e and e_m, as expanded to second order, are squashed; also log |d bent / d q|.
+def bend(
+    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
+) -> tuple[Q, Float[Array, "2"], Float[Array, ""]]:
+    """Move q along the walls' directions to where e and e_m are their linear levels at q, squashed.
 
-    Along a line the expansion is a parabola, so the shift t that takes a level to its squashed value
-    is the root of a quadratic equation, and d bent / d q has a closed form by differentiating it.
+    Newton's method finds how far; one more step, the only one that is differentiated, carries the
+    derivative. Whatever else q is, every e and e_m within bounds is reached, and once.
+
+    Returns:
+        Bent q, e and e_m there, and log |d bent / d q|; minus infinity where no such point was found.
     """
-    wall, total = chart.wall, jnp.zeros(())
-    for i, (low, high) in enumerate(BOUNDS):
-        away = q - wall.at
-        slope = wall.gradient[i] + times(wall.hessian[i], away)
-        level = wall.level[i] + ((wall.gradient[i] + slope) * away).sum() / 2
-        excess = level - squash(level, wall.softness[i], low, high)
-        rise = (slope * wall.along[i]).sum()
-        bow = (wall.along[i] * times(wall.hessian[i], wall.along[i])).sum() / 2
-        root = jnp.sqrt(jnp.maximum(rise**2 - 4 * bow * excess, _LEAST_RISE**2))
-        rise = jnp.maximum(rise, _LEAST_RISE)
-        q = q - 2 * excess / (rise + root) * wall.along[i]
-        # root is the slope along the line where the bend ends
-        total += log_squash_slope(level, wall.softness[i], low, high) + jnp.log(rise / root)
-    return q, total
+    wall = Wall(*map(jnp.asarray, chart.wall))
+    rise = times(wall.gradient, q - jnp.asarray(chart.centre))
+    level = wall.level + rise
+    target = squash(level, wall.softness, *BOUNDS.T)
+    foot = q - rise @ wall.along
+    at = jax.vmap(lambda q: quotients(structure, data, chart, q))
+    h = _STEP * wall.softness
+    # central differences: automatic ones take as long to compile as all the rest, and these err by 1e-9
+    nudges = jnp.concatenate([jnp.diag(h), -jnp.diag(h)])
+
+    def slopes(ends: Float[Array, "4 2 2"]) -> Float[Array, "2 2 2"]:
+        """Of numerators and denominators (rows), by t (columns)."""
+        return jnp.moveaxis((ends[:2] - ends[2:]) / (2 * h[:, None, None]), 0, -1)
+
+    def improve(t: Float[Array, "2"], _: None) -> tuple[Float[Array, "2"], Float[Array, "2 2"]]:
+        fixed_foot, fixed = jax.lax.stop_gradient((foot, target))
+        points = jnp.concatenate([jnp.zeros((1, 2)), nudges]) + t
+        found = at(fixed_foot + points @ wall.along)
+        (over, under), (d_over, d_under) = found[0], slopes(found[1:])
+        # of numerator - target x denominator, which is closer to linear than the quotient
+        inverse = _inverse(d_over - fixed[:, None] * d_under)
+        return t - inverse @ (over - fixed * under), inverse
+
+    start = jax.lax.stop_gradient(target - wall.level)
+    t, inverses = jax.lax.scan(improve, start, None, length=_ROUNDS)
+    over, under = quotients(structure, data, chart, foot + t @ wall.along)
+    miss = over - target * under
+    solved = (jnp.abs(miss / under) < _SOLVED * wall.softness).all()
+    bent = foot + (t - inverses[-1] @ miss) @ wall.along
+    d_over, d_under = slopes(at(bent + nudges @ wall.along))
+    log_det = log_squash_slope(level, wall.softness, *BOUNDS.T).sum()
+    log_det -= jnp.log(jnp.abs(_det((d_over - target[:, None] * d_under) / under[:, None])))
+    return bent, target, jnp.where(solved, log_det, -jnp.inf)
+
+
+def _det(m: Float[Array, "2 2"]) -> Float[Array, ""]:
+    return m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
+
+
+def _inverse(m: Float[Array, "2 2"]) -> Float[Array, "2 2"]:
+    return jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]]) / _det(m)
 
 
 def locate(
@@ -239,17 +270,14 @@ def locate(
     Returns:
         A value for each of the model's sample sites, the log determinant, and q.
     """
-    q, log_det = walls(chart, jnp.asarray(chart.centre) + times(chart.spread, w))
+    q = jnp.asarray(chart.centre) + times(chart.spread, w)
+    q, (e, e_m), log_det = bend(structure, data, chart, q)
     log_det += jnp.log(jnp.diag(chart.spread)).sum()
     separation, x = separation_of(structure, data, chart, q)
     log_sheets = log_slope(structure, chart, q, friction_scale(structure, data, x))
     (v_bx, v_by, omega_b), c, log_inverse = inverse_log_det(
         separation, parts.approach_of_a(x), parts.bodies(x)
     )
-    # the bend knows e and e_m to second order: what it leaves out of bounds is squashed here
-    raw, soft = jnp.stack([c.e, c.e_m]), _RESIDUE * chart.wall.softness
-    e, e_m = squash(raw, soft, *BOUNDS.T)
-    log_det += log_squash_slope(raw, soft, *BOUNDS.T).sum()
     speed = jnp.sqrt(v_bx**2 + v_by**2)
     direction = jnp.arctan2(v_by, v_bx)
     if "direction_b" in structure.known_of_b:

@@ -9,7 +9,7 @@ import numpy as np
 from retrodict.inference import coordinates, sheet
 from retrodict.inference.coordinates import BOUNDS, Chart, Wall
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.programs import Programs, programs_for
+from retrodict.inference.programs import CHUNK, Programs, programs_for
 from retrodict.models import parts
 from retrodict.scene.records import Scene
 
@@ -72,8 +72,9 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     for _ in range(3):
         chart = _chart(programs, data, sheets, centre, spread)
         mode, value = _mode(programs, data, chart)
+        located = programs("locate", data, chart, np.tile(mode, (CHUNK, 1)))
+        centre = np.asarray(located[2][0])
         spread = spread @ _spread_at(programs, data, chart, mode)
-        centre = np.asarray(programs("bounded", data, chart, centre + chart.spread @ mode)[2])
     if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
         raise Unanswerable("the posterior's curvature is not finite near the measured scene")
     # lower triangular, by QR: squaring the spread first would lose half the digits
@@ -87,12 +88,9 @@ def blank_chart(structure: parts.Structure) -> Chart:
     sizes = [3 + len(coordinates.shaping_inputs(structure, v)) for v in "ab"]
     sheets = [coordinates.Sheet(np.zeros(3), np.zeros((3, k)), np.zeros((3, k, k))) for k in sizes]
     n = coordinates.size(structure)
-    return Chart((sheets[0], sheets[1]), _no_wall(n), np.zeros(n), np.zeros((n, n)))
-
-
-def _no_wall(n: int) -> Wall:
     zero = np.zeros((2, n))
-    return Wall(np.zeros(n), np.zeros(2), zero, np.zeros((2, n, n)), zero, np.ones(2))
+    wall = Wall(np.zeros(2), zero, zero, np.ones(2))
+    return Chart((sheets[0], sheets[1]), wall, np.zeros(n), np.zeros((n, n)))
 
 
 def _chart(
@@ -103,35 +101,14 @@ def _chart(
     spread: np.ndarray,
 ) -> Chart:
     """Coordinates about `centre`, with walls along the directions cheapest in `spread`."""
-    n = len(centre)
-    chart = Chart(sheets, _no_wall(n), centre, spread)
-
-    def bounded(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        value, gradient, _ = programs("bounded", data, chart, q)
-        return np.asarray(value), np.asarray(gradient)
-
-    opening, by_moment, closing, free_spin = bounded(centre)[0]
-    over = np.array([[1 / closing], [-1 / free_spin]])
-    value = np.array([opening / closing, 1 - by_moment / free_spin])
-
-    def slope(q: np.ndarray) -> np.ndarray:
-        return over * bounded(q)[1][:2]
-
-    gradient = slope(centre)
-    h = 0.7  # of a standard deviation: the curvature over where the draws will lie
-    rows = [
-        (slope(centre + h * axis) - slope(centre - h * axis)) / (2 * h) @ spread
-        for axis in spread.T
-    ]
-    back = np.linalg.inv(spread)
-    hessian = np.einsum("ai,jab,bk->jik", back, np.array(rows).swapaxes(0, 1), back)
+    chart = blank_chart(programs.structure)._replace(sheets=sheets)
+    value, gradient = map(np.asarray, programs("levels", data, chart, centre))
     metric = spread @ spread.T
     along = np.linalg.inv(gradient @ metric @ gradient.T) @ gradient @ metric
     sd = np.sqrt(np.einsum("ij,jk,ik->i", gradient, metric, gradient))
     softness = np.clip(sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
     level = np.array([_unsquash(value[i], softness[i], *BOUNDS[i]) for i in range(2)])
-    hessian = (hessian + hessian.swapaxes(1, 2)) / 2
-    return chart._replace(wall=Wall(centre, level, gradient, hessian, along, softness))
+    return Chart(sheets, Wall(level, gradient, along, softness), centre, spread)
 
 
 def _unsquash(value: float, softness: float, low: float, high: float) -> float:

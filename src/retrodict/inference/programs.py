@@ -35,6 +35,10 @@ BLOCK = 50  # iterations per call of `advance`
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.
 _MAX_TREE_DEPTH = 6
 
+# run a few times each: compiling them well would take longer than they do
+_SELDOM = ("inputs", "levels", "locate", "simulate", "prior", "paths")
+_QUICKLY = {"xla_backend_optimization_level": 0}
+
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
 
@@ -143,7 +147,7 @@ class Programs:
     # -- compiled, each once -----------------------------------------------------------------
 
     def __call__(self, name: str, *arguments: Any) -> Any:
-        """Run one of: inputs, rests, potential, locate, bounded, simulate, prior, paths."""
+        """Run one of: inputs, rests, potential, locate, levels, simulate, prior, paths."""
         self.expect(name, *arguments)
         return self._finished(name)(*arguments)
 
@@ -163,11 +167,9 @@ class Programs:
             "inputs": self._inputs,
             "rests": self._rests,
             "potential": jax.value_and_grad(self.potential),
-            "locate": lambda data, chart, w: in_batch(s, data, chart, w)[:2],
-            "bounded": lambda data, chart, q: (
-                coordinates.bounded(s, data, chart, q),
-                jax.jacfwd(lambda q: coordinates.bounded(s, data, chart, q))(q),
-                coordinates.walls(chart, q)[0],
+            "locate": lambda data, chart, w: in_batch(s, data, chart, w),
+            "levels": lambda data, chart, q: _with_slopes(
+                lambda q: jnp.divide(*coordinates.quotients(s, data, chart, q)), q
             ),
             "simulate": self._simulate,
             "prior": self._prior,
@@ -240,13 +242,19 @@ class Programs:
         begin = time.perf_counter()
         lowered = jax.jit(function).lower(*arguments)
         self.compile_seconds += time.perf_counter() - begin
-        self._programs[name] = _COMPILERS.submit(lowered.compile)
+        options = _QUICKLY if name in _SELDOM else None
+        self._programs[name] = _COMPILERS.submit(lowered.compile, options)
 
     def _finished(self, name: str) -> Callable[..., Any]:
         begin = time.perf_counter()
         program = self._programs[name].result()
         self.compile_seconds += time.perf_counter() - begin
         return program
+
+
+def _with_slopes(function: Callable[[Array], Array], at: Array) -> tuple[Array, Array]:
+    value, slope = jax.vmap(lambda a: jax.jvp(function, (at,), (a,)))(jnp.eye(at.size))
+    return value[0], slope.T
 
 
 @lru_cache(maxsize=16)

@@ -160,9 +160,9 @@ def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
     finer = programs_for(programs.rung, replace(structure, steps=4 * structure.steps))
     finer.expect("rests", data, separation, xi)
     programs.expect("potential", np.zeros(n), data, chart)
-    programs.expect("bounded", data, chart, chart.centre)
-    programs.sampler(warmup, _FIRST_TRY, data, chart)
+    programs.expect("levels", data, chart, chart.centre)
     programs.expect("locate", data, chart, np.zeros((CHUNK, n)))
+    programs.sampler(warmup, _FIRST_TRY, data, chart)
     sites = jax.eval_shape(programs.functions["locate"], data, chart, np.zeros((CHUNK, n)))[0]
     programs.expect("simulate", data, sites)
     programs.expect("prior", _prior_keys(0), data)
