@@ -10,8 +10,10 @@ import csv
 import functools
 import os
 import platform
+import textwrap
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,19 +25,23 @@ import numpy as np
 import optimistix
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from benchmarks import reference
 from benchmarks.reference import Scene
-from retrodict.mechanics import Car, Ground, Zone, rest
+from retrodict.mechanics import Car, Ground, Wheels, Zone, rest
 from retrodict.mechanics.runout import slope
 
-NUMBER = 600  # scenes
+NUMBER = 600  # scenes with locked wheels
+ROLLING = 100  # scenes with rolling ones
+BATCH = 1000  # the scenes, repeated
 FIXED = (24, 32, 48, 64, 96, 192, 384, 768)
-IN_TURN = (64, 96, 384)
-MARKED = {64: "default of inference"}
+IN_TURN = (384,)
+INFERENCE = 64  # steps that inference begins with
+DEFAULT = "rest (W, Dopri8), in turn"
 LAST = 1e-3  # of W: from here to rest in closed form, as in retrodict
 SINGLE = 20  # scenes that are timed one by one
-FEWER = 12  # adaptive Jacobians take long: every twelfth scene makes their batch
+FEWER = 10  # adaptive Jacobians take long: every tenth scene makes their batch
 SCIPY_EVERY = 5  # of the scenes are run by solve_ivp
 SCIPY = (("RK45", 1e-4), ("RK45", 1e-6), ("DOP853", 1e-6), ("DOP853", 1e-8))
 TURNS, LENGTH = 2.0, 40.0  # an ordinary run-out has fewer turns and a shorter path, m
@@ -46,6 +52,7 @@ POSITION, HEADING, WORST = 1.0, 0.01, 50.0  # targets: mm, degrees, mm
 BATCHED, JACOBIAN, FASTER = 20.0, 5.0, 500.0  # targets: µs, times, times
 
 Solve = Callable[[Any, Any, Any, Any], Any]  # start, car, ground, tolerance -> pose
+Remark = tuple[str, str]  # its kind, which is where it goes in docs/run-out.md; its text
 
 
 class Method(NamedTuple):
@@ -58,6 +65,9 @@ class Method(NamedTuple):
         tolerance: what `solve` takes as its last argument.
         mark: what it is the default of.
         in_turn: whether a batch is one scene after another in one program, and not abreast.
+        fixed: whether its steps are.
+        reverse: whether its derivatives are in reverse mode.
+        halved: whether it is also timed with half the batch in each of two threads.
     """
 
     name: str
@@ -66,6 +76,9 @@ class Method(NamedTuple):
     tolerance: float = 0.0
     mark: str = ""
     in_turn: bool = False
+    fixed: bool = False
+    reverse: bool = False
+    halved: bool = False
 
 
 class Row(NamedTuple):
@@ -79,6 +92,7 @@ class Row(NamedTuple):
     position: np.ndarray  # mm
     heading: np.ndarray  # degrees
     batched: float
+    halved: float  # batched, half of it in each of two threads
     single: float
     jacobian: float
 
@@ -86,6 +100,11 @@ class Row(NamedTuple):
 # --- the methods --------------------------------------------------------------------------------
 
 
+def _rest(start: Any, car: Car, ground: Ground, _: Any) -> Any:
+    return rest(start[:3], start[3:], car, ground)
+
+
+@functools.cache
 def _steps(steps: int) -> Solve:
     return lambda start, car, ground, _: rest(start[:3], start[3:], car, ground, steps)
 
@@ -157,15 +176,19 @@ def _diffrax(
 
 def _methods() -> Iterator[Method]:
     """All that are compared, but for SciPy's."""
+    mark = "default of rest"
+    yield Method(DEFAULT, "1e-09", _rest, 0.0, mark, in_turn=True, reverse=True, halved=True)
     for steps in FIXED:
-        yield Method("W, RK4", f"{steps} steps", _steps(steps), mark=MARKED.get(steps, ""))
+        mark = "default of inference" if steps == INFERENCE else ""
+        yield Method("W, RK4", f"{steps} steps", _steps(steps), 0.0, mark, fixed=True, halved=True)
     for steps in IN_TURN:
-        yield Method("W, RK4, in turn", f"{steps} steps", _steps(steps), in_turn=True)
+        name = "W, RK4, in turn"
+        yield Method(name, f"{steps} steps", _steps(steps), in_turn=True, fixed=True, halved=True)
     tsit5 = _on_w(diffrax.Tsit5())
     adaptive: tuple[tuple[str, Solve, tuple[float, ...], bool], ...] = (
-        ("W, Tsit5", tsit5, (1e-4, 1e-6), False),
+        ("W, Tsit5", tsit5, (1e-6,), False),
         ("W, Tsit5, in turn", tsit5, (1e-4, 1e-6, 1e-8), True),
-        ("W, Dopri8", _on_w(diffrax.Dopri8()), (1e-4, 1e-6), False),
+        ("W, Dopri8", _on_w(diffrax.Dopri8()), (1e-6,), False),
         ("time, Tsit5, event", _on_time(diffrax.Tsit5()), (1e-4, 1e-6), False),
     )
     for name, solve, tolerances, in_turn in adaptive:
@@ -174,7 +197,7 @@ def _methods() -> Iterator[Method]:
 
 
 @functools.cache
-def _programs(solve: Solve, in_turn: bool = False) -> tuple[Any, Any, Any]:
+def _programs(solve: Solve, in_turn: bool = False, reverse: bool = False) -> tuple[Any, Any, Any]:
     """Singly, batched, and batched with d(rest)/d(start pose, start velocity)."""
 
     def over_scenes(function: Solve) -> Any:
@@ -182,16 +205,20 @@ def _programs(solve: Solve, in_turn: bool = False) -> tuple[Any, Any, Any]:
             return jax.jit(jax.vmap(function, (0, 0, 0, None)))
         return jax.jit(lambda *a: jax.lax.map(lambda scene: function(*scene, a[3]), a[:3]))
 
-    return jax.jit(solve), over_scenes(solve), over_scenes(jax.jacfwd(solve))
+    jacobian = (jax.jacrev if reverse else jax.jacfwd)(solve)
+    return jax.jit(solve), over_scenes(solve), over_scenes(jacobian)
 
 
 # --- measuring ----------------------------------------------------------------------------------
 
 
 def _as_jax(of: Sequence[Scene]) -> tuple[Any, Car, Ground]:
-    column = {name: jnp.array([getattr(s, name) for s in of]) for name in Scene._fields}
+    """The scenes, all locked or all rolling."""
+    names = [name for name, value in zip(Scene._fields, of[0], strict=True) if value is not None]
+    column = {name: jnp.array([getattr(s, name) for s in of]) for name in names}
     start = jnp.concatenate([column["pose"], column["velocity"]], axis=1)
-    car = Car(column["k2"], column["front_axle"], column["rear_axle"], column["track"])
+    wheels = Wheels(column["drag"], column["steer"]) if "drag" in column else None
+    car = Car(*(column[name] for name in ("k2", "front_axle", "rear_axle", "track")), wheels)
     zone = Zone(column["point"][:, None], column["inward"][:, None])
     return start, car, Ground(column["coefficients"], column["speed_dependence"], zone)
 
@@ -201,14 +228,23 @@ def _take(tree: Any, index: Any) -> Any:
 
 
 def _seconds(call: Callable[[], Any], most: float = 1.0) -> float:
-    """The median of up to seven runs after a first, at least two, for about `most` seconds."""
+    """The median of up to seven runs after a first, for about `most` seconds."""
     jax.block_until_ready(call())
     taken: list[float] = []
-    while len(taken) < 2 or (len(taken) < 7 and sum(taken) < most):
+    while len(taken) < 7 and sum(taken) < most:
         begin = time.perf_counter()
         jax.block_until_ready(call())
         taken.append(time.perf_counter() - begin)
     return float(np.median(taken))
+
+
+def _halves(pool: ThreadPoolExecutor, program: Any, args: Any) -> Callable[[], Any]:
+    """Runs one program twice at once, for half of the scenes each."""
+    *trees, tolerance = args
+    parts = [_take(tuple(trees), slice(i, None, 2)) for i in (0, 1)]
+    return lambda: list(
+        pool.map(lambda part: jax.block_until_ready(program(*part, tolerance)), parts)
+    )
 
 
 def _errors(poses: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -219,15 +255,20 @@ def _errors(poses: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _measure(
     method: Method, sets: dict[str, np.ndarray], of: Sequence[Scene], truth: np.ndarray
 ) -> Iterator[Row]:
-    """One row a set; each is repeated to as many scenes as there are in all, so programs serve."""
-    single, batched, derivative = _programs(method.solve, method.in_turn)
+    """One row a set; each is repeated to `BATCH` scenes, so one program serves all."""
+    single, batched, derivative = _programs(method.solve, method.in_turn, method.reverse)
     every = _as_jax(of)
-    errors = _errors(np.asarray(batched(*every, method.tolerance)), truth)
+    repeated = _take(every, np.resize(np.arange(len(of)), BATCH))
+    errors = _errors(np.asarray(batched(*repeated, method.tolerance))[: len(of)], truth)
     for name, index in sets.items():
-        args = (*_take(every, np.resize(index, len(of))), method.tolerance)
-        fewer = slice(None, None, FEWER if method.tolerance else 1)
+        args = (*_take(every, np.resize(index, BATCH)), method.tolerance)
+        fewer = slice(None, None, 1 if method.fixed else FEWER)
         part = (*_take(args[:3], fewer), method.tolerance)
-        some = [(*_take(every, i), method.tolerance) for i in index[:: len(index) // SINGLE]]
+        some = [(*_take(every, i), method.tolerance) for i in index[:: len(index) // SINGLE or 1]]
+        halved = np.nan
+        if method.halved:
+            with ThreadPoolExecutor(2) as pool:
+                halved = _seconds(_halves(pool, batched, args)) / BATCH * 1e6
         yield Row(
             name,
             method.name,
@@ -236,7 +277,8 @@ def _measure(
             index,
             errors[0][index],
             errors[1][index],
-            _seconds(functools.partial(batched, *args)) / len(of) * 1e6,
+            _seconds(functools.partial(batched, *args)) / BATCH * 1e6,
+            halved,
             float(np.mean([_seconds(functools.partial(single, *a), 0.05) for a in some])) * 1e6,
             _seconds(functools.partial(derivative, *part)) / len(part[0]) * 1e6,
         )
@@ -260,7 +302,8 @@ def _scipy(sets: dict[str, np.ndarray], of: Sequence[Scene], truth: np.ndarray) 
             cost = float(taken[here].mean()) * 1e6
             label = f"time, SciPy {method}"
             errors = (position[here], heading[here])
-            yield Row(name, label, f"{rtol:.0e}", "", chosen[here], *errors, np.nan, cost, np.nan)
+            costs = (np.nan, np.nan, cost, np.nan)
+            yield Row(name, label, f"{rtol:.0e}", "", chosen[here], *errors, *costs)
 
 
 # --- what it shows ------------------------------------------------------------------------------
@@ -269,13 +312,14 @@ COLUMNS = (
     *("scenes", "method", "setting", "mark", "number"),
     *("position_mm_median", "position_mm_p99", "position_mm_worst"),
     *("heading_deg_median", "heading_deg_p99", "heading_deg_worst"),
-    *("share_within_1mm_0.01deg", "us_batched", "us_single", "us_batched_jacobian"),
+    *("share_within_1mm_0.01deg", "us_batched", "us_batched_two_threads", "us_single"),
+    "us_batched_jacobian",
 )
 
 
 def _figures(row: Row) -> list[float]:
     quantiles = [f(e) for e in (row.position, row.heading) for f in (np.median, _p99, np.max)]
-    return [*quantiles, _within(row), row.batched, row.single, row.jacobian]
+    return [*quantiles, _within(row), row.batched, row.halved, row.single, row.jacobian]
 
 
 def _p99(errors: np.ndarray) -> float:
@@ -302,93 +346,186 @@ def _accurate(row: Row) -> bool:
     return _within(row) >= 0.99 and bool(row.position.max() <= WORST)
 
 
-def verdicts(rows: Sequence[Row]) -> list[str]:
-    """The targets, each met or missed, on all scenes and on the ordinary ones."""
-    lines = []
-    for scenes in dict.fromkeys(row.scenes for row in rows):
-        fixed = _fixed(rows, scenes)
-        for row in fixed:
-            if row.mark or row is fixed[-1]:
-                ratio = row.jacobian / row.batched
-                lines += [
-                    f"{scenes}, {row.setting}: {_within(row):.1%} within 1 mm and 0.01 deg"
-                    f" (99 %), worst {row.position.max():.3g} mm (50): {_judge(_accurate(row))}",
-                    f"{scenes}, {row.setting}: {row.batched:.1f} us a scene batched (20):"
-                    f" {_judge(row.batched <= BATCHED)};"
-                    f" with its Jacobian {ratio:.1f} times that (5): {_judge(ratio <= JACOBIAN)}",
-                ]
-        reach = [r for r in rows if r.scenes == scenes and r.batched > 0 and _accurate(r)]
+def _best(row: Row) -> float:
+    """µs a scene batched, in one thread or two."""
+    return float(np.nanmin([row.batched, row.halved]))
+
+
+def _of(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Rows by set of scenes."""
+    sets = dict.fromkeys(row.scenes for row in rows)
+    return {name: [row for row in rows if row.scenes == name] for name in sets}
+
+
+def targets(rows: Sequence[Row]) -> Iterator[Remark]:
+    """The targets of accuracy and cost, each met or missed by the defaults."""
+    for scenes, mine in _of(rows).items():
+        for row in mine:
+            if not row.mark:
+                continue
+            of, ratio = f"{scenes}, {row.setting} ({row.mark})", row.jacobian / row.batched
+            yield (
+                "targets",
+                f"{of}: {_within(row):.1%} within 1 mm and 0.01° (99 %), worst"
+                f" {row.position.max():.3g} mm ({WORST:.0f}): {_judge(_accurate(row))}",
+            )
+            yield (
+                "targets",
+                f"{of}: {_best(row):.1f} µs a scene batched ({BATCHED:.0f}):"
+                f" {_judge(_best(row) <= BATCHED)}; with its Jacobian {ratio:.1f} times that"
+                f" ({JACOBIAN:.0f}): {_judge(ratio <= JACOBIAN)}",
+            )
+        reach = [row for row in mine if row.batched > 0 and _accurate(row)]
+        what = "none that was tried"
         if reach:
-            best = min(reach, key=lambda r: r.batched)
-            what = f"{best.method} {best.setting}, {best.batched:.0f} us batched"
-        else:
-            what = "none that was tried"
-        lines.append(f"{scenes}: cheapest that meets the accuracy: {what}")
-        lines += [_faster(row, fixed) for row in rows if row.scenes == scenes and _is_scipy(row)]
-    return lines
+            best = min(reach, key=_best)
+            what = f"{best.method} {best.setting}, {_best(best):.0f} µs batched"
+        yield "targets", f"{scenes}: cheapest that meets the accuracy: {what}"
+
+
+def against_scipy(rows: Sequence[Row]) -> Iterator[Remark]:
+    """How much faster than SciPy at no greater error on the same scenes."""
+    for mine in _of(rows).values():
+        for slow in (row for row in mine if _is_scipy(row)):
+            yield "scipy", _faster(slow, [row for row in mine if row.batched > 0])
 
 
 def _is_scipy(row: Row) -> bool:
     return "SciPy" in row.method
 
 
-def _faster(slow: Row, fixed: Sequence[Row]) -> str:
-    """The fewest steps that err no more than SciPy does, on the same scenes, and their cost."""
+def _faster(slow: Row, mine: Sequence[Row]) -> str:
+    """The cheapest that errs no more than SciPy does, on the same scenes."""
+
+    def as_good(row: Row) -> bool:
+        same = row.position[np.isin(row.of, slow.of)]
+        return all(f(same) <= f(slow.position) for f in (np.median, _p99))
+
     begin = f"{slow.scenes}: against {slow.method} {slow.setting} ({slow.single / 1e3:.0f} ms)"
-    for by, of in (("median and p99", (np.median, _p99)), ("median", (np.median,))):
-        for row in fixed:
-            same = row.position[np.isin(row.of, slow.of)]
-            if all(f(same) <= f(slow.position) for f in of):
-                times = slow.single / row.batched
-                return (
-                    f"{begin}, at no greater {by} error with {row.setting}: {times:.0f} times"
-                    f" faster batched (500), {slow.single / row.single:.0f} singly:"
-                    f" {_judge(times >= FASTER and by != 'median')}"
-                )
-    return f"{begin}: no number of steps errs as little: MISSED"
+    good = [row for row in mine if as_good(row)]
+    if not good:
+        return f"{begin}: none errs as little: MISSED"
+    best, single = min(good, key=_best), min(good, key=lambda row: row.single)
+    times = slow.single / _best(best)
+    return (
+        f"{begin}, at no greater median and p99 error: batched {times:.0f} times faster"
+        f" ({FASTER:.0f}) by {best.method} {best.setting}; singly {slow.single / single.single:.0f}"
+        f" by {single.method} {single.setting}: {_judge(times >= FASTER)}"
+    )
 
 
-def gradients(of: Sequence[Scene], known: Sequence[reference.Run], ordinary: Any) -> list[str]:
+def reasons(rows: Sequence[Row]) -> Iterator[Remark]:
+    """Why targets are missed, with what was measured."""
+    sets = _of(rows)
+    mine = sets["locked"]
+    default = default_of(mine)
+    fixed = next(row for row in mine if row.mark and row.method == "W, RK4")
+    steps = int(fixed.setting.split()[0])
+    if not _accurate(fixed):
+        yield (
+            "why",
+            f"accuracy of {fixed.setting}: scenes on little friction turn dozens of times, over"
+            " hundreds of metres; a step then spans a large part of a turn. Inference doubles its"
+            " steps till the scene's measurements cannot tell; ordinary scenes need fewer.",
+        )
+    for row in (r for r in mine if r.mark):
+        if _best(row) <= BATCHED:
+            continue
+        if row is fixed:
+            text = (
+                f"{4 * steps} slopes of {row.batched / 4 / steps * 1e3:.0f} ns each; the target"
+                f" leaves {BATCHED / 4 / steps * 1e3:.0f}."
+            )
+        else:
+            text = (
+                "it takes the steps each scene needs, one scene after another, since abreast all"
+                " wait for the slowest; nothing is then left to vectorise but four wheels."
+            )
+        yield "why", f"cost of {row.mark} ({_best(row):.0f} µs): {text}"
+    ratio = fixed.jacobian / fixed.batched
+    own = default.jacobian / default.batched if default else 0.0
+    if ratio > JACOBIAN:
+        yield (
+            "why",
+            f"Jacobian of {fixed.setting}: six directions, each {(ratio - 1) / 6:.1f} times a run"
+            f" without; {JACOBIAN:.0f} times in all would leave {(JACOBIAN - 1) / 6:.1f}.",
+        )
+    if own > JACOBIAN:
+        yield (
+            "why",
+            f"Jacobian of rest: {own:.0f} times a run, for three outputs in reverse; how many"
+            " steps there are is not known beforehand, so that checkpoints have to be kept.",
+        )
+    rolling = next((r for r in sets.get("rolling", []) if r.method == "W, RK4" and r.mark), None)
+    if rolling and not _accurate(rolling):
+        most = _fixed(rows, "rolling")[-1]
+        yield (
+            "why",
+            "rolling, fixed steps: W falls slowly while slip angles settle fast, so that the clock is"
+            f" stiff; with {most.setting} {_within(most):.0%} are within 1 mm and 0.01°, and fewer steps"
+            " may be unstable.",
+        )
+    end = default_of(sets.get("rolling", []))
+    if end and not _accurate(end):
+        yield (
+            "why",
+            "rolling, accuracy of rest: no tolerance helps, for what errs is the closed form of the"
+            f" last thousandth of W (worst {end.position.max():.2g} mm, {end.heading.max():.2g}°).",
+        )
+
+
+def default_of(rows: Sequence[Row]) -> Row | None:
+    """The row of `rest` as it comes."""
+    return next((row for row in rows if row.method == DEFAULT), None)
+
+
+def gradients(
+    of: Sequence[Scene], known: Sequence[reference.Run], ordinary: np.ndarray
+) -> Iterator[Remark]:
     """How well automatic derivatives of `rest` agree with complex steps of the reference."""
     edge = np.array([known[i].edge_distance for i in ordinary])
     groups = {
         f"no wheel at rest within {AWAY} m of an edge": ordinary[edge > AWAY][:GRADIENTS],
         "a wheel at rest on an edge": ordinary[edge < reference.TYRE_WIDTH / 2][: GRADIENTS // 2],
     }
-    lines = []
+    ways = {"rest": _programs(_rest, in_turn=True, reverse=True)} | {
+        f"{steps} steps": _programs(_steps(steps)) for steps in (INFERENCE, GRADIENT_STEPS)
+    }
     for name, index in groups.items():
+        if not len(index):
+            continue
         chosen = [of[i] for i in index]
         truth = reference.jacobians(chosen)
-        for steps in (min(MARKED), GRADIENT_STEPS):
-            _, _, derivative = _programs(_steps(steps))
+        for way, (_, _, derivative) in ways.items():
             found = np.asarray(derivative(*_as_jax(chosen), 0.0))
             error = np.abs(found - truth).max((1, 2)) / np.abs(truth).max((1, 2))
-            lines.append(
-                f"gradients at {len(chosen)} ordinary scenes, {name}, {steps} steps: relative"
-                f" error median {np.median(error):.1e}, max {error.max():.1e};"
-                f" {(error <= 1e-4).mean():.0%} within 1e-4 (all): {_judge(error.max() <= 1e-4)}"
+            yield (
+                "gradients",
+                f"{len(chosen)} ordinary scenes, {name}, {way}: relative error median"
+                f" {np.median(error):.1e}, max {error.max():.1e}; {(error <= 1e-4).mean():.0%}"
+                f" within 1e-4 (all): {_judge(error.max() <= 1e-4)}",
             )
-    return lines
 
 
 def _turns(scene: Scene, run: reference.Run) -> float:
     return abs(float(run.rest[2] - scene.pose[2])) / (2 * np.pi)
 
 
-def worst(rows: Sequence[Row], of: Sequence[Scene], known: Sequence[reference.Run]) -> list[str]:
-    """The five scenes of most error at the most steps, and what is special about them."""
-    last = _fixed(rows, "all")[-1]
-    lines = []
-    for i in np.argsort(-last.position)[:5]:
+def worst(
+    row: Row, of: Sequence[Scene], known: Sequence[reference.Run], number: int = 3
+) -> Iterator[Remark]:
+    """The scenes of most error, and what is special about them."""
+    for i in np.argsort(-row.position)[:number]:
         scene, run = of[i], known[i]
-        lines.append(
-            f"scene {i}, off by {last.position[i]:.0f} mm after {last.setting}:"
+        drag = "" if scene.drag is None else f", least drag {scene.drag.min():.2f}"
+        yield (
+            "worst",
+            f"{row.scenes} scene {i}, off by {row.position[i]:.3g} mm with {row.setting}:"
             f" {np.hypot(*scene.velocity[:2]):.1f} m/s, {scene.velocity[2]:.1f} rad/s, friction"
-            f" {scene.coefficients[0]:.2f} then {scene.coefficients[1]:.2f};"
+            f" {scene.coefficients[0]:.2f} then {scene.coefficients[1]:.2f}{drag};"
             f" {_turns(scene, run):.1f} turns over {run.length:.0f} m, {run.crossings} wheels over"
-            f" the edge, {run.evaluations} right-hand sides of the reference"
+            f" the edge, {run.evaluations} right-hand sides of the reference",
         )
-    return lines
 
 
 def machine() -> str:
@@ -406,6 +543,7 @@ def machine() -> str:
 # --- the chart ----------------------------------------------------------------------------------
 
 LOOKS = {
+    DEFAULT: ("#000000", "*"),
     "W, RK4": ("#0072B2", "o"),
     "W, RK4, in turn": ("#56B4E9", "P"),
     "W, Tsit5": ("#D55E00", "s"),
@@ -415,96 +553,134 @@ LOOKS = {
     "time, SciPy RK45": ("#555555", "x"),
     "time, SciPy DOP853": ("#555555", "+"),
 }
+Error = Callable[[np.ndarray], Any]
 
 
-def _curve(axes: Axes, rows: Sequence[Row], cost: str, error: Any, **look: Any) -> None:
+def _curve(axes: Axes, rows: Sequence[Row], cost: str, error: Error, linestyle: str) -> None:
     for name, (colour, marker) in LOOKS.items():
         mine = [row for row in rows if row.method == name and getattr(row, cost) > 0]
         x, y = [getattr(row, cost) for row in mine], [error(row.position) for row in mine]
-        if look["linestyle"] == "--":
+        look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": linestyle}
+        if linestyle != "-":
             look["markerfacecolor"] = "white"
-        axes.plot(x, y, color=colour, marker=marker, markersize=5, linewidth=1.2, **look)
+        axes.plot(x, y, markersize=8 if marker == "*" else 5, linewidth=1.2, **look)
+    for row in rows:
+        if row.mark:
+            at = (getattr(row, cost), error(row.position))
+            axes.plot(*at, "o", markersize=12, markerfacecolor="none", color="black")
+            text = row.setting.split()[0] if row.method == "W, RK4" else "rest"
+            if linestyle != ":":
+                axes.annotate(text, at, (7, 5), textcoords="offset points", fontsize=9)
 
 
-def _panel(axes: Axes, rows: Sequence[Row], curves: Any) -> None:
-    for cost, error, linestyle in curves:
-        _curve(axes, rows, cost, error, linestyle=linestyle)
-        for row in rows:
-            if row.mark:
-                at = (getattr(row, cost), error(row.position))
-                axes.plot(*at, "o", markersize=11, markerfacecolor="none", color="black")
-                axes.annotate(row.setting.split()[0], at, (7, 5), textcoords="offset points")
-    axes.axhline(POSITION, color="#777777", linewidth=0.8, linestyle=":")
-    axes.set(xscale="log", yscale="log", ylabel="position error, mm")
-    axes.grid(which="major", color="#d9d9d9", linewidth=0.5)
-
-
-def draw(rows: Sequence[Row], file: Path, below: str) -> None:
-    """Error against cost: batched on the left, singly and with Jacobian on the right."""
-    sets = list(dict.fromkeys(row.scenes for row in rows))
-    figure = Figure(figsize=(11, 4.2 * len(sets) + 0.8), layout="constrained")
-    panels = figure.subplots(len(sets), 2, squeeze=False)
-    for (left, right), name in zip(panels, sets, strict=True):
-        mine = [row for row in rows if row.scenes == name]
+def draw(rows: Sequence[Row], file: Path, below: Sequence[str]) -> None:
+    """Error against cost, a row a set of scenes: batched twice, then singly and with Jacobian."""
+    sets = _of(rows)
+    figure = Figure(figsize=(16, 3.9 * len(sets) + 2.2), layout="constrained")
+    panels = figure.subplots(len(sets), 3, squeeze=False)
+    for (name, mine), (left, middle, right) in zip(sets.items(), panels, strict=True):
         number = max(len(row.of) for row in mine)
-        _panel(left, mine, [("batched", np.median, "-"), ("batched", _p99, "--")])
-        left.axvline(BATCHED, color="#777777", linewidth=0.8, linestyle=":")
-        left.set_title(f"{name} ({number} scenes), batched: solid median, dashed p99", loc="left")
-        left.set_xlabel("µs a scene, all in one batch")
-        _panel(right, mine, [("single", np.median, "-"), ("jacobian", np.median, "--")])
-        right.set_title(f"{name}: solid singly, dashed batched with Jacobian", loc="left")
-        right.set_xlabel("µs a scene; the error is the median")
-    for name, (colour, marker) in LOOKS.items():
-        panels[0][1].plot([], [], color=colour, marker=marker, label=name)
-    panels[0][1].legend(fontsize=8, loc="upper right", title="clock, solver")
-    figure.supxlabel(
-        f"Circles: the defaults, 64 steps of inference and {STEPS} of rest. Dotted: targets,"
-        f" 1 mm and 20 µs.\n{below}",
-        fontsize=8,
-    )
-    figure.savefig(file, dpi=160)
+        _curve(left, mine, "batched", np.median, "-")
+        _curve(middle, mine, "batched", _p99, "--")
+        _curve(middle, mine, "batched", np.max, ":")
+        _curve(right, mine, "single", np.median, "-")
+        _curve(right, mine, "jacobian", np.median, "--")
+        left.set_title(f"{name} ({number} scenes), batched: median", loc="left", fontsize=10)
+        middle.set_title("batched: dashed p99, dotted worst", loc="left", fontsize=10)
+        right.set_title("median: solid singly, dashed with Jacobian", loc="left", fontsize=10)
+        for axes in (left, middle, right):
+            axes.axhline(POSITION, color="#777777", linewidth=0.8, linestyle=":")
+            axes.set(xscale="log", yscale="log", xlabel="µs a scene")
+            axes.grid(which="major", color="#d9d9d9", linewidth=0.5)
+        for axes in (left, middle):
+            axes.axvline(BATCHED, color="#777777", linewidth=0.8, linestyle=":")
+        middle.axhline(WORST, color="#777777", linewidth=0.8, linestyle=":")
+        left.set_ylabel("position error, mm")
+    handles = [
+        Line2D([], [], color=colour, marker=marker, label=name)
+        for name, (colour, marker) in LOOKS.items()
+    ]
+    figure.legend(handles=handles, loc="outside right upper", fontsize=9, title="clock, solver")
+    lines = [
+        f"Circles: the defaults, of rest and of inference ({INFERENCE} steps). Dotted lines:"
+        f" targets, {POSITION:.0f} mm for 99 %, {WORST:.0f} mm for the worst, {BATCHED:.0f} µs.",
+        *below,
+    ]
+    text = "\n".join(textwrap.fill(line, 240, subsequent_indent="   ") for line in lines)
+    figure.supxlabel(text, fontsize=8.5, x=0.01, ha="left")
+    figure.savefig(file, dpi=120)
 
 
 # --- all of it ----------------------------------------------------------------------------------
 
 
-def _write(rows: Sequence[Row], remarks: Sequence[str], file: Path) -> None:
+def _write(rows: Sequence[Row], remarks: Sequence[Remark], file: Path) -> None:
     with file.open("w", newline="", encoding="utf-8") as out:
         table = csv.writer(out, lineterminator="\n")
         table.writerow(COLUMNS)
         for row in rows:
             numbers = [_number(value) for value in _figures(row)]
             table.writerow([*row[:4], len(row.of), *numbers])
-        out.writelines(f"# {line}\n" for line in remarks)
+        out.writelines(f"# {kind}: {text}\n" for kind, text in remarks)
 
 
-def main(charts: Path) -> None:
-    """Measure, then write `integrators.csv` and `integrators.png` into the folder."""
-    of = reference.scenes(NUMBER)
-    known = reference.runs(of)
-    truth = np.array([run.rest for run in known])
+def main(charts: Path, number: int = NUMBER) -> None:
+    """Measure, then write `integrators.csv` and `integrators.png` into the folder.
+
+    Args:
+        charts: the folder.
+        number: of scenes with locked wheels.
+    """
+    of = reference.scenes(number)
+    rolling = reference.rolling_scenes(ROLLING * number // NUMBER)
+    known, known_rolling = reference.runs(of), reference.runs(rolling)
     turns = np.array([_turns(scene, run) for scene, run in zip(of, known, strict=True)])
     length = np.array([run.length for run in known])
     ordinary = np.flatnonzero((turns < TURNS) & (length < LENGTH))
-    sets = {"all": np.arange(NUMBER), "ordinary": ordinary}
+    groups = (
+        ({"locked": np.arange(number), "ordinary": ordinary}, of, known),
+        ({"rolling": np.arange(len(rolling))}, rolling, known_rolling),
+    )
     rows: list[Row] = []
-    for method in _methods():
-        rows += _measure(method, sets, of, truth)
-        print(*rows[-2][1:3], [_number(value) for value in _figures(rows[-2])], flush=True)
-    rows += _scipy(sets, of, truth)
-    rows.sort(key=lambda row: row.scenes)
+    for sets, scenes, runs in groups:
+        truth = np.array([run.rest for run in runs])
+        for method in _methods():
+            rows += _measure(method, sets, scenes, truth)
+            print(*rows[-1][:3], [_number(value) for value in _figures(rows[-1])], flush=True)
+        rows += _scipy(sets, scenes, truth)
+    rows = [row for mine in _of(rows).values() for row in mine]
+    last = {row.scenes: row for row in rows if row.setting == f"{FIXED[-1]} steps"}
+    default = {row.scenes: row for row in rows if row.method == DEFAULT}
     crossed = np.mean([run.crossings > 0 for run in known])
-    remarks = [
-        machine(),
-        f"{NUMBER} scenes, {crossed:.0%} with a wheel over the edge; ordinary are the"
-        f" {len(ordinary)} of fewer than {TURNS:.0f} turns and less than {LENGTH:.0f} m",
-        "friction is smoothed by a contact patch of 0.08 m (slip² = v² + (0.08 Omega)²) in all",
-        "Jacobian: of the rest pose by start pose and start velocity, 3 by 6, forward mode; adaptive"
-        f" ones in batches of {NUMBER // FEWER}",
-        *verdicts(rows),
+    why = list(reasons(rows))
+    remarks: list[Remark] = [
+        ("machine", machine()),
+        (
+            "scenes",
+            f"{number} with locked wheels, {crossed:.0%} with a wheel over the edge; ordinary are"
+            f" the {len(ordinary)} of fewer than {TURNS:.0f} turns and less than {LENGTH:.0f} m",
+        ),
+        (
+            "scenes",
+            f"{len(rolling)} with rolling wheels: drag {reference.DRAG[0]} to {reference.DRAG[1]},"
+            f" a quarter locked, front wheels steered by up to {reference.STEER} rad",
+        ),
+        (
+            "scenes",
+            f"batches are of {BATCH}, the scenes repeated; Jacobians are of the rest pose by start"
+            " pose and start velocity, 3 by 6: in reverse for rest's default, else forward; those"
+            f" of adaptive steps in batches of {BATCH // FEWER}",
+        ),
+        *targets(rows),
+        *against_scipy(rows),
+        *why,
         *gradients(of, known, ordinary),
-        *worst(rows, of, known),
+        *worst(last["locked"], of, known),
+        *worst(default["locked"], of, known),
+        *worst(last["rolling"], rolling, known_rolling),
+        *worst(default["rolling"], rolling, known_rolling),
     ]
     _write(rows, remarks, charts / "integrators.csv")
-    draw(rows, charts / "integrators.png", remarks[0])
-    print(*remarks, sep="\n")
+    below = ["Targets that are missed, and why:", *(f"– {text}" for _, text in why)]
+    draw(rows, charts / "integrators.png", [*below, remarks[0][1]])
+    print(*(f"{kind}: {text}" for kind, text in remarks), sep="\n")

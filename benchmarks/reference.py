@@ -24,7 +24,9 @@ GRAVITY = 9.80665  # m/s²
 PATCH = 0.08  # m, radius of gyration of a contact patch: smooths friction as retrodict does
 TYRE_WIDTH = 0.2  # m: friction passes over an edge in it
 TINY = 1e-18  # m²/s²
+SLIP, SLOW = 0.1, 2.0  # of a rolling tyre: slope at which friction is all but reached; m/s
 ICE, DRY = 0.08, 0.9  # friction, from least to most
+DRAG, STEER = (0.05, 0.3), 0.3  # of wheels that roll; of front wheels, rad, to either side
 IMAGINARY = 1e-8  # step of the complex derivative: m, rad, m/s, rad/s; its error is of order 1e-16
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -43,6 +45,8 @@ class Scene(NamedTuple):
     speed_dependence: Array  # s/m
     point: Array  # of the edge
     inward: Array  # its normal, into the second surface
+    drag: Array | None = None  # of each wheel, braking force over friction; None: all are locked
+    steer: Array | None = None  # of each wheel from the heading, rad
 
 
 class Run(NamedTuple):
@@ -58,6 +62,17 @@ class Run(NamedTuple):
 def scenes(number: int, seed: int = 0) -> list[Scene]:
     """Random scenes, about half of which cross the edge."""
     return [_scene(rng) for rng in [np.random.default_rng(seed)] for _ in range(number)]
+
+
+def rolling_scenes(number: int, seed: int = 1) -> list[Scene]:
+    """Random scenes whose wheels roll with some drag, a quarter of them locked."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for scene in scenes(number, seed):
+        drag = np.where(rng.random(4) < 0.25, 1.0, rng.uniform(*DRAG, 4))
+        front = np.array([1.0, 1.0, 0.0, 0.0]) * rng.uniform(-STEER, STEER)
+        found.append(scene._replace(drag=drag, steer=front))
+    return found
 
 
 def _scene(rng: np.random.Generator) -> Scene:
@@ -112,14 +127,38 @@ def slope(y: Array, scene: Scene) -> Array:
     )
     u = depth(y, scene) / TYRE_WIDTH + 0.5
     u = np.where(u.real <= 0, 0.0, np.where(u.real >= 1, 1.0, u))
-    force = (first + u * u * (3 - 2 * u) * (second - first)) * load / slip
-    force_x, force_y = -force * slip_x, -force * slip_y
+    force = (first + u * u * (3 - 2 * u) * (second - first)) * load
+    if scene.drag is None:
+        force_x, force_y = -force / slip * slip_x, -force / slip * slip_y
+    else:
+        force_x, force_y = force * rolling(y, slip_x, slip_y, slip, scene)
     moment = arm_x * force_y - arm_y * force_x
     out = np.empty_like(y)
     out[..., :3] = y[..., 3:]
     out[..., 3], out[..., 4] = force_x.sum(-1), force_y.sum(-1)
     out[..., 5] = moment.sum(-1) / scene.k2
     return out
+
+
+def rolling(y: Array, slip_x: Array, slip_y: Array, slip: Array, scene: Scene) -> Array:
+    """Force of wheels that roll over friction times load, in the ground's axes.
+
+    Along a wheel its drag brakes; across, the slip angle takes up a share of what the friction
+    ellipse leaves. A locked wheel has no angle to roll at, and the share is that of its slip.
+    """
+    assert scene.drag is not None
+    assert scene.steer is not None
+    points = y[..., 2:3] + scene.steer
+    c, s = np.cos(points), np.sin(points)
+    along, across = c * slip_x + s * slip_y, c * slip_y - s * slip_x
+    brake = scene.drag * along / slip
+    patch = (PATCH * y[..., 5:6]) ** 2 + TINY
+    free = 1 - scene.drag**2
+    left_over = np.sqrt(across**2 + patch + free * along**2) / slip  # sqrt(1 - brake²), exactly
+    needed = SLIP * np.sqrt(free * (along**2 + SLOW**2))  # of the speed across
+    share = across / np.sqrt(across**2 + patch + needed**2)
+    side = left_over * share
+    return np.stack([side * s - brake * c, -side * c - brake * s])
 
 
 def generalised_speed(y: Array, scene: Scene) -> Array:
@@ -209,9 +248,10 @@ def on_all_cores[R](function: Callable[[Scene], R], of: Sequence[Scene]) -> list
 
 
 def _cached[R](name: str, function: Callable[[Scene], R], of: Sequence[Scene]) -> list[R]:
-    parts = (Scene, Run, wheels, depth, slope, generalised_speed, solve, jacobian, _integrate, run)
+    parts: tuple[Any, ...] = (Scene, Run, wheels, depth, slope, rolling, generalised_speed, solve)
+    parts += (jacobian, _integrate, run)
     code = "".join(inspect.getsource(part) for part in parts)
-    constants = (GRAVITY, PATCH, TYRE_WIDTH, TINY, IMAGINARY)
+    constants = (GRAVITY, PATCH, TYRE_WIDTH, TINY, SLIP, SLOW, IMAGINARY)
     key = hashlib.sha256(pickle.dumps((name, code, constants, list(of)))).hexdigest()[:16]
     file = platformdirs.user_cache_path("retrodict") / "benchmarks" / f"{name}-{key}.npz"
     if not file.exists():
