@@ -37,12 +37,33 @@ def test_log_determinant_is_that_of_automatic_differentiation(posterior: Posteri
 def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> None:
     rng = np.random.default_rng(1)
     w = jnp.array(rng.normal(size=(500, posterior.chart.centre.size)) * 4)
-    sites, log_det = posterior.programs("locate", posterior.data, posterior.chart, w)
-    assert np.isfinite(np.array(log_det)).all()
+    sites, log_det, _ = posterior.programs("locate", posterior.data, posterior.chart, w)
+    assert not np.isnan(np.array(log_det)).any()
     for name, (low, high) in zip(("e", "e_m"), coordinates.BOUNDS, strict=True):
         values = np.array(sites[name])
         assert (values >= low).all()
         assert (values <= high).all()
+
+
+@pytest.mark.parametrize(("which", "bound", "side"), [(0, 0.0, -1), (1, 1.0, 1)], ids=["e", "e_m"])
+def test_every_value_up_to_the_near_bound_is_reached(
+    posterior: Posterior, which: int, bound: float, side: int
+) -> None:
+    """A map that stops short of a bound cuts the posterior off there, and no check notices."""
+    chart, data, structure = posterior.chart, posterior.data, posterior.programs.structure
+    wall = chart.wall
+    levels = np.linspace(wall.level[which], bound + side * 6 * wall.softness[which], 500)
+    away = np.outer(levels - wall.level[which], wall.along[which])
+    w = np.linalg.solve(chart.spread, away.T).T
+    sites, log_det, q = posterior.programs("locate", data, chart, w)
+    assert np.isfinite(np.array(log_det)).all()
+    reached = np.array(sites[("e", "e_m")[which]])
+    assert (side * np.diff(reached) > 0).all()
+    assert abs(bound - reached[-1]) < wall.softness[which] / 100
+    over, under = jax.vmap(lambda q: coordinates.quotients(structure, data, chart, q), out_axes=1)(
+        q
+    )
+    np.testing.assert_allclose((over / under)[:, which], reached, atol=1e-6 * wall.softness[which])
 
 
 def test_squash_is_the_identity_away_from_the_bounds() -> None:

@@ -33,6 +33,7 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(posterior: Pos
     for w in rng.normal(size=(20, chart.centre.size)):
         value, gradient = posterior.potential(w)
         expected, slope = exact(jnp.array(w))
-        assert value == pytest.approx(float(expected), rel=1e-12)
+        # the bend's determinant comes from difference quotients, which keep ten digits or so
+        assert value == pytest.approx(float(expected), abs=1e-8)
         apart.append(np.linalg.norm(gradient - slope) / np.linalg.norm(slope))
     assert np.median(apart) < 0.05

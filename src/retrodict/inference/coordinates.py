@@ -32,7 +32,7 @@ from retrodict.models import parts
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 BOUNDS = np.array([[0.0, 1.0], [-1.0, 1.0]])  # of e and e_m
-_ROUNDS = 4  # of Newton's method along the bend
+_ROUNDS = 6  # of Newton's method along the bend
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
 _SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
