@@ -207,7 +207,7 @@ def _adaptive(
         levels[-1],
         1e-3,
         start,
-        saveat=diffrax.SaveAt(ts=levels[:-1], t1=True),
+        saveat=diffrax.SaveAt(ts=jnp.asarray(levels[:-1]), t1=True),
         stepsize_controller=diffrax.PIDController(rtol=_TOLERANCE, atol=0.1 * _TOLERANCE * W_0),
         # every step kept: with fewer checkpoints derivatives came out wrong by up to a tenth
         adjoint=diffrax.RecursiveCheckpointAdjoint(checkpoints=_MOST_STEPS),
