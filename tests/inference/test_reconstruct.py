@@ -47,7 +47,7 @@ def test_tree_has_every_group_with_names_and_units(outcome: Outcome) -> None:
     assert tree["posterior"]["omega_b"].attrs["unit"] == "rad/s"
     assert tree["posterior"]["Gamma"].attrs["unit"] == "rad"
     assert tree["posterior"]["e"].dims == ("chain", "draw")
-    assert tree["posterior"]["e"].shape == (4, 500)
+    assert tree["posterior"]["e"].shape == (4, outcome.settings["draws"])
     assert tree["trajectories"]["path"].dims == ("run", "vehicle", "step", "pose")
 
 

@@ -225,6 +225,7 @@ class Programs:
         which = f"{warmup} {target_accept}"
 
         def start(*arguments: Any) -> Any:
+            self._finished(f"advance {which}")  # waited for once, not in every chain's thread
             return self._finished(f"start {which}")(*arguments)
 
         def advance_compiled(state: Any, *arguments: Any) -> Any:
