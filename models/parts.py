@@ -41,7 +41,7 @@ class Structure:
     surfaces: tuple[str, ...]
     known_of_b: tuple[str, ...]
     constant_friction: bool
-    steps: int = 64  # fewer leave the density too rough to sample well, even where they resolve it
+    steps: int = 48
 
     @property
     def names(self) -> tuple[str, ...]:

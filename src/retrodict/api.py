@@ -148,8 +148,8 @@ def reconstruct(
     *,
     model: str = DEFAULT_RUNG,
     chains: int = 4,
-    draws: int = 750,
-    warmup: int = 250,
+    draws: int = 600,
+    warmup: int = 150,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Result:

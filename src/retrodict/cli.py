@@ -77,8 +77,8 @@ def reconstruct(
     chains: Annotated[int, typer.Option(min=1, max=64, help="NUTS chains")] = 4,
     draws: Annotated[
         int, typer.Option(min=4, max=1_000_000, help="draws kept of each chain")
-    ] = 750,
-    warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 250,
+    ] = 600,
+    warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 150,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
     quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,

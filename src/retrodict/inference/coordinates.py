@@ -32,7 +32,8 @@ from retrodict.models import parts
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 BOUNDS = np.array([[0.0, 1.0], [-1.0, 1.0]])  # of e and e_m
-_ROUNDS = 6  # of Newton's method along the bend
+
+_ROUNDS = 10  # of Broyden's method along the bend
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
 _SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
@@ -78,14 +79,16 @@ class Wall(NamedTuple):
     Args:
         level: of both at the centre, before `squash`, shape (2,).
         gradient: of both in q there, shape (2, q).
-        along: for each a direction that moves it at rate 1 there and not the other, shape (2, q).
+        along: for each a direction of q that moves it at rate 1 there and not the other, shape (2, q).
         softness: over which a bound is approached, shape (2,).
+        divisor: closing speed and spin by the force alone at the centre, shape (2,).
     """
 
     level: Float[Numbers, "2"]
     gradient: Float[Numbers, "2 q"]
     along: Float[Numbers, "2 q"]
     softness: Float[Numbers, "2"]
+    divisor: Float[Numbers, "2"]
 
 
 class Chart(NamedTuple):
@@ -127,27 +130,17 @@ def friction_scale(
     return jnp.sqrt(x[name] / value)
 
 
-def separation_of(
-    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> tuple[Float[Array, "6"], parts.Values]:
-    """Velocities after the impact and the inputs at q."""
-    x = parts.from_standard(structure, data, q[6:])
-    scale = friction_scale(structure, data, x)
-    arguments = _sheet_arguments(structure, q)
-    velocities = [sheet(a) for sheet, a in zip(chart.sheets, arguments, strict=True)]
-    return scale * jnp.concatenate(velocities), x
-
-
-def log_slope(
-    structure: parts.Structure, chart: Chart, q: Q, scale: Float[Array, ""]
-) -> Float[Array, ""]:
-    """Log |d velocities / d z| at q, both vehicles."""
-    total = 6 * jnp.log(scale)
+def reduced(
+    structure: parts.Structure, chart: Chart, q: Q
+) -> tuple[Float[Array, "6"], Float[Array, "2 3 3"]]:
+    """Velocities after the impact over sqrt(friction) at q, and each vehicle's slopes by its z."""
+    velocities, slopes = [], []
     for sheet, x in zip(chart.sheets, _sheet_arguments(structure, q), strict=True):
-        bend = 1 - (saturated(x[:3]) / REACH) ** 2
-        J = sheet.linear[:, :3] + 2 * times(sheet.quadratic, saturated(x))[:, :3] * bend
-        total += jnp.log(jnp.abs(jnp.dot(J[:, 0], jnp.cross(J[:, 1], J[:, 2]))))
-    return total
+        velocities.append(sheet(x))
+        tame = 1 - (saturated(x[:3]) / REACH) ** 2
+        bent = 2 * times(sheet.quadratic, saturated(x))[:, :3] * tame
+        slopes.append(jnp.asarray(sheet.linear)[:, :3] + bent)
+    return jnp.concatenate(velocities), jnp.stack(slopes)
 
 
 def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"]]:
@@ -156,17 +149,17 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
     return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
 
 
-def quotients(
-    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> Float[Array, "2 2"]:
-    """What e and e_m are quotients of, at q: -opening / closing, and spin kept / spin by the force.
+def quotients(separation: Float[Array, "6"], x: parts.Values) -> Float[Array, "2 2"]:
+    """What e and e_m are quotients of: -opening / closing, and spin kept / spin by the force alone.
 
-    Unlike the quotients these are close to linear in q.
+    Args:
+        separation: velocities after the impact, m/s and rad/s.
+        x: the inputs.
 
     Returns:
-        ((-opening, spin kept), (closing, spin by the force alone)), m/s and rad/s.
+        ((-opening, spin kept), (closing, spin by the force alone)), m/s and rad/s, each linear in
+        the velocities (eqs 19-22, 24).
     """
-    separation, x = separation_of(structure, data, chart, q)
     bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
     approach_b, c = approach_and_coefficients(separation, approach_a, bodies)
     approach = jnp.concatenate([approach_a, approach_b])
@@ -174,12 +167,8 @@ def quotients(
     opening, closing = (contact_velocity(v, bodies) @ normal for v in (separation, approach))
     _, M = impulse(approach, bodies, c)
     kept = separation[5] - separation[2]
-    return jnp.stack(
-        [
-            jnp.stack([-opening, kept]),
-            jnp.stack([closing, kept + M * (1 / bodies.I_a + 1 / bodies.I_b)]),
-        ]
-    )
+    free = kept + M * (1 / bodies.I_a + 1 / bodies.I_b)
+    return jnp.stack([jnp.stack([-opening, kept]), jnp.stack([closing, free])])
 
 
 def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
@@ -207,53 +196,57 @@ def bend(
 ) -> tuple[Q, Float[Array, "2"], Float[Array, ""]]:
     """Move q along the walls' directions to where e and e_m are their linear levels at q, squashed.
 
-    Newton's method finds how far; one more step, the only one that is differentiated, carries the
-    derivative. Whatever else q is, every e and e_m within bounds is reached, and once.
+    Broyden's method finds how far; one step of Newton's, the only one that is differentiated, carries
+    the derivative. Whatever else q is, every e and e_m within bounds is reached, and once.
 
     Returns:
-        Bent q, e and e_m there, and log |d bent / d q|; minus infinity where no such point was found.
+        Bent q, e and e_m there, and log |d bent / d q|, whose own derivative leaves out that of the
+        last step's slopes; minus infinity where no such point was found.
     """
     wall = Wall(*map(jnp.asarray, chart.wall))
     rise = times(wall.gradient, q - jnp.asarray(chart.centre))
     level = wall.level + rise
     target = squash(level, wall.softness, *BOUNDS.T)
     foot = q - rise @ wall.along
-    at = jax.vmap(lambda q: quotients(structure, data, chart, q))
-    h = _STEP * wall.softness
+    fixed_foot, fixed = jax.lax.stop_gradient((foot, target))
+
+    def at(t: Float[Array, "2"]) -> Float[Array, "2 2"]:
+        return jnp.stack(quotients_at(structure, data, chart, fixed_foot + t @ wall.along))
+
+    # numerator - target x denominator is closer to linear than the quotient
+    def improve(carry: tuple[Array, ...], _: None) -> tuple[tuple[Array, ...], None]:
+        t, step, miss_before, inverse = carry
+        over, under = at(t)
+        miss = over - fixed * under
+        change = inverse @ (miss - miss_before)
+        gain = step @ change
+        update = jnp.outer(step - change, step @ inverse)
+        inverse += jnp.where(gain == 0, 0.0, 1 / jnp.where(gain == 0, 1.0, gain)) * update
+        step = -inverse @ miss
+        return (t + step, step, miss, inverse), None
+
+    zero = jnp.zeros(2)
+    start = (fixed - wall.level, zero, zero, jnp.diag(1 / wall.divisor))
+    (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
     # central differences: automatic ones take as long to compile as all the rest, and these err by 1e-9
-    nudges = jnp.concatenate([jnp.diag(h), -jnp.diag(h)])
-
-    def slopes(ends: Float[Array, "4 2 2"]) -> Float[Array, "2 2 2"]:
-        """Of numerators and denominators (rows), by t (columns)."""
-        return jnp.moveaxis((ends[:2] - ends[2:]) / (2 * h[:, None, None]), 0, -1)
-
-    def improve(t: Float[Array, "2"], _: None) -> tuple[Float[Array, "2"], Float[Array, "2 2"]]:
-        fixed_foot, fixed = jax.lax.stop_gradient((foot, target))
-        points = jnp.concatenate([jnp.zeros((1, 2)), nudges]) + t
-        found = at(fixed_foot + points @ wall.along)
-        (over, under), (d_over, d_under) = found[0], slopes(found[1:])
-        # of numerator - target x denominator, which is closer to linear than the quotient
-        inverse = _inverse(d_over - fixed[:, None] * d_under)
-        return t - inverse @ (over - fixed * under), inverse
-
-    start = jax.lax.stop_gradient(target - wall.level)
-    t, inverses = jax.lax.scan(improve, start, None, length=_ROUNDS)
-    over, under = quotients(structure, data, chart, foot + t @ wall.along)
-    miss = over - target * under
-    solved = (jnp.abs(miss / under) < _SOLVED * wall.softness).all()
-    bent = foot + (t - inverses[-1] @ miss) @ wall.along
-    d_over, d_under = slopes(at(bent + nudges @ wall.along))
+    nudges = jnp.diag(_STEP * wall.softness)
+    found = jax.vmap(at)(jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges]) + t)
+    slopes = (found[1:3] - found[3:]) / (2 * _STEP * wall.softness[:, None, None])
+    d_over, d_under = jnp.moveaxis(slopes, 0, -1)
+    slope = d_over - fixed[:, None] * d_under
+    over, under = found[0]
+    solved = (jnp.abs((over - fixed * under) / under) < _SOLVED * wall.softness).all()
     log_det = log_squash_slope(level, wall.softness, *BOUNDS.T).sum()
-    log_det -= jnp.log(jnp.abs(_det((d_over - target[:, None] * d_under) / under[:, None])))
+    log_det -= jnp.log(jnp.abs(_det(slope / under[:, None])))
+    over, under = quotients_at(structure, data, chart, foot + t @ wall.along)
+    bent = foot + (t - _inverse(slope) @ (over - target * under)) @ wall.along
     return bent, target, jnp.where(solved, log_det, -jnp.inf)
 
 
-def _det(m: Float[Array, "2 2"]) -> Float[Array, ""]:
-    return m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
-
-
-def _inverse(m: Float[Array, "2 2"]) -> Float[Array, "2 2"]:
-    return jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]]) / _det(m)
+def quotients_at(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Array:
+    x = parts.from_standard(structure, data, q[6:])
+    scale = friction_scale(structure, data, x)
+    return quotients(scale * reduced(structure, chart, q)[0], x)
 
 
 def locate(
@@ -272,11 +265,14 @@ def locate(
     """
     q = jnp.asarray(chart.centre) + times(chart.spread, w)
     q, (e, e_m), log_det = bend(structure, data, chart, q)
-    log_det += jnp.log(jnp.diag(chart.spread)).sum()
-    separation, x = separation_of(structure, data, chart, q)
-    log_sheets = log_slope(structure, chart, q, friction_scale(structure, data, x))
+    x = parts.from_standard(structure, data, q[6:])
+    scale = friction_scale(structure, data, x)
+    velocities, slopes = reduced(structure, chart, q)
+    log_det += jnp.log(jnp.diag(chart.spread)).sum() + 6 * jnp.log(scale)
+    log_det += jnp.log(jnp.abs(_det_3(slopes[0]) * _det_3(slopes[1])))
+
     (v_bx, v_by, omega_b), c, log_inverse = inverse_log_det(
-        separation, parts.approach_of_a(x), parts.bodies(x)
+        scale * velocities, parts.approach_of_a(x), parts.bodies(x)
     )
     speed = jnp.sqrt(v_bx**2 + v_by**2)
     direction = jnp.arctan2(v_by, v_bx)
@@ -286,5 +282,16 @@ def locate(
     sites = {"measured": q[6:]} if structure.uncertain else {}
     sites |= {"speed_b": speed, "direction_b": direction, "omega_b": omega_b}
     sites |= {"e": e, "mu": jnp.asarray(c.mu), "e_m": e_m}
-    log_det += log_sheets + log_inverse - jnp.log(speed)
-    return sites, log_det, q
+    return sites, log_det + log_inverse - jnp.log(speed), q
+
+
+def _det(m: Float[Array, "2 2"]) -> Float[Array, ""]:
+    return m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
+
+
+def _inverse(m: Float[Array, "2 2"]) -> Float[Array, "2 2"]:
+    return jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]]) / _det(m)
+
+
+def _det_3(m: Float[Array, "3 3"]) -> Float[Array, ""]:
+    return jnp.dot(m[:, 0], jnp.cross(m[:, 1], m[:, 2]))

@@ -1,12 +1,11 @@
 """The compiled programs of a rung and a scene's structure; numbers come in as arguments.
 
-Two scenes of one structure share them, and a cache in the user's own directory keeps them between
-runs, so that only the first run of a structure pays for compilation.
+Two scenes of one structure share them, and the user's cache directory keeps them between runs, so
+that only the first run of a structure pays for compilation.
 """
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -16,13 +15,12 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import platformdirs
 from jaxtyping import Array, Float
 from numpyro import handlers
 from numpyro.infer.hmc import hmc
 from numpyro.infer.util import ParamInfo, log_density
 
-from retrodict.inference import coordinates
+from retrodict.inference import coordinates, executables
 from retrodict.mechanics import run_out
 from retrodict.models import RUNGS, parts
 
@@ -41,15 +39,6 @@ _QUICKLY = {"xla_backend_optimization_level": 0}
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
-
-
-def keep_compiled() -> None:
-    """Keep compiled programs in the user's cache directory, unless JAX was told where already."""
-    if jax.config.jax_compilation_cache_dir is None:
-        # trusted input: whoever can write it can run code, so it is the user's own, never a scene's
-        folder = os.path.join(platformdirs.user_cache_dir("retrodict"), "compiled")
-        jax.config.update("jax_compilation_cache_dir", folder)
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
 
 
 class Programs:
@@ -104,6 +93,16 @@ class Programs:
 
         return jax.vmap(one)(separation, xi)
 
+    def _levels(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
+        """e and e_m at q by the sheets, their divisors, and their slopes by q."""
+
+        def value(q: Array) -> tuple[Array, Array]:
+            over, under = coordinates.quotients_at(self.structure, data, chart, q)
+            return over / under, under
+
+        slopes, divisor = jax.jacfwd(value, has_aux=True)(q)
+        return value(q)[0], divisor, slopes
+
     @cached_property
     def potential(self) -> Callable[..., Array]:
         """Minus the log density; jitted, so that two programs with its gradient share one trace."""
@@ -152,11 +151,20 @@ class Programs:
         return self._finished(name)(*arguments)
 
     def expect(self, name: str, *arguments: Any) -> None:
-        """Have a program compiled in the background, for arguments of these shapes.
+        """Have a program loaded, or compiled in the background, for arguments of these shapes.
 
-        Traced here and now, because tracing is not safe in two threads; compiled elsewhere.
+        An argument may be a function that makes it, called only where the program is not yet kept.
         """
-        self._submit(name, self.functions[name], arguments)
+
+        def lower() -> jax.stages.Lowered:
+            made = [a() if callable(a) else a for a in arguments]
+            return jax.jit(self.functions[name]).lower(*made)
+
+        self._submit(name, lower)
+
+    def sites(self, *arguments: Any) -> Any:
+        """The shapes of what "locate" makes of the model's unknowns."""
+        return jax.eval_shape(self.functions["locate"], *arguments)[0]
 
     @cached_property
     def functions(self) -> dict[str, Callable[..., Any]]:
@@ -168,9 +176,7 @@ class Programs:
             "rests": self._rests,
             "potential": jax.value_and_grad(self.potential),
             "locate": lambda data, chart, w: in_batch(s, data, chart, w),
-            "levels": lambda data, chart, q: _with_slopes(
-                lambda q: jnp.divide(*coordinates.quotients(s, data, chart, q)), q
-            ),
+            "levels": self._levels,
             "simulate": self._simulate,
             "prior": self._prior,
             "paths": self._paths,
@@ -233,18 +239,34 @@ class Programs:
 
         n = coordinates.size(self.structure)
         nowhere = (jax.random.key(0), np.zeros(n), 0.0, np.zeros(n), *example)
-        self._submit(f"start {which}", first, nowhere)
-        self._submit(f"advance {which}", advance, (jax.eval_shape(first, *nowhere), *example))
+        self._submit(f"start {which}", lambda: jax.jit(first).lower(*nowhere))
+        self._submit(
+            f"advance {which}",
+            lambda: jax.jit(advance).lower(jax.eval_shape(first, *nowhere), *example),
+        )
         return start, advance_compiled
 
-    def _submit(self, name: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    def _submit(self, name: str, lower: Callable[[], jax.stages.Lowered]) -> None:
+        """Traced here and now, because tracing is not safe in two threads; compiled elsewhere."""
         if name in self._programs:
             return
+        path = executables.path_of(self.rung, self.structure, name)
+        kept = path and executables.load(path)
+        if kept:
+            self._programs[name] = Future()
+            self._programs[name].set_result(kept)
+            return
         begin = time.perf_counter()
-        lowered = jax.jit(function).lower(*arguments)
+        lowered = lower()
         self.compile_seconds += time.perf_counter() - begin
-        options = _QUICKLY if name in _SELDOM else None
-        self._programs[name] = _COMPILERS.submit(lowered.compile, options)
+
+        def build() -> Callable[..., Any]:
+            program = lowered.compile(_QUICKLY if name in _SELDOM else None)
+            if path:
+                executables.save(path, program)
+            return program
+
+        self._programs[name] = _COMPILERS.submit(build)
 
     def _finished(self, name: str) -> Callable[..., Any]:
         begin = time.perf_counter()
@@ -253,13 +275,7 @@ class Programs:
         return program
 
 
-def _with_slopes(function: Callable[[Array], Array], at: Array) -> tuple[Array, Array]:
-    value, slope = jax.vmap(lambda a: jax.jvp(function, (at,), (a,)))(jnp.eye(at.size))
-    return value[0], slope.T
-
-
 @lru_cache(maxsize=16)
 def programs_for(rung: str, structure: parts.Structure) -> Programs:
     """The programs of a rung and structure, made once a session."""
-    keep_compiled()
     return Programs(rung, structure)

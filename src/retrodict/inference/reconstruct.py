@@ -30,7 +30,7 @@ DEFAULT_RUNG = "planar-moment-wheels"
 PATHS = 60
 _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
-_FIRST_TRY = 0.8  # target acceptance
+_FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
 _MENDABLE = 0.05  # share of divergent draws up to which shorter steps may help
 _NEARLY = 1.1  # R-hat up to which more draws may help
 _WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
@@ -44,8 +44,8 @@ def reconstruct(
     *,
     model: str = DEFAULT_RUNG,
     chains: int = 4,
-    draws: int = 750,
-    warmup: int = 250,
+    draws: int = 600,
+    warmup: int = 150,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Outcome:
@@ -161,10 +161,10 @@ def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
     finer.expect("rests", data, separation, xi)
     programs.expect("potential", np.zeros(n), data, chart)
     programs.expect("levels", data, chart, chart.centre)
-    programs.expect("locate", data, chart, np.zeros((CHUNK, n)))
+    draws = np.zeros((CHUNK, n))
+    programs.expect("locate", data, chart, draws)
     programs.sampler(warmup, _FIRST_TRY, data, chart)
-    sites = jax.eval_shape(programs.functions["locate"], data, chart, np.zeros((CHUNK, n)))[0]
-    programs.expect("simulate", data, sites)
+    programs.expect("simulate", data, lambda: programs.sites(data, chart, draws))
     programs.expect("prior", _prior_keys(0), data)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)
