@@ -22,12 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from retrodict.mechanics import (
-    approach_and_coefficients,
-    contact_velocity,
-    impulse,
-    inverse_log_det,
-)
+from retrodict.mechanics import inverse_log_det, undo
 from retrodict.models import parts
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
@@ -149,26 +144,21 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
     return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
 
 
-def quotients(separation: Float[Array, "6"], x: parts.Values) -> Float[Array, "2 2"]:
-    """What e and e_m are quotients of: -opening / closing, and spin kept / spin by the force alone.
-
-    Args:
-        separation: velocities after the impact, m/s and rad/s.
-        x: the inputs.
+def quotients(
+    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
+) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+    """What e and e_m are quotients of at q, which is closer to linear in q than they are.
 
     Returns:
-        ((-opening, spin kept), (closing, spin by the force alone)), m/s and rad/s, each linear in
-        the velocities (eqs 19-22, 24).
+        (-opening velocity, spin kept) and (closing velocity, spin by the force alone), m/s and rad/s.
     """
-    bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
-    approach_b, c = approach_and_coefficients(separation, approach_a, bodies)
-    approach = jnp.concatenate([approach_a, approach_b])
-    normal = jnp.stack([jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)])
-    opening, closing = (contact_velocity(v, bodies) @ normal for v in (separation, approach))
-    _, M = impulse(approach, bodies, c)
-    kept = separation[5] - separation[2]
-    free = kept + M * (1 / bodies.I_a + 1 / bodies.I_b)
-    return jnp.stack([jnp.stack([-opening, kept]), jnp.stack([closing, free])])
+    x = parts.from_standard(structure, data, q[6:])
+    velocities = friction_scale(structure, data, x) * reduced(structure, chart, q)[0]
+    found = undo(velocities, parts.approach_of_a(x), parts.bodies(x))
+    return (
+        jnp.stack([-found.opening, found.spin]),
+        jnp.stack([found.closing, found.free_spin]),
+    )
 
 
 def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
@@ -196,24 +186,22 @@ def bend(
 ) -> tuple[Q, Float[Array, "2"], Float[Array, ""]]:
     """Move q along the walls' directions to where e and e_m are their linear levels at q, squashed.
 
-    Broyden's method finds how far; one step of Newton's, the only one that is differentiated, carries
-    the derivative. Whatever else q is, every e and e_m within bounds is reached, and once.
+    Broyden's method finds how far. Whatever else q is, every e and e_m within bounds is reached, and
+    once. Values are exact; derivatives are those of the bend were e and e_m linear in q, which is
+    near enough to steer by.
 
     Returns:
-        Bent q, e and e_m there, and log |d bent / d q|, whose own derivative leaves out that of the
-        last step's slopes; minus infinity where no such point was found.
+        Bent q, e and e_m there, and log |d bent / d q|; minus infinity where no such point was found.
     """
     wall = Wall(*map(jnp.asarray, chart.wall))
-    rise = times(wall.gradient, q - jnp.asarray(chart.centre))
-    level = wall.level + rise
+    level = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
     target = squash(level, wall.softness, *BOUNDS.T)
-    foot = q - rise @ wall.along
-    fixed_foot, fixed = jax.lax.stop_gradient((foot, target))
+    linear = q + (target - level) @ wall.along
+    fixed, fixed_linear = jax.lax.stop_gradient((target, linear))
 
-    def at(t: Float[Array, "2"]) -> Float[Array, "2 2"]:
-        return jnp.stack(quotients_at(structure, data, chart, fixed_foot + t @ wall.along))
+    def at(t: Float[Array, "2"]) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+        return quotients(structure, data, chart, fixed_linear + t @ wall.along)
 
-    # numerator - target x denominator is closer to linear than the quotient
     def improve(carry: tuple[Array, ...], _: None) -> tuple[tuple[Array, ...], None]:
         t, step, miss_before, inverse = carry
         over, under = at(t)
@@ -226,27 +214,17 @@ def bend(
         return (t + step, step, miss, inverse), None
 
     zero = jnp.zeros(2)
-    start = (fixed - wall.level, zero, zero, jnp.diag(1 / wall.divisor))
+    start = (zero, zero, zero, jnp.diag(1 / wall.divisor))
     (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
     # central differences: automatic ones take as long to compile as all the rest, and these err by 1e-9
     nudges = jnp.diag(_STEP * wall.softness)
-    found = jax.vmap(at)(jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges]) + t)
-    slopes = (found[1:3] - found[3:]) / (2 * _STEP * wall.softness[:, None, None])
-    d_over, d_under = jnp.moveaxis(slopes, 0, -1)
-    slope = d_over - fixed[:, None] * d_under
-    over, under = found[0]
-    solved = (jnp.abs((over - fixed * under) / under) < _SOLVED * wall.softness).all()
+    overs, unders = jax.vmap(at)(jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges]) + t)
+    rise = (overs[1:] - fixed * unders[1:]) / unders[0]
+    slope = (rise[:2] - rise[2:]) / (2 * _STEP * wall.softness[:, None])
+    solved = jnp.abs(overs[0] / unders[0] - fixed) < _SOLVED * wall.softness
     log_det = log_squash_slope(level, wall.softness, *BOUNDS.T).sum()
-    log_det -= jnp.log(jnp.abs(_det(slope / under[:, None])))
-    over, under = quotients_at(structure, data, chart, foot + t @ wall.along)
-    bent = foot + (t - _inverse(slope) @ (over - target * under)) @ wall.along
-    return bent, target, jnp.where(solved, log_det, -jnp.inf)
-
-
-def quotients_at(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Array:
-    x = parts.from_standard(structure, data, q[6:])
-    scale = friction_scale(structure, data, x)
-    return quotients(scale * reduced(structure, chart, q)[0], x)
+    log_det -= jnp.log(jnp.abs(slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]))
+    return linear + t @ wall.along, target, jnp.where(solved.all(), log_det, -jnp.inf)
 
 
 def locate(
@@ -283,14 +261,6 @@ def locate(
     sites |= {"speed_b": speed, "direction_b": direction, "omega_b": omega_b}
     sites |= {"e": e, "mu": jnp.asarray(c.mu), "e_m": e_m}
     return sites, log_det + log_inverse - jnp.log(speed), q
-
-
-def _det(m: Float[Array, "2 2"]) -> Float[Array, ""]:
-    return m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
-
-
-def _inverse(m: Float[Array, "2 2"]) -> Float[Array, "2 2"]:
-    return jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]]) / _det(m)
 
 
 def _det_3(m: Float[Array, "3 3"]) -> Float[Array, ""]:

@@ -97,7 +97,7 @@ class Programs:
         """e and e_m at q by the sheets, their divisors, and their slopes by q."""
 
         def value(q: Array) -> tuple[Array, Array]:
-            over, under = coordinates.quotients_at(self.structure, data, chart, q)
+            over, under = coordinates.quotients(self.structure, data, chart, q)
             return over / under, under
 
         slopes, divisor = jax.jacfwd(value, has_aux=True)(q)

@@ -5,6 +5,7 @@ from retrodict.mechanics.impact import (
     Bodies,
     Capped,
     Coefficients,
+    Undone,
     against_barrier,
     approach_and_coefficients,
     capped,
@@ -15,6 +16,7 @@ from retrodict.mechanics.impact import (
     lever_arms,
     printed_e_m,
     separation,
+    undo,
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
 from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out, wheel_paths
@@ -45,6 +47,7 @@ __all__ = [
     "Path",
     "Severity",
     "Solution",
+    "Undone",
     "Wheels",
     "Zone",
     "against_barrier",
@@ -67,5 +70,6 @@ __all__ = [
     "separation",
     "severity",
     "solve",
+    "undo",
     "wheel_paths",
 ]

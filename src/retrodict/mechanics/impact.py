@@ -54,6 +54,25 @@ class Coefficients(NamedTuple):
     e_m: Scalar
 
 
+class Undone(NamedTuple):
+    """What the inverse finds before it divides; all but `closing` is linear in the velocities after.
+
+    Args:
+        approach_b: (v_bx, v_by, omega_b) from eqs 19, 20, 21, m/s and rad/s.
+        P: force impulse on A, along the normal and the tangent, N s.
+        opening, closing: normal contact velocity after and before (eq 22), m/s.
+        spin: Omega_b - Omega_a, rad/s.
+        free_spin: what the force impulse alone would have made of it (eq 24), rad/s.
+    """
+
+    approach_b: Float[Array, "3"]
+    P: tuple[Scalar, Scalar]
+    opening: Scalar
+    closing: Scalar
+    spin: Scalar
+    free_spin: Scalar
+
+
 class Capped(NamedTuple):
     """Coefficients that reverse no sliding.
 
@@ -205,24 +224,46 @@ def approach_and_coefficients(
     Raises:
         ValueError: no such moment equation.
     """
-    m_a, m_b, I_a, I_b, d1, d2, d3, d4, _ = bodies
-    V_a, V_b = separation[:3], separation[3:]
-    P = m_a * (V_a[:2] - approach_a[:2])
-    v_b = V_b[:2] + P / m_b  # eqs 19, 20
-    gain = -P[0] * (d1 + d3) + P[1] * (d2 + d4)
-    omega_b = V_b[2] + (I_a * (V_a[2] - approach_a[2]) + gain) / I_b  # eq 21, corrected
-    approach = jnp.concatenate([approach_a, v_b, omega_b[None]])
-    normal, tangent = _axes(bodies)
-    opening = contact_velocity(separation, bodies) @ normal
-    closing = contact_velocity(approach, bodies) @ normal
-    f_a, f_b = _force_moments(P, bodies)
-    free_spin = (omega_b + f_b / I_b) - (approach_a[2] + f_a / I_a)
-    spin = V_b[2] - V_a[2]
-    divisor = 2 * spin - free_spin if _is_printed(moment_equation) else free_spin
-    return approach[3:], Coefficients(
-        e=-opening / closing,  # eq 22
-        mu=(P @ tangent) / (P @ normal),  # eq 23
-        e_m=spin / divisor,  # eq 24
+    found = undo(separation, approach_a, bodies)
+    divisor = found.free_spin
+    if _is_printed(moment_equation):
+        divisor = 2 * found.spin - divisor
+    return found.approach_b, Coefficients(
+        e=-found.opening / found.closing,  # eq 22
+        mu=found.P[1] / found.P[0],  # eq 23
+        e_m=found.spin / divisor,  # eq 24
+    )
+
+
+def undo(separation: State, approach_a: Float[Array, "3"], bodies: Bodies) -> Undone:
+    """B's velocities before impact, and what e, mu and e_m are quotients of.
+
+    Args:
+        separation: velocities after, as in `approach_and_coefficients`.
+        approach_a: A's velocities before.
+        bodies: masses, inertias, lever arms and Gamma.
+    """
+    m_a, m_b, I_a, I_b, d1, d2, d3, d4, Gamma = bodies
+    V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b = separation
+    v_ax, v_ay, omega_a = approach_a
+    P_x, P_y = m_a * (V_ax - v_ax), m_a * (V_ay - v_ay)
+    v_bx, v_by = V_bx + P_x / m_b, V_by + P_y / m_b  # eqs 19, 20
+    gain = -P_x * (d1 + d3) + P_y * (d2 + d4)
+    omega_b = Omega_b + (I_a * (Omega_a - omega_a) + gain) / I_b  # eq 21, corrected
+    c, s = jnp.cos(Gamma), jnp.sin(Gamma)
+
+    def normal(v_x: Scalar, v_y: Scalar, w_a: Scalar, w_b: Scalar) -> Scalar:
+        """Of A relative to B at the impact centre, from the difference of the centres' (eq 22)."""
+        return (v_x + d3 * w_a + d1 * w_b) * c + (v_y - d4 * w_a - d2 * w_b) * s
+
+    spin_a, spin_b = (P_x * d3 - P_y * d4) / I_a, (P_x * d1 - P_y * d2) / I_b
+    return Undone(
+        approach_b=jnp.stack([v_bx, v_by, omega_b]),
+        P=(P_x * c + P_y * s, P_y * c - P_x * s),
+        opening=normal(V_ax - V_bx, V_ay - V_by, Omega_a, Omega_b),
+        closing=normal(v_ax - v_bx, v_ay - v_by, omega_a, omega_b),
+        spin=Omega_b - Omega_a,
+        free_spin=(omega_b + spin_b) - (omega_a + spin_a),
     )
 
 
@@ -242,18 +283,14 @@ def inverse_log_det(
         m_a² I_a C / (I_r |P_n u_n S|): v_b and omega_b shift with V_b one to one, and at fixed v_b
         and omega_b V_a follows (P_n, mu, M), which follow (e, mu, e_m) by eqs 22-24.
     """
-    approach_b, coefficients = approach_and_coefficients(separation, approach_a, bodies)
-    approach = jnp.concatenate([approach_a, approach_b])
+    found = undo(separation, approach_a, bodies)
+    e, e_m = -found.opening / found.closing, found.spin / found.free_spin
+    coefficients = Coefficients(e, found.P[1] / found.P[0], e_m)
     m_a, _, I_a, I_b = bodies[:4]
-    normal, _ = _axes(bodies)
-    P = m_a * (separation[:2] - approach_a[:2])
-    f_a, f_b = _force_moments(P, bodies)
-    spin = (approach[5] + f_b / I_b) - (approach[2] + f_a / I_a)
-    u_n = contact_velocity(approach, bodies) @ normal
-    I_r = 1 / (1 / I_a + 1 / I_b)
     compliance = _compliance(bodies, coefficients)
-    volume = m_a**2 * I_a * compliance / (I_r * (P @ normal) * u_n * spin)
-    return approach_b, coefficients, jnp.log(jnp.abs(volume))
+    volume = m_a**2 * I_a * (1 / I_a + 1 / I_b) * compliance
+    volume /= found.P[0] * found.closing * found.free_spin
+    return found.approach_b, coefficients, jnp.log(jnp.abs(volume))
 
 
 def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
