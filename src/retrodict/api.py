@@ -147,8 +147,9 @@ def reconstruct(
     scene: Scene,
     *,
     model: str = DEFAULT_RUNG,
+    method: str = "nuts",
     chains: int = 4,
-    draws: int = 600,
+    draws: int | None = None,
     warmup: int = 150,
     seed: int = 0,
     progress: Progress | None = None,
@@ -158,9 +159,10 @@ def reconstruct(
     Args:
         scene: what was measured, from `load_scene`.
         model: the rung's name.
-        chains: NUTS chains.
-        draws: kept of each.
-        warmup: iterations before them.
+        method: nuts (the reference), importance, smc, laplace, monte-carlo or linear.
+        chains: of draws; independent replicates where a method has no chains.
+        draws: kept of each; None for as many as the method takes by default.
+        warmup: iterations before them, where a method has any.
         seed: of every random number; same seed, same machine, same numbers.
         progress: called with (stage, done, of all) as the work goes on.
 
@@ -168,6 +170,7 @@ def reconstruct(
         The result.
 
     Raises:
+        ValueError: no model or method has that name.
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
@@ -175,6 +178,7 @@ def reconstruct(
         _reconstruct(
             scene,
             model=model,
+            method=method,
             chains=chains,
             draws=draws,
             warmup=warmup,

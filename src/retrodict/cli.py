@@ -39,6 +39,12 @@ class UnitChoice(StrEnum):
     us = "us"
 
 
+# spelled out, not taken from `inference.methods`: that would import JAX for --help
+MethodChoice = StrEnum(
+    "MethodChoice", ["nuts", "importance", "smc", "laplace", "monte-carlo", "linear"]
+)
+
+
 SceneFile = Annotated[Path, typer.Argument(help="the scene file (TOML)", show_default=False)]
 
 
@@ -74,10 +80,12 @@ def reconstruct(
     out: Annotated[
         Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
     ] = None,
-    chains: Annotated[int, typer.Option(min=1, max=64, help="NUTS chains")] = 4,
+    method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
+    chains: Annotated[int, typer.Option(min=1, max=64, help="chains, or replicates")] = 4,
     draws: Annotated[
-        int, typer.Option(min=4, max=1_000_000, help="draws kept of each chain")
-    ] = 600,
+        int | None,
+        typer.Option(min=4, max=1_000_000, help="draws kept of each chain [default: the method's]"),
+    ] = None,
     warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 150,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
@@ -100,7 +108,15 @@ def reconstruct(
     try:
         with _progress(console) as bars:
             tell = _importing_ahead(bars)
-            result = run(found, chains=chains, draws=draws, warmup=warmup, seed=seed, progress=tell)
+            result = run(
+                found,
+                method=method.value,
+                chains=chains,
+                draws=draws,
+                warmup=warmup,
+                seed=seed,
+                progress=tell,
+            )
             tell("writing the report", 0, 1)
             result.save(folder, units.value)
             tell("writing the report", 1, 1)

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from retrodict.inference import Interrupted, Unanswerable, chains, sheet
+from retrodict.inference import Interrupted, Unanswerable, sheet
+from retrodict.inference.methods import chains
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct

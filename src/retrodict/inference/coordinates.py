@@ -22,7 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from retrodict.mechanics import inverse_log_det, undo
+from retrodict.mechanics import Coefficients, approach_and_coefficients, inverse_log_det, undo
 from retrodict.models import parts
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
@@ -72,14 +72,12 @@ class Wall(NamedTuple):
     """How q is bent so that e (first) and e_m (second) stay within bounds.
 
     Args:
-        level: of both at the centre, before `squash`, shape (2,).
-        gradient: of both in q there, shape (2, q).
-        along: for each a direction of q that moves it at rate 1 there and not the other, shape (2, q).
+        gradient: of both in q at the centre, shape (2, q).
+        along: for each a direction that moves it at rate 1 there and not the other, shape (2, q).
         softness: over which a bound is approached, shape (2,).
         divisor: closing speed and spin by the force alone at the centre, shape (2,).
     """
 
-    level: Float[Numbers, "2"]
     gradient: Float[Numbers, "2 q"]
     along: Float[Numbers, "2 q"]
     softness: Float[Numbers, "2"]
@@ -167,12 +165,6 @@ def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
     return jnp.asarray(low + softness * up)
 
 
-def unsquash(value: float, softness: float, low: float, high: float) -> float:
-    """The level whose squashed value is `value`, strictly between low and high."""
-    up, down = (value - low) / softness, (value - high) / softness
-    return low + softness * float(np.log(np.expm1(up)) - np.log(-np.expm1(down)))
-
-
 def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
     """Log of squash's derivative."""
     # sigmoid(up) - sigmoid(-down), without cancellation
@@ -184,28 +176,41 @@ def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels)
 def bend(
     structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
 ) -> tuple[Q, Float[Array, "2"], Float[Array, ""]]:
-    """Move q along the walls' directions to where e and e_m are their linear levels at q, squashed.
+    """Move q along the walls' directions to where e and e_m are what they are at q, squashed.
 
-    Broyden's method finds how far. Whatever else q is, every e and e_m within bounds is reached, and
-    once. Values are exact; derivatives are those of the bend were e and e_m linear in q, which is
-    near enough to steer by.
+    Away from the bounds that is q itself. Broyden's method finds how far. Values are exact;
+    derivatives are those of the bend were e and e_m linear in q, which is near enough to steer by.
 
     Returns:
         Bent q, e and e_m there, and log |d bent / d q|; minus infinity where no such point was found.
     """
     wall = Wall(*map(jnp.asarray, chart.wall))
-    level = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
-    target = squash(level, wall.softness, *BOUNDS.T)
-    linear = q + (target - level) @ wall.along
-    fixed, fixed_linear = jax.lax.stop_gradient((target, linear))
+    fixed = jax.lax.stop_gradient(q)
 
     def at(t: Float[Array, "2"]) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
-        return quotients(structure, data, chart, fixed_linear + t @ wall.along)
+        return quotients(structure, data, chart, fixed + t @ wall.along)
+
+    # central differences: automatic ones take as long to compile as all the rest, and these err by 1e-9
+    nudges = jnp.diag(_STEP * wall.softness)
+    around = jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges])
+
+    def levels_and_slope(t: Float[Array, "2"]) -> tuple[Float[Array, "2"], Float[Array, ""]]:
+        """e and e_m at t, and log |d(e, e_m) / dt|."""
+        over, under = jax.vmap(at)(t + around)
+        levels = over / under
+        m = (levels[1:3] - levels[3:]) / (2 * _STEP * wall.softness[:, None])
+        return levels[0], jnp.log(jnp.abs(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]))
+
+    zero = jnp.zeros(2)
+    levels, slope_before = levels_and_slope(zero)
+    level = levels + times(wall.gradient, q - fixed)
+    target = squash(level, wall.softness, *BOUNDS.T)
+    aim = jax.lax.stop_gradient(target)
 
     def improve(carry: tuple[Array, ...], _: None) -> tuple[tuple[Array, ...], None]:
         t, step, miss_before, inverse = carry
         over, under = at(t)
-        miss = over - fixed * under
+        miss = over - aim * under  # closer to linear than the quotient
         change = inverse @ (miss - miss_before)
         gain = step @ change
         update = jnp.outer(step - change, step @ inverse)
@@ -213,18 +218,14 @@ def bend(
         step = -inverse @ miss
         return (t + step, step, miss, inverse), None
 
-    zero = jnp.zeros(2)
     start = (zero, zero, zero, jnp.diag(1 / wall.divisor))
     (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
-    # central differences: automatic ones take as long to compile as all the rest, and these err by 1e-9
-    nudges = jnp.diag(_STEP * wall.softness)
-    overs, unders = jax.vmap(at)(jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges]) + t)
-    rise = (overs[1:] - fixed * unders[1:]) / unders[0]
-    slope = (rise[:2] - rise[2:]) / (2 * _STEP * wall.softness[:, None])
-    solved = jnp.abs(overs[0] / unders[0] - fixed) < _SOLVED * wall.softness
-    log_det = log_squash_slope(level, wall.softness, *BOUNDS.T).sum()
-    log_det -= jnp.log(jnp.abs(slope[0, 0] * slope[1, 1] - slope[0, 1] * slope[1, 0]))
-    return linear + t @ wall.along, target, jnp.where(solved.all(), log_det, -jnp.inf)
+    found, slope_after = levels_and_slope(t)
+    solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
+    log_det = log_squash_slope(level, wall.softness, *BOUNDS.T).sum() + slope_before - slope_after
+    linear = target - level
+    bent = q + (linear + t - jax.lax.stop_gradient(linear)) @ wall.along
+    return bent, target, jnp.where(solved, log_det, -jnp.inf)
 
 
 def locate(
@@ -249,18 +250,43 @@ def locate(
     log_det += jnp.log(jnp.diag(chart.spread)).sum() + 6 * jnp.log(scale)
     log_det += jnp.log(jnp.abs(_det_3(slopes[0]) * _det_3(slopes[1])))
 
-    (v_bx, v_by, omega_b), c, log_inverse = inverse_log_det(
+    approach_b, c, log_inverse = inverse_log_det(
         scale * velocities, parts.approach_of_a(x), parts.bodies(x)
     )
-    speed = jnp.sqrt(v_bx**2 + v_by**2)
+    sites = _sites(structure, data, q, approach_b, c._replace(e=e, e_m=e_m))
+    return sites, log_det + log_inverse - jnp.log(sites["speed_b"]), q
+
+
+def solve_back(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> parts.Values:
+    """The model's unknowns at q = (z, xi) by the sheets and the closed form, without bounds."""
+    x = parts.from_standard(structure, data, q[6:])
+    velocities = friction_scale(structure, data, x) * reduced(structure, chart, q)[0]
+    found = approach_and_coefficients(velocities, parts.approach_of_a(x), parts.bodies(x))
+    return _sites(structure, data, q, *found)
+
+
+def _sites(
+    structure: parts.Structure,
+    data: parts.Data,
+    q: Q,
+    approach_b: Float[Array, "3"],
+    coefficients: Coefficients,
+) -> parts.Values:
+    """A value for each of the model's sample sites."""
+    v_bx, v_by, omega_b = approach_b
     direction = jnp.arctan2(v_by, v_bx)
     if "direction_b" in structure.known_of_b:
         middle = data.inputs["direction_b"][0]
         direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
-    sites = {"measured": q[6:]} if structure.uncertain else {}
-    sites |= {"speed_b": speed, "direction_b": direction, "omega_b": omega_b}
-    sites |= {"e": e, "mu": jnp.asarray(c.mu), "e_m": e_m}
-    return sites, log_det + log_inverse - jnp.log(speed), q
+    e, mu, e_m = map(jnp.asarray, coefficients)
+    return ({"measured": q[6:]} if structure.uncertain else {}) | {
+        "speed_b": jnp.sqrt(v_bx**2 + v_by**2),
+        "direction_b": direction,
+        "omega_b": omega_b,
+        "e": e,
+        "mu": mu,
+        "e_m": e_m,
+    }
 
 
 def _det_3(m: Float[Array, "3 3"]) -> Float[Array, ""]:

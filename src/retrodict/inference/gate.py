@@ -35,11 +35,12 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     import arviz_stats  # slow to import; `reconstruct` does it while programs compile
 
     posterior = idata["posterior"].to_dataset()[list(REPORTED)]
-    divergences = int(idata["sample_stats"]["diverging"].sum())
+    stats = idata["sample_stats"].to_dataset()
+    divergences = int(stats["diverging"].sum()) if "diverging" in stats else None
     rhat = _by_name(arviz_stats.rhat(posterior))
     bulk = _by_name(arviz_stats.ess(posterior, method="bulk"))
     tail = _by_name(arviz_stats.ess(posterior, method="tail"))
-    bfmi = _bfmi(_draws(idata, "sample_stats", "energy"))
+    bfmi = _bfmi(np.asarray(stats["energy"])) if "energy" in stats else None
 
     found = list(reasons)
     failed = []
@@ -56,10 +57,11 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
             found.append(f"{describe(name)[0]}: {', '.join(faults)}")
     if divergences:
         found.append(f"{divergences} divergent transitions: part of the posterior may be missing")
-    if not bfmi >= MIN_BFMI:
+    if bfmi is not None and not bfmi >= MIN_BFMI:
         found.append(f"E-BFMI {bfmi:.2f} is below {MIN_BFMI}: the energy was explored too slowly")
     return Checks(
         divergences=divergences,
+        pareto_k=stats.attrs.get("pareto_k"),
         max_rhat=max(rhat.values()),
         min_ess_bulk=min(bulk.values()),
         min_ess_tail=min(tail.values()),

@@ -20,7 +20,8 @@ class Checks:
     """The verdict on the draws' numerical quality.
 
     Args:
-        divergences: divergent transitions after warm-up.
+        divergences: divergent transitions after warm-up; None of a method that has none.
+        pareto_k: of the importance weights; None of a method without.
         max_rhat: largest R-hat of a reported quantity.
         min_ess_bulk: smallest bulk effective sample size of a reported quantity.
         min_ess_tail: smallest tail effective sample size of a reported quantity.
@@ -31,7 +32,7 @@ class Checks:
             evidence), which do not fail the draws.
     """
 
-    divergences: int
+    divergences: int | None
     max_rhat: float
     min_ess_bulk: float
     min_ess_tail: float
@@ -39,6 +40,7 @@ class Checks:
     reasons: tuple[str, ...] = ()
     failed: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
+    pareto_k: float | None = None
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class Outcome:
         seconds: total, compile and sample.
         versions: of retrodict, Python and the libraries that made the numbers.
         seed: of every random number.
-        settings: chains, draws, warmup.
+        settings: method, chains, draws, warmup.
         complete: False when the run was interrupted.
     """
 
@@ -67,6 +69,6 @@ class Outcome:
     seconds: dict[str, float]
     versions: dict[str, str]
     seed: int
-    settings: dict[str, int]
+    settings: dict[str, int | str]
     complete: bool = True
     notes: tuple[str, ...] = field(default=())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,6 +44,20 @@ class Posterior:
         value, gradient = self.programs("potential", w, self.data, self.chart)
         return float(value), np.asarray(gradient)
 
+    def log_density(self, w: np.ndarray) -> np.ndarray:
+        """The log density at many points at once; w has shape (any, q)."""
+        w = np.asarray(w)
+        batches = [w[i : i + CHUNK] for i in range(0, len(w), CHUNK)]
+
+        def one(batch: np.ndarray) -> np.ndarray:
+            whole = np.resize(batch, (CHUNK, w.shape[1]))  # the last batch repeats its rows
+            return np.asarray(self.programs("weigh", self.data, self.chart, whole))[: len(batch)]
+
+        self.programs.expect("weigh", self.data, self.chart, np.resize(w, (CHUNK, w.shape[1])))
+        first = one(batches[0])  # alone: it may have to wait for the compiler
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return np.concatenate([first, *pool.map(one, batches[1:])])
+
 
 def prepare(scene: Scene, rung: str) -> Posterior:
     """A scene's posterior under a rung, in coordinates made for it.
@@ -72,8 +88,7 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     for _ in range(3):
         chart = _chart(programs, data, sheets, centre, spread)
         mode, value = _mode(programs, data, chart)
-        located = programs("locate", data, chart, np.tile(mode, (CHUNK, 1)))
-        centre = np.asarray(located[2][0])
+        centre = centre + spread @ mode
         spread = spread @ _spread_at(programs, data, chart, mode)
     if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
         raise Unanswerable("the posterior's curvature is not finite near the measured scene")
@@ -89,7 +104,7 @@ def blank_chart(structure: parts.Structure) -> Chart:
     sheets = [coordinates.Sheet(np.zeros(3), np.zeros((3, k)), np.zeros((3, k, k))) for k in sizes]
     n = coordinates.size(structure)
     zero = np.zeros((2, n))
-    wall = Wall(np.zeros(2), zero, zero, np.ones(2), np.ones(2))
+    wall = Wall(zero, zero, np.ones(2), np.ones(2))
     return Chart((sheets[0], sheets[1]), wall, np.zeros(n), np.zeros((n, n)))
 
 
@@ -102,19 +117,12 @@ def _chart(
 ) -> Chart:
     """Coordinates about `centre`, with walls along the directions cheapest in `spread`."""
     chart = blank_chart(programs.structure)._replace(sheets=sheets)
-    value, divisor, gradient = map(np.asarray, programs("levels", data, chart, centre))
+    divisor, gradient = map(np.asarray, programs("levels", data, chart, centre))
     metric = spread @ spread.T
     along = np.linalg.inv(gradient @ metric @ gradient.T) @ gradient @ metric
     sd = np.sqrt(np.einsum("ij,jk,ik->i", gradient, metric, gradient))
     softness = np.clip(sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
-    level = np.array([_unsquash(value[i], softness[i], *BOUNDS[i]) for i in range(2)])
-    return Chart(sheets, Wall(level, gradient, along, softness, divisor), centre, spread)
-
-
-def _unsquash(value: float, softness: float, low: float, high: float) -> float:
-    """The level whose squashed value is nearest to `value`; just inside where it is outside."""
-    inside = float(np.clip(value, low + 0.2 * softness, high - 0.2 * softness))
-    return coordinates.unsquash(inside, softness, low, high)
+    return Chart(sheets, Wall(gradient, along, softness, divisor), centre, spread)
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:

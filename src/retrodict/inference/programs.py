@@ -10,11 +10,12 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from numpyro import handlers
 from numpyro.infer.hmc import hmc
@@ -33,12 +34,24 @@ BLOCK = 50  # iterations per call of `advance`
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.
 _MAX_TREE_DEPTH = 6
 
+_FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
+
 # run a few times each: compiling them well would take longer than they do
-_SELDOM = ("inputs", "levels", "locate", "simulate", "prior", "paths")
+_SELDOM = ("inputs", "levels", "locate", "solve_back", "simulate", "prior", "paths")
 _QUICKLY = {"xla_backend_optimization_level": 0}
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
+
+
+class Tempering(NamedTuple):
+    """Where a tempered SMC run stands: weighted particles, temperature from 0 to 1, log evidence."""
+
+    key: Array
+    particles: Float[Array, "count q"]
+    weights: Float[Array, " count"]
+    temperature: Float[Array, ""]
+    log_evidence: Float[Array, ""]
 
 
 class Programs:
@@ -94,14 +107,27 @@ class Programs:
         return jax.vmap(one)(separation, xi)
 
     def _levels(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
-        """e and e_m at q by the sheets, their divisors, and their slopes by q."""
+        """What e and e_m are divided by at q, and their slopes by q."""
 
         def value(q: Array) -> tuple[Array, Array]:
             over, under = coordinates.quotients(self.structure, data, chart, q)
             return over / under, under
 
         slopes, divisor = jax.jacfwd(value, has_aux=True)(q)
-        return value(q)[0], divisor, slopes
+        return divisor, slopes
+
+    def _solve_back(
+        self, data: parts.Data, chart: coordinates.Chart, q: Array
+    ) -> tuple[parts.Values, parts.Values]:
+        """The model's unknowns at each row of q without priors or bounds, and to first order."""
+
+        def exact(q: Array) -> parts.Values:
+            return coordinates.solve_back(self.structure, data, chart, q)
+
+        def to_first_order(q: Array) -> parts.Values:
+            return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
+
+        return jax.vmap(exact)(q), jax.vmap(to_first_order)(q)
 
     @cached_property
     def potential(self) -> Callable[..., Array]:
@@ -146,7 +172,7 @@ class Programs:
     # -- compiled, each once -----------------------------------------------------------------
 
     def __call__(self, name: str, *arguments: Any) -> Any:
-        """Run one of: inputs, rests, potential, locate, levels, simulate, prior, paths."""
+        """Run one of `functions`."""
         self.expect(name, *arguments)
         return self._finished(name)(*arguments)
 
@@ -177,6 +203,10 @@ class Programs:
             "potential": jax.value_and_grad(self.potential),
             "locate": lambda data, chart, w: in_batch(s, data, chart, w),
             "levels": self._levels,
+            "weigh": jax.vmap(
+                lambda data, chart, w: -self.potential(w, data, chart), in_axes=(None, None, 0)
+            ),
+            "solve_back": self._solve_back,
             "simulate": self._simulate,
             "prior": self._prior,
             "paths": self._paths,
@@ -245,6 +275,58 @@ class Programs:
             lambda: jax.jit(advance).lower(jax.eval_shape(first, *nowhere), *example),
         )
         return start, advance_compiled
+
+    def tempering(self, count: int, *example: Any) -> tuple[Callable[..., Any], Callable[..., Any]]:
+        """Tempered SMC by blackjax, from a Student-t to the posterior.
+
+        Args:
+            count: of particles.
+            example: data and chart, of which only the shapes matter.
+
+        Returns:
+            start(key, data, chart) -> state and advance(state, data, chart) -> state a stage on.
+        """
+        n = coordinates.size(self.structure)
+
+        def start(key: Array, *_: Any) -> Tempering:
+            key, first = jax.random.split(key)
+            tails = dist.MultivariateStudentT(_FREEDOM, jnp.zeros(n), _WIDE * jnp.eye(n))
+            w = tails.sample(first, (count,))
+            return Tempering(key, w, jnp.full(count, 1 / count), jnp.zeros(()), jnp.zeros(()))
+
+        def advance(state: Tempering, data: parts.Data, chart: coordinates.Chart) -> Tempering:
+            import blackjax  # half a second, and the other methods do without
+            from blackjax.smc.resampling import systematic
+            from blackjax.smc.tempered import TemperedSMCState
+
+            tails = dist.MultivariateStudentT(_FREEDOM, jnp.zeros(n), _WIDE * jnp.eye(n))
+
+            def gain(w: Array) -> Array:
+                found = -self.potential(w, data, chart) - tails.log_prob(w)
+                return jnp.where(jnp.isfinite(found), found, -1e6)
+
+            moves = {
+                "step_size": jnp.array([0.4]),
+                "inverse_mass_matrix": jnp.ones((1, n)),
+                "num_integration_steps": jnp.array([4]),
+            }
+            hmc_move = blackjax.hmc.build_kernel()
+            kernel = blackjax.adaptive_tempered_smc.build_kernel(
+                tails.log_prob, gain, hmc_move, blackjax.hmc.init, systematic, target_ess=0.7
+            )
+            key, now = jax.random.split(state.key)
+            before = TemperedSMCState(state.particles, state.weights, state.temperature)
+            after, info = kernel(now, before, 2, moves)
+            rise = state.log_evidence + info.log_likelihood_increment
+            return Tempering(key, after.particles, after.weights, after.tempering_param, rise)
+
+        nowhere = (jax.random.key(0), *example)
+        self._submit(f"temper from {count}", lambda: jax.jit(start).lower(*nowhere))
+        self._submit(
+            f"temper {count}",
+            lambda: jax.jit(advance).lower(jax.eval_shape(start, *nowhere), *example),
+        )
+        return self._finished(f"temper from {count}"), self._finished(f"temper {count}")
 
     def _submit(self, name: str, lower: Callable[[], jax.stages.Lowered]) -> None:
         """Traced here and now, because tracing is not safe in two threads; compiled elsewhere."""

@@ -8,14 +8,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
 
 from retrodict.inference import gate
-from retrodict.inference.chains import Draws, sample
-from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.methods import METHODS, Draws, Task
+from retrodict.inference.methods.nuts import FIRST_TRY
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart, prepare
 from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
@@ -30,11 +31,8 @@ DEFAULT_RUNG = "planar-moment-wheels"
 PATHS = 60
 _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
-_FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
-_MENDABLE = 0.05  # share of divergent draws up to which shorter steps may help
 _NEARLY = 1.1  # R-hat up to which more draws may help
 _WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
-_SECOND_TRY = 0.95  # target acceptance of the run that follows one with divergences
 
 Progress = Callable[[str, int, int], None]  # stage, done, of all
 
@@ -43,8 +41,9 @@ def reconstruct(
     scene: Scene,
     *,
     model: str = DEFAULT_RUNG,
+    method: str = "nuts",
     chains: int = 4,
-    draws: int = 600,
+    draws: int | None = None,
     warmup: int = 150,
     seed: int = 0,
     progress: Progress | None = None,
@@ -54,9 +53,10 @@ def reconstruct(
     Args:
         scene: what was measured.
         model: a name in `retrodict.models.RUNGS`.
-        chains: NUTS chains.
-        draws: kept of each.
-        warmup: iterations before them.
+        method: a name in `retrodict.inference.methods.METHODS`.
+        chains: of draws; independent replicates where a method has no chains.
+        draws: kept of each; None for as many as the method takes by default.
+        warmup: iterations before them, where a method has any.
         seed: of every random number.
         progress: called as the work goes on.
 
@@ -64,17 +64,18 @@ def reconstruct(
         The outcome; marked incomplete when interrupted with some draws already kept.
 
     Raises:
-        KeyError: no rung has that name.
+        ValueError: no rung or method has that name.
         Unanswerable: a rest pose cannot be reached, or the posterior has no finite mode.
         Interrupted: stopped before any draw was kept.
     """
     begin = time.perf_counter()
     tell = progress or (lambda stage, done, total: None)
-    card = RUNGS[model].card
+    card, chosen = _named(RUNGS, "model", model).card, _named(METHODS, "method", method)
+    draws = chosen.draws if draws is None else draws
     tell("finding where the posterior lies", 0, 1)
     programs = programs_for(model, parts.of_scene(scene)[0])
     compiled_before = programs.compile_seconds
-    _compile_ahead(programs, scene, warmup)
+    _compile_ahead(programs, scene, method, warmup)
     posterior, scene, faults = _settle_turns(scene, model)
     if not posterior.unresolved <= RESOLVED:
         faults = (
@@ -86,48 +87,35 @@ def reconstruct(
 
     sampling = 0.0
 
-    def run(target_accept: float, warmup: int, draws: int, after: Draws | None = None) -> Draws:
+    def timed(draw: Callable[[], Draws]) -> Draws:
         nonlocal sampling
         tell("sampling", 0, 1)
         start, before = time.perf_counter(), programs.compile_seconds
-        drawn = sample(
-            posterior,
-            chains=chains,
-            draws=draws,
-            warmup=warmup,
-            seed=seed,
-            target_accept=target_accept,
-            progress=lambda done, total: tell("sampling", done, total),
-            after=after,
-        )
+        drawn = draw()
         sampling += time.perf_counter() - start - (programs.compile_seconds - before)
         return drawn
 
-    target_accept = _FIRST_TRY
-    drawn = run(target_accept, warmup, draws)
-    notes = []
-    divergences = int(drawn.stats["diverging"].sum()) if drawn.stats else 0
-    if drawn.complete and 0 < divergences <= _MENDABLE * drawn.stats["diverging"].size:
-        notes.append(
-            f"a first run had {divergences} divergent transitions; the run told of here took shorter "
-            f"steps (target acceptance {_SECOND_TRY}) and twice the warm-up"
-        )
-        target_accept, warmup = _SECOND_TRY, 2 * warmup
-        drawn = run(target_accept, warmup, draws)
-    if drawn.w.shape[1] < 4:
-        raise Interrupted("stopped before any draws were kept")
+    task = Task(
+        posterior, chains, draws, warmup, seed, lambda done, total: tell("sampling", done, total)
+    )
+    drawn = timed(lambda: chosen.draw(task))
+    notes = [*drawn.notes]
+    if not chosen.exact:
+        notes.append(f"{chosen.title}: an approximation; compare it with the method nuts")
 
     tell("predicting", 0, 1)
     idata = _tree(posterior, scene, drawn, seed)
-    checks = gate.judge(idata, scene, faults)
-    if drawn.complete and checks.max_rhat < _NEARLY and checks.failed and draws >= _WORTH_MORE:
+    checks = gate.judge(idata, scene, (*faults, *drawn.faults))
+    again = drawn.complete and checks.max_rhat < _NEARLY and checks.failed
+    if drawn.more and again and draws >= _WORTH_MORE:
         notes.append(
             f"after {draws} draws a chain {'; '.join(checks.reasons[len(faults) :])}; the run told of "
             "here went on to twice as many"
         )
         draws *= 2
-        drawn = run(target_accept, warmup, draws, drawn)
+        drawn = timed(drawn.more)
         idata = _tree(posterior, scene, drawn, seed)
+    faults = (*faults, *drawn.faults)
     if not drawn.complete:
         faults = (*faults, f"interrupted: {drawn.w.shape[1]} of {draws} draws a chain were kept")
     tell("predicting", 1, 1)
@@ -143,13 +131,13 @@ def reconstruct(
         },
         versions=_versions(),
         seed=seed,
-        settings={"chains": chains, "draws": draws, "warmup": warmup},
+        settings={"method": method, "chains": chains, "draws": draws, "warmup": warmup},
         complete=drawn.complete,
         notes=tuple(notes),
     )
 
 
-def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
+def _compile_ahead(programs: Programs, scene: Scene, method: str, warmup: int) -> None:
     """Have what will be needed compiled side by side, in the order it will be needed."""
     structure, data = parts.of_scene(scene)
     chart = blank_chart(structure)
@@ -163,11 +151,20 @@ def _compile_ahead(programs: Programs, scene: Scene, warmup: int) -> None:
     programs.expect("levels", data, chart, chart.centre)
     draws = np.zeros((CHUNK, n))
     programs.expect("locate", data, chart, draws)
-    programs.sampler(warmup, _FIRST_TRY, data, chart)
+    if method == "nuts":
+        programs.sampler(warmup, FIRST_TRY, data, chart)
+    elif METHODS[method].exact:
+        programs.expect("weigh", data, chart, draws)
     programs.expect("simulate", data, lambda: programs.sites(data, chart, draws))
     programs.expect("prior", _prior_keys(0), data)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)
+
+
+def _named(known: dict, what: str, name: str) -> Any:
+    if name not in known:
+        raise ValueError(f"{what} is one of {', '.join(known)}; not {name!r}")
+    return known[name]
 
 
 def _prior_keys(seed: int) -> jax.Array:
@@ -245,9 +242,7 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
     chains, draws, n = drawn.w.shape
     rng = np.random.default_rng([seed, 1])
 
-    sites = _in_chunks(
-        lambda w: programs("locate", data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
-    )
+    sites = _in_chunks(lambda w: _located(posterior, drawn, w), drawn.w.reshape(-1, n))
     told = _in_chunks(lambda s: programs("simulate", data, s), sites)
     prior_sites = programs("prior", _prior_keys(seed), data)
     prior_told = programs("simulate", data, prior_sites)
@@ -276,12 +271,21 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
         "posterior_predictive": group(noisy(told), "predicted/", shape),
         "prior_predictive": group(noisy(prior_told), "predicted/", once),
         "log_likelihood": group(told, "log_likelihood/", shape),
-        "sample_stats": xr.Dataset({k: (("chain", "draw"), v) for k, v in drawn.stats.items()}),
+        "sample_stats": xr.Dataset(
+            {k: (("chain", "draw"), v) for k, v in drawn.stats.items()}, attrs=drawn.attributes
+        ),
         "observed_data": _labelled({k: np.asarray(m.value) for k, m in evidence.items()}, ()),
         "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
         "trajectories": _trajectories(posterior, sites, told),
     }
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
+
+
+def _located(posterior: Posterior, drawn: Draws, w: np.ndarray) -> dict:
+    """The model's unknowns at draws."""
+    name = "solve_back" if drawn.solved_back else "locate"
+    found = posterior.programs(name, posterior.data, posterior.chart, w)
+    return found[int(drawn.linear)] if drawn.solved_back else found[0]
 
 
 def _in_chunks(function: Callable, values: np.ndarray | dict[str, np.ndarray]) -> dict:

@@ -87,7 +87,8 @@ def summarise(outcome: Outcome) -> dict[str, Any]:
         "model": outcome.card.name,
         "parameters": parameters,
         "checks": {
-            "divergences": int(checks.divergences),
+            "divergences": checks.divergences,
+            "pareto_k": None if checks.pareto_k is None else _finite(checks.pareto_k),
             "max_rhat": _finite(checks.max_rhat),
             "min_ess_bulk": _finite(checks.min_ess_bulk),
             "min_ess_tail": _finite(checks.min_ess_tail),

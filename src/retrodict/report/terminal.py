@@ -55,8 +55,11 @@ def verdict(outcome: Outcome) -> str:
     """
     checks = outcome.checks
     words = "Checks passed" if checks.passed else f"Checks FAILED ({MARK} {NOT_TO_BE_RELIED_ON})"
+    own = "" if checks.divergences is None else f"{checks.divergences} divergences, "
+    if checks.pareto_k is not None:
+        own = f"Pareto k {told(checks.pareto_k, 2)}, "
     text = (
-        f"{words}: {checks.divergences} divergences, R-hat at most {told(checks.max_rhat, 3)}, "
+        f"{words}: {own}R-hat at most {told(checks.max_rhat, 3)}, "
         f"effective sample size at least {told(checks.min_ess_bulk, 0)} (bulk), "
         f"{told(checks.min_ess_tail, 0)} (tail)."
     )

@@ -1,4 +1,4 @@
-"""NUTS over a posterior: chains in threads, by blocks, so that progress shows and Ctrl-C keeps draws."""
+"""Chains of NUTS in threads, by blocks, so that progress shows and Ctrl-C keeps draws."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from typing import Any
 import jax
 import numpy as np
 
+from retrodict.inference.methods.draws import Task
 from retrodict.inference.posterior import Posterior
 from retrodict.inference.programs import BLOCK
 
-Progress = Callable[[int, int], None]  # iterations done, of all
-
 
 @dataclass(frozen=True)
-class Draws:
+class Chains:
     """What the chains brought.
 
     Args:
@@ -36,46 +35,32 @@ class Draws:
     records: list[list[dict[str, np.ndarray]]] = field(repr=False)
 
 
-def sample(
-    posterior: Posterior,
-    *,
-    chains: int,
-    draws: int,
-    warmup: int,
-    seed: int,
-    target_accept: float,
-    progress: Progress,
-    after: Draws | None = None,
-) -> Draws:
+def sample(task: Task, target_accept: float, after: Chains | None = None) -> Chains:
     """Draw from a posterior by NUTS (numpyro's), one thread a chain over one compiled program.
 
     Args:
-        posterior: in coordinates where it is near a standard normal.
-        chains: how many.
-        draws: kept of each.
-        warmup: iterations before them, which adapt the step size.
-        seed: of the random numbers; same seed, same machine, same draws.
+        task: posterior, chains, draws, warm-up (which adapts the step size) and seed.
         target_accept: mean acceptance that the step size aims for.
-        progress: called between blocks with iterations done, of all.
-        after: draws that are to be continued, made with the same arguments but for fewer `draws`.
+        after: chains that are to be continued, made with the same arguments but for fewer `draws`.
 
     Returns:
-        The draws; on KeyboardInterrupt those that every chain has, marked incomplete.
+        The chains; on KeyboardInterrupt with the draws that all of them have, marked incomplete.
     """
+    posterior, chains, warmup = task.posterior, task.chains, task.warmup
     arguments = (posterior.data, posterior.chart)
     start, advance = posterior.programs.sampler(warmup, target_accept, *arguments)
     n = posterior.chart.centre.size
     records: list[list[dict[str, np.ndarray]]]
     if after is None:
-        keys = jax.random.split(jax.random.key(seed), chains)
+        keys = jax.random.split(jax.random.key(task.seed), chains)
         # spread wider than the posterior, so that R-hat has something to find
-        starts = 1.5 * np.random.default_rng(seed).standard_normal((chains, n))
+        starts = 1.5 * np.random.default_rng(task.seed).standard_normal((chains, n))
         states = [_start(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)]
         records = [[] for _ in range(chains)]
     else:
         states, records = list(after.states), [list(r) for r in after.records]
     already = BLOCK * min(len(r) for r in records)
-    total = warmup + draws
+    total = warmup + task.draws
 
     def run_block(chain: int) -> None:
         states[chain], record = advance(states[chain], *arguments)
@@ -90,7 +75,7 @@ def sample(
                     pass
                 for future in running:
                     future.result()
-                progress(chains * min(done, total), chains * total)
+                task.progress(chains * min(done, total), chains * total)
         except KeyboardInterrupt:
             pool.shutdown(cancel_futures=True)
 
@@ -100,7 +85,7 @@ def sample(
         k: np.stack([np.concatenate([b[k] for b in r])[warmup:end] for r in records])
         for k in (records[0][0] if kept else ())
     }
-    return Draws(joined.pop("w", np.empty((chains, 0, n))), joined, end == total, states, records)
+    return Chains(joined.pop("w", np.empty((chains, 0, n))), joined, end == total, states, records)
 
 
 def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray) -> object:

@@ -1,0 +1,53 @@
+"""The methods that draw from a posterior, one interface: a new one is a file and a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from retrodict.inference.methods import importance, laplace, nuts, smc, solving_back
+from retrodict.inference.methods.draws import Draws, Progress, Task
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to draw from a posterior.
+
+    Args:
+        title: what it is, in words.
+        exact: whether its draws tend to the posterior as they grow in number; others are
+            approximations, of which the report says so.
+        draws: kept of each chain unless told otherwise.
+        draw: does it.
+    """
+
+    title: str
+    exact: bool
+    draws: int
+    draw: Callable[[Task], Draws]
+
+
+METHODS = {
+    "nuts": Method("No-U-Turn sampler", True, 500, nuts.draw),
+    "importance": Method(
+        "importance sampling, Student-t proposal, Pareto-smoothed", True, 750, importance.draw
+    ),
+    "smc": Method("tempered sequential Monte Carlo", True, 600, smc.draw),
+    "laplace": Method(
+        "Laplace's approximation in the flattened coordinates", False, 600, laplace.draw
+    ),
+    "monte-carlo": Method(
+        "Monte Carlo over the measurements, solved back in closed form, without priors",
+        False,
+        600,
+        solving_back.monte_carlo,
+    ),
+    "linear": Method(
+        "linear propagation of the measurements' uncertainty (GUM), without priors",
+        False,
+        600,
+        solving_back.linear,
+    ),
+}
+
+__all__ = ["METHODS", "Draws", "Method", "Progress", "Task"]

@@ -1,0 +1,61 @@
+"""What every method takes and returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from retrodict.inference.posterior import Posterior
+
+Progress = Callable[[int, int], None]  # done, of all
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a method is asked for.
+
+    Args:
+        posterior: in coordinates where it is near a standard normal.
+        chains: how many; independent replicates where a method has no chains.
+        draws: kept of each.
+        warmup: iterations before them, where a method has any.
+        seed: of the random numbers; same seed, same machine, same draws.
+        progress: called as the work goes on.
+    """
+
+    posterior: Posterior
+    chains: int
+    draws: int
+    warmup: int
+    seed: int
+    progress: Progress
+
+
+@dataclass(frozen=True)
+class Draws:
+    """What a method brought.
+
+    Args:
+        w: draws in the sampled coordinates, shape (chains, draws, q); of a method that solves back
+            without coordinates, the (z, xi) of `coordinates`.
+        stats: per draw, each of shape (chains, draws): diverging, log_weight, …
+        complete: False when interrupted; then all chains are cut to the shortest.
+        notes: how the method helped itself.
+        faults: for which the draws must not be relied on.
+        attributes: the method's own diagnostics: pareto_k, log_evidence.
+        solved_back: whether w is (z, xi), to be solved back without priors or bounds.
+        linear: whether to carry them by first derivatives only; then `solved_back` too.
+        more: goes on to twice as many draws; None where nothing is to be had that way.
+    """
+
+    w: np.ndarray
+    stats: dict[str, np.ndarray]
+    complete: bool = True
+    notes: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
+    attributes: dict[str, float] = field(default_factory=dict)
+    solved_back: bool = False
+    linear: bool = False
+    more: Callable[[], Draws] | None = field(default=None, repr=False)

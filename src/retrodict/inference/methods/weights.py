@@ -1,0 +1,54 @@
+"""Importance weights: smoothed, judged, and turned into draws that count equally."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+MAX_PARETO_K = 0.7  # Vehtari et al. (2024): above, weighted means do not settle
+
+
+def pareto_k(log_weight: np.ndarray) -> float:
+    """Shape of the weights' tail: above 0.7 a few draws say it all."""
+    return smoothed(log_weight)[1]
+
+
+def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
+    """Pareto-smoothed normalised weights, and the tail's shape k.
+
+    Args:
+        log_weight: of each draw, up to a constant; -inf for draws outside the support.
+
+    Returns:
+        Weights that sum to one, and k.
+    """
+    from arviz_stats.base import array_stats  # slow to import
+
+    inside = np.isfinite(log_weight)
+    # it takes what weights are the inverse of, a log likelihood
+    log_smooth, k = array_stats.psislw(-np.where(inside, log_weight, log_weight[inside].min()))
+    weights = np.exp(log_smooth - np.max(log_smooth)) * inside
+    return weights / weights.sum(), float(k)
+
+
+def judged(k: float) -> dict[str, Any]:
+    """What to tell of a k: for the arguments of `Draws`."""
+    faults = ()
+    if not k <= MAX_PARETO_K:
+        faults = (
+            f"Pareto k {k:.2f} of the importance weights is above {MAX_PARETO_K}: the approximation "
+            "misses part of the posterior",
+        )
+    return {"faults": faults, "attributes": {"pareto_k": k}}
+
+
+def resampled(weights: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Indices of as many draws, each as often as its weight asks (systematic resampling).
+
+    In the order of the draws: copies of one follow each other, so an effective sample size made for
+    chains counts them as it should.
+    """
+    count = weights.size
+    steps = (rng.random() + np.arange(count)) / count
+    return np.minimum(np.searchsorted(np.cumsum(weights), steps), count - 1)
