@@ -44,7 +44,8 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
     assert all(set(entry) == STATISTICS for entry in found["parameters"].values())
     assert found["parameters"]["speed_b"]["unit"] == "m/s"
     assert set(found["checks"]) == {
-        "divergences", "max_rhat", "min_ess_bulk", "min_ess_tail", "passed", "reasons", "flags",
+        "divergences", "pareto_k", "max_rhat", "min_ess_bulk", "min_ess_tail", "passed", "reasons",
+        "flags",
     }  # fmt: skip
     assert (found["seed"], found["complete"]) == (20, True)
 

@@ -30,6 +30,7 @@ BOUNDS = np.array([[0.0, 1.0], [-1.0, 1.0]])  # of e and e_m
 
 _ROUNDS = 10  # of Broyden's method along the bend
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
+_TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear
 _SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
 Numbers = Array | np.ndarray
@@ -72,12 +73,14 @@ class Wall(NamedTuple):
     """How q is bent so that e (first) and e_m (second) stay within bounds.
 
     Args:
-        gradient: of both in q at the centre, shape (2, q).
+        level: of both at the centre, shape (2,).
+        gradient: of both in q there, shape (2, q).
         along: for each a direction that moves it at rate 1 there and not the other, shape (2, q).
         softness: over which a bound is approached, shape (2,).
         divisor: closing speed and spin by the force alone at the centre, shape (2,).
     """
 
+    level: Float[Numbers, "2"]
     gradient: Float[Numbers, "2 q"]
     along: Float[Numbers, "2 q"]
     softness: Float[Numbers, "2"]
@@ -176,10 +179,11 @@ def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels)
 def bend(
     structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
 ) -> tuple[Q, Float[Array, "2"], Float[Array, ""]]:
-    """Move q along the walls' directions to where e and e_m are what they are at q, squashed.
+    """Move q along the walls' directions to where e and e_m are their levels at q, squashed.
 
-    Away from the bounds that is q itself. Broyden's method finds how far. Values are exact;
-    derivatives are those of the bend were e and e_m linear in q, which is near enough to steer by.
+    A level is what e or e_m is at q, but never far from linear in q, so that it passes every bound;
+    away from the bounds bent q is nearly q itself. Broyden's method finds how far to move. Values are
+    exact; derivatives are those of the bend were e and e_m linear in q, near enough to steer by.
 
     Returns:
         Bent q, e and e_m there, and log |d bent / d q|; minus infinity where no such point was found.
@@ -194,16 +198,19 @@ def bend(
     nudges = jnp.diag(_STEP * wall.softness)
     around = jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges])
 
-    def levels_and_slope(t: Float[Array, "2"]) -> tuple[Float[Array, "2"], Float[Array, ""]]:
-        """e and e_m at t, and log |d(e, e_m) / dt|."""
+    def values_and_slope(t: Float[Array, "2"]) -> tuple[Float[Array, "2"], Float[Array, "2 2"]]:
+        """e and e_m at t, and their slopes by t."""
         over, under = jax.vmap(at)(t + around)
-        levels = over / under
-        m = (levels[1:3] - levels[3:]) / (2 * _STEP * wall.softness[:, None])
-        return levels[0], jnp.log(jnp.abs(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]))
+        values = over / under
+        return values[0], ((values[1:3] - values[3:]) / (2 * _STEP * wall.softness[:, None])).T
 
     zero = jnp.zeros(2)
-    levels, slope_before = levels_and_slope(zero)
-    level = levels + times(wall.gradient, q - fixed)
+    linear = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
+    values, slope = values_and_slope(zero)
+    apart = (values - jax.lax.stop_gradient(linear)) / (_TRUSTED * wall.softness)
+    level = linear + _TRUSTED * wall.softness * jnp.tanh(apart)
+    trust = 1 - jnp.tanh(apart[:, None]) ** 2
+    slope_before = _log_det(trust * slope + (1 - trust) * jnp.eye(2))
     target = squash(level, wall.softness, *BOUNDS.T)
     aim = jax.lax.stop_gradient(target)
 
@@ -220,11 +227,13 @@ def bend(
 
     start = (zero, zero, zero, jnp.diag(1 / wall.divisor))
     (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
-    found, slope_after = levels_and_slope(t)
+    found, slope = values_and_slope(t)
     solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
-    log_det = log_squash_slope(level, wall.softness, *BOUNDS.T).sum() + slope_before - slope_after
-    linear = target - level
-    bent = q + (linear + t - jax.lax.stop_gradient(linear)) @ wall.along
+    log_det = (
+        log_squash_slope(level, wall.softness, *BOUNDS.T).sum() + slope_before - _log_det(slope)
+    )
+    move = target - level
+    bent = q + (move + t - jax.lax.stop_gradient(move)) @ wall.along
     return bent, target, jnp.where(solved, log_det, -jnp.inf)
 
 
@@ -287,6 +296,10 @@ def _sites(
         "mu": mu,
         "e_m": e_m,
     }
+
+
+def _log_det(m: Float[Array, "2 2"]) -> Float[Array, ""]:
+    return jnp.log(jnp.abs(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]))
 
 
 def _det_3(m: Float[Array, "3 3"]) -> Float[Array, ""]:

@@ -104,7 +104,7 @@ def blank_chart(structure: parts.Structure) -> Chart:
     sheets = [coordinates.Sheet(np.zeros(3), np.zeros((3, k)), np.zeros((3, k, k))) for k in sizes]
     n = coordinates.size(structure)
     zero = np.zeros((2, n))
-    wall = Wall(zero, zero, np.ones(2), np.ones(2))
+    wall = Wall(np.zeros(2), zero, zero, np.ones(2), np.ones(2))
     return Chart((sheets[0], sheets[1]), wall, np.zeros(n), np.zeros((n, n)))
 
 
@@ -117,12 +117,12 @@ def _chart(
 ) -> Chart:
     """Coordinates about `centre`, with walls along the directions cheapest in `spread`."""
     chart = blank_chart(programs.structure)._replace(sheets=sheets)
-    divisor, gradient = map(np.asarray, programs("levels", data, chart, centre))
+    level, divisor, gradient = map(np.asarray, programs("levels", data, chart, centre))
     metric = spread @ spread.T
     along = np.linalg.inv(gradient @ metric @ gradient.T) @ gradient @ metric
     sd = np.sqrt(np.einsum("ij,jk,ik->i", gradient, metric, gradient))
     softness = np.clip(sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
-    return Chart(sheets, Wall(gradient, along, softness, divisor), centre, spread)
+    return Chart(sheets, Wall(level, gradient, along, softness, divisor), centre, spread)
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:

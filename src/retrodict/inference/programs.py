@@ -62,7 +62,8 @@ class Programs:
         self.structure = structure
         self.model = RUNGS[rung].model
         self.compile_seconds = 0.0  # tracing, and waiting for the compiler
-        self._programs: dict[str, Future[Callable[..., Any]]] = {}
+        self._programs: dict[str, Future[Any]] = {}
+        self._lower: dict[str, Callable[[], jax.stages.Lowered]] = {}
 
     # -- what is computed --------------------------------------------------------------------
 
@@ -107,14 +108,14 @@ class Programs:
         return jax.vmap(one)(separation, xi)
 
     def _levels(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
-        """What e and e_m are divided by at q, and their slopes by q."""
+        """e and e_m at q by the sheets, what they are divided by, and their slopes by q."""
 
-        def value(q: Array) -> tuple[Array, Array]:
+        def value(q: Array) -> tuple[Array, tuple[Array, Array]]:
             over, under = coordinates.quotients(self.structure, data, chart, q)
-            return over / under, under
+            return over / under, (over / under, under)
 
-        slopes, divisor = jax.jacfwd(value, has_aux=True)(q)
-        return divisor, slopes
+        slopes, (values, divisor) = jax.jacfwd(value, has_aux=True)(q)
+        return values, divisor, slopes
 
     def _solve_back(
         self, data: parts.Data, chart: coordinates.Chart, q: Array
@@ -329,30 +330,36 @@ class Programs:
         return self._finished(f"temper from {count}"), self._finished(f"temper {count}")
 
     def _submit(self, name: str, lower: Callable[[], jax.stages.Lowered]) -> None:
-        """Traced here and now, because tracing is not safe in two threads; compiled elsewhere."""
+        """Loaded elsewhere where it is kept; else traced here and now, and compiled elsewhere."""
         if name in self._programs:
             return
         path = executables.path_of(self.rung, self.structure, name)
-        kept = path and executables.load(path)
-        if kept:
-            self._programs[name] = Future()
-            self._programs[name].set_result(kept)
-            return
+        if path and path.exists():
+            self._programs[name] = _COMPILERS.submit(executables.load, path)
+            self._lower[name] = lower
+        else:
+            self._programs[name] = self._compile(name, lower)
+
+    def _compile(self, name: str, lower: Callable[[], jax.stages.Lowered]) -> Future[Any]:
         begin = time.perf_counter()
-        lowered = lower()
+        lowered = lower()  # in the caller's thread: tracing is not safe in two
         self.compile_seconds += time.perf_counter() - begin
 
         def build() -> Callable[..., Any]:
             program = lowered.compile(_QUICKLY if name in _SELDOM else None)
+            path = executables.path_of(self.rung, self.structure, name)
             if path:
                 executables.save(path, program)
             return program
 
-        self._programs[name] = _COMPILERS.submit(build)
+        return _COMPILERS.submit(build)
 
     def _finished(self, name: str) -> Callable[..., Any]:
         begin = time.perf_counter()
         program = self._programs[name].result()
+        if program is None:  # what was kept does not load
+            self._programs[name] = self._compile(name, self._lower[name])
+            program = self._programs[name].result()
         self.compile_seconds += time.perf_counter() - begin
         return program
 
