@@ -22,7 +22,7 @@ PATCH = 0.08  # m, radius of gyration of a contact patch: smooths friction as re
 TYRE_WIDTH = 0.2  # m: friction passes over an edge in it
 TINY = 1e-18  # m²/s²
 SLIP, SLOW = 0.1, 2.0  # of a rolling tyre: slope at which friction is all but reached; m/s
-ICE, DRY = 0.08, 0.9  # friction, from least to most
+ICE, DRY = 0.05, 0.9  # friction, from least to most
 DRAG, STEER = (0.05, 0.3), 0.3  # of wheels that roll; of front wheels, rad, to either side
 IMAGINARY = 1e-8  # step of the complex derivative: m, rad, m/s, rad/s; its error is of order 1e-16
 
