@@ -3,6 +3,7 @@
 import itertools
 import math
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from retrodict.mechanics import (
 )
 from retrodict.mechanics.solve import NAMES
 
+_separation = jax.jit(separation)
 COMBINATIONS = list(itertools.combinations(NAMES, 6))
 COEFFICIENTS = ("e", "mu", "e_m")
 
@@ -29,7 +31,7 @@ def collision(rng: np.random.Generator) -> tuple[dict[str, float], Bodies]:
     bodies = Bodies(m_a, m_b, I_a, I_b, *rng.uniform(0.3, 2.2, 4), rng.uniform(0.1, 1.4))
     before = rng.normal(size=6) * [15, 15, 1, 15, 15, 1]
     c = Coefficients(rng.uniform(0, 0.5), rng.uniform(0.1, 0.6), rng.uniform(0, 0.9))
-    after = np.array(separation(jnp.array(before), bodies, c))
+    after = np.array(_separation(before, bodies, c))
     return dict(zip(NAMES, [*before, *after, *c], strict=True)), bodies
 
 
