@@ -19,12 +19,17 @@ from retrodict.mechanics.surface import TYRE_WIDTH
 from retrodict.mechanics.tyre import SLIP, SLOW
 
 CAR = Car(k2=1.8, front_axle=1.3, rear_axle=1.5, track=1.5)
-_rest = jax.jit(rest, static_argnames="steps")
+_compiled = jax.jit(rest, static_argnames="steps")
 _run_out = jax.jit(run_out)
 _slopes = jax.jit(jax.jacrev(rest, argnums=(0, 1)))
 _force = jax.jit(tyre.force)
 
 thousand = settings(max_examples=1000, deadline=None)
+
+
+def _rest(*scene: object, steps: int | None = None) -> jax.Array:
+    """`rest`, with plain numbers as arrays: one program for both."""
+    return _compiled(*jax.tree.map(lambda a: np.asarray(a, float), scene), steps=steps)
 
 
 def plain(f: float, c: float = 0.0) -> Ground:
@@ -219,7 +224,7 @@ def test_single_precision_is_computed_in_double(steps: int | None) -> None:
     for seed in range(5):
         scene = random_scene(seed)
         single = jax.tree.map(lambda a: jnp.asarray(a, jnp.float32), scene)
-        found, expected = _rest(*single, steps=steps), np.array(_rest(*scene, steps=steps))
+        found, expected = _compiled(*single, steps=steps), np.array(_rest(*scene, steps=steps))
         assert found.dtype == jnp.float64
         np.testing.assert_allclose(found, expected, atol=2e-6 * (1 + np.abs(expected).max()))
 

@@ -15,6 +15,7 @@ from retrodict.mechanics import (
     clock,
     critical_mu,
     feeding_term,
+    reverses_sliding,
     separation,
     severity,
 )
@@ -112,6 +113,7 @@ def test_reversal_of_sliding_is_flagged(r: float, reverses: bool) -> None:
     bodies = cars(0.7, 1.1, 0.3)
     c = Coefficients(0.1, r * critical_mu(before, bodies, 0.1, 0.8), 0.8)
     assert bool(severity(before, bodies, c, jnp.zeros(2)).reverses_sliding) == reverses
+    assert bool(reverses_sliding(before, bodies, c)) == reverses
 
 
 def test_a_batch_is_one_call() -> None:

@@ -25,6 +25,7 @@ from retrodict.mechanics.severity import (
     clock,
     feeding_term,
     gains_energy,
+    reverses_sliding,
     severity,
 )
 from retrodict.mechanics.shooting import Departures, departures
@@ -63,6 +64,7 @@ __all__ = [
     "lever_arms",
     "printed_e_m",
     "rest",
+    "reverses_sliding",
     "run_out",
     "separation",
     "severity",
