@@ -251,7 +251,7 @@ def _programs(solve: Solve, in_turn: bool = False, reverse: bool = False) -> Pro
 
 
 def poses_and_jacobians(of: Sequence[Scene], steps: int | None) -> tuple[np.ndarray, np.ndarray]:
-    """Rest poses and their Jacobians by `rest` with so many steps; by the programs that are timed."""
+    """Rest poses and Jacobians of up to a hundred scenes by `rest`, by the programs that are timed."""
     programs = _programs(_rest, True, True) if steps is None else _programs(_steps(steps))
     sizes = (BATCH, BATCH // FEWER if steps is None else BATCH)
     every = _as_jax(of)
@@ -317,10 +317,10 @@ def _measure(
         counts = np.asarray(_programs(method.twin, method.in_turn).batched(*whole)[1])[: len(of)]
     position, heading = _errors(poses, truth)
     jax.block_until_ready(single(*_take(every, 0), method.tolerance))
-    size = BATCH if method.fixed else BATCH // FEWER
+    every_nth = 1 if method.fixed else FEWER
     for name, index in sets.items():
         args = (*_repeated(every, index, BATCH), method.tolerance)
-        part = (*_repeated(every, index, size), method.tolerance)
+        part = (*_take(args[:3], slice(None, None, every_nth)), method.tolerance)
         some = [(*_take(every, i), method.tolerance) for i in index[:: len(index) // SINGLE or 1]]
         threads = jacobian = np.nan
         if method.mark or method.fixed:
@@ -329,7 +329,8 @@ def _measure(
                 threads = _seconds(both) / BATCH / 2 * 1e6
         if not method.aside:
             jax.block_until_ready(derivative(*part))
-            jacobian = _seconds(functools.partial(derivative, *part)) / size * 1e6
+            taken = _seconds(functools.partial(derivative, *part))
+            jacobian = taken / len(part[0]) * 1e6
         yield Row(
             name,
             method.name,

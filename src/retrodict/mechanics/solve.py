@@ -210,9 +210,8 @@ def _reverses(
     values: Float[Array, "15"], bodies: Bodies, moment_equation: MomentEquation
 ) -> Bool[Array, ""]:
     e, mu, e_m = values[12:]
-    if _is_printed(moment_equation):
-        e_m = printed_e_m(e_m)
-    return reverses_sliding(values[:6], bodies, Coefficients(e, mu, e_m))
+    kept = printed_e_m(e_m) if _is_printed(moment_equation) else e_m
+    return reverses_sliding(values[:6], bodies, Coefficients(e, mu, kept))
 
 
 @partial(jax.jit, static_argnames="moment_equation")
