@@ -35,7 +35,7 @@ from retrodict.mechanics.runout import slope
 NUMBER = 500  # scenes with locked wheels
 ROLLING = 100  # scenes with rolling ones
 BATCH = 1000  # the scenes, repeated
-FIXED = (32, 64, 128, 256, 512, 1024)
+FIXED = (64, 128, 256, 512, 1024)
 INFERENCE = 64  # steps that inference begins with
 DEFAULT = "rest (W, Dopri8), in turn"
 LAST = 1e-5  # of W: from here to rest in closed form, as after adaptive steps in retrodict
@@ -457,7 +457,7 @@ def against_scipy(rows: Sequence[Row]) -> Iterator[str]:
     yield (
         "SciPy's right-hand side here is in NumPy; written wheel by wheel in plain numbers, as the"
         f" reference has it, SciPy is {min(gain):.1f} to {max(gain):.1f} times as fast, and the factors"
-        " above are that much smaller",
+        " above are that much smaller"
     )
 
 
