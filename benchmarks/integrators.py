@@ -32,26 +32,28 @@ from benchmarks.reference import Scene
 from retrodict.mechanics import Car, Ground, Wheels, Zone, rest
 from retrodict.mechanics.runout import slope
 
-NUMBER = 600  # scenes with locked wheels
+NUMBER = 500  # scenes with locked wheels
 ROLLING = 100  # scenes with rolling ones
 BATCH = 1000  # the scenes, repeated
-FIXED = (24, 32, 48, 64, 96, 192, 384, 768)
-IN_TURN = (384,)
+FIXED = (64, 128, 256, 512, 1024)
 INFERENCE = 64  # steps that inference begins with
 DEFAULT = "rest (W, Dopri8), in turn"
-LAST = 1e-3  # of W: from here to rest in closed form, as in retrodict
+LAST = 1e-5  # of W: from here to rest in closed form, as after adaptive steps in retrodict
+SLOWLY = 0.01  # m/s: below this W, regularised friction fades
 SINGLE = 20  # scenes that are timed one by one
 FEWER = 10  # adaptive Jacobians take long: every tenth scene makes their batch
-SCIPY_EVERY = 5  # of the scenes are run by solve_ivp
+SCIPY_EVERY = 10  # of the scenes are run by solve_ivp
 SCIPY = (("RK45", 1e-4), ("RK45", 1e-6), ("DOP853", 1e-6), ("DOP853", 1e-8))
 TURNS, LENGTH = 2.0, 40.0  # an ordinary run-out has fewer turns and a shorter path, m
 AWAY = 0.3  # m: a wheel that rests nearer to an edge is at a kink
 GRADIENTS = 50
-GRADIENT_STEPS = 384
+SHORTEST = 20  # rolling scenes whose derivatives are compared
+GRADIENT_STEPS = 512
 POSITION, HEADING, WORST = 1.0, 0.01, 50.0  # targets: mm, degrees, mm
 BATCHED, JACOBIAN, FASTER = 20.0, 5.0, 500.0  # targets: µs, times, times
 
-Solve = Callable[[Any, Any, Any, Any], Any]  # start, car, ground, tolerance -> pose
+# start, car, ground, tolerance -> pose, evaluations of the slope
+Solve = Callable[[Any, Any, Any, Any], tuple[Any, Any]]
 Remark = tuple[str, str]  # its kind, which is where it goes in docs/run-out.md; its text
 
 
@@ -67,7 +69,8 @@ class Method(NamedTuple):
         in_turn: whether a batch is one scene after another in one program, and not abreast.
         fixed: whether its steps are.
         reverse: whether its derivatives are in reverse mode.
-        halved: whether it is also timed with half the batch in each of two threads.
+        twin: takes the same steps, and counts them.
+        aside: off the frontier: its Jacobian is not timed.
     """
 
     name: str
@@ -78,11 +81,12 @@ class Method(NamedTuple):
     in_turn: bool = False
     fixed: bool = False
     reverse: bool = False
-    halved: bool = False
+    twin: Solve | None = None
+    aside: bool = False
 
 
 class Row(NamedTuple):
-    """A method on a set of scenes: errors of each, cost of one in µs."""
+    """A method on a set of scenes: errors of each, cost of one on average, in µs."""
 
     scenes: str
     method: str
@@ -91,22 +95,27 @@ class Row(NamedTuple):
     of: np.ndarray  # indices of the scenes
     position: np.ndarray  # mm
     heading: np.ndarray  # degrees
+    evaluations: float  # of the slope, on average
     batched: float
-    halved: float  # batched, half of it in each of two threads
+    threads: float  # a batch in each of two threads
     single: float
     jacobian: float
+    plain: float = np.nan  # SciPy's `single` with a right-hand side in plain numbers
 
 
 # --- the methods --------------------------------------------------------------------------------
 
 
-def _rest(start: Any, car: Car, ground: Ground, _: Any) -> Any:
-    return rest(start[:3], start[3:], car, ground)
+def _rest(start: Any, car: Car, ground: Ground, _: Any) -> tuple[Any, Any]:
+    return rest(start[:3], start[3:], car, ground), jnp.nan
 
 
 @functools.cache
 def _steps(steps: int) -> Solve:
-    return lambda start, car, ground, _: rest(start[:3], start[3:], car, ground, steps)
+    def solve(start: Any, car: Car, ground: Ground, _: Any) -> tuple[Any, Any]:
+        return rest(start[:3], start[3:], car, ground, steps), jnp.asarray(4.0 * steps)
+
+    return solve
 
 
 def _slope(car: Car, ground: Ground) -> Callable[[Any], Any]:
@@ -124,44 +133,67 @@ def _halt(y: Any, W: Any, rate: Any) -> Any:
     return y[:3] - W * rate[:3] / 2
 
 
-def _on_w(solver: diffrax.AbstractSolver) -> Solve:
+def _last_in_time(tolerance: Any) -> Any:
+    """Share of W at which a clock of time stops: where its tolerance can still tell W from none."""
+    return jnp.clip(10 * tolerance, LAST, 1e-3)
+
+
+@functools.cache
+def _on_w(solver: type[diffrax.AbstractERK]) -> Solve:
     """Adaptive, over the share of W that is lost: the end is known."""
 
-    def solve(start: Any, car: Car, ground: Ground, tolerance: Any) -> Any:
+    def solve(start: Any, car: Car, ground: Ground, tolerance: Any) -> tuple[Any, Any]:
         slope, W_0 = _slope(car, ground), _speed(car, start)
         term = diffrax.ODETerm(lambda s, y, args: -W_0 * slope(y)[:6])
-        y = _diffrax(term, solver, 1 - LAST, start, tolerance, W_0, None)
-        return _halt(y, LAST * W_0, slope(y))
+        y, evaluations = _diffrax(term, solver, 1 - LAST, start, tolerance, W_0, None)
+        return _halt(y, LAST * W_0, slope(y)), evaluations
 
     return solve
 
 
-def _on_time(solver: diffrax.AbstractSolver) -> Solve:
-    """Adaptive, over time: an event, found to the root, ends it."""
+@functools.cache
+def _on_time(solver: type[diffrax.AbstractERK], regularised: bool) -> Solve:
+    """Adaptive, over time: an event ends it.
 
-    def solve(start: Any, car: Car, ground: Ground, tolerance: Any) -> Any:
+    Regularised, friction fades with W below `SLOWLY`: the end is no kink, and where exactly the
+    event strikes does not matter, but the last of the way is crept.
+    """
+
+    def solve(start: Any, car: Car, ground: Ground, tolerance: Any) -> tuple[Any, Any]:
         slope, W_0 = _slope(car, ground), _speed(car, start)
 
         def field(t: Any, y: Any, args: Any) -> Any:
             rate = slope(y)
-            return rate[:6] / rate[6]
+            rate = rate[:6] / rate[6]
+            if not regularised:
+                return rate
+            W = _speed(car, y)
+            return jnp.concatenate([rate[:3], rate[3:] * W / jnp.hypot(W, SLOWLY)])
 
         def left(t: Any, y: Any, args: Any, **_: Any) -> Any:
-            return _speed(car, y) / W_0 - LAST
+            W = _speed(car, y)
+            return W - 0.01 * SLOWLY if regularised else W / W_0 - _last_in_time(tolerance)
 
-        event = diffrax.Event(left, optimistix.Newton(1e-10, 1e-10))
-        y = _diffrax(diffrax.ODETerm(field), solver, jnp.inf, start, tolerance, W_0, event)
-        return _halt(y, _speed(car, y), slope(y))
+        finder = None if regularised else optimistix.Newton(1e-10, 1e-10)
+        event, term = diffrax.Event(left, finder), diffrax.ODETerm(field)
+        y, evaluations = _diffrax(term, solver, jnp.inf, start, tolerance, W_0, event)
+        return y[:3] if regularised else _halt(y, _speed(car, y), slope(y)), evaluations
 
     return solve
 
 
 def _diffrax(
-    term: Any, solver: Any, end: Any, start: Any, tolerance: Any, W_0: Any, event: Any
-) -> Any:
-    return diffrax.diffeqsolve(
+    term: Any,
+    solver: type[diffrax.AbstractERK],
+    end: Any,
+    start: Any,
+    tolerance: Any,
+    W_0: Any,
+    event: Any,
+) -> tuple[Any, Any]:
+    solution = diffrax.diffeqsolve(
         term,
-        solver,
+        solver(),
         0.0,
         end,
         1e-3,
@@ -171,42 +203,63 @@ def _diffrax(
         event=event,
         max_steps=50_000,
         throw=False,
-    ).ys[-1]
+    )
+    a_step = solver.tableau.num_stages - solver.tableau.fsal
+    return solution.ys[-1], 1.0 * a_step * solution.stats["num_steps"]
 
 
 def _methods() -> Iterator[Method]:
     """All that are compared, but for SciPy's."""
+    tsit5, dopri8 = _on_w(diffrax.Tsit5), _on_w(diffrax.Dopri8)
     mark = "default of rest"
-    yield Method(DEFAULT, "1e-09", _rest, 0.0, mark, in_turn=True, reverse=True, halved=True)
+    yield Method(DEFAULT, "1e-09", _rest, 1e-9, mark, in_turn=True, reverse=True, twin=dopri8)
     for steps in FIXED:
         mark = "default of inference" if steps == INFERENCE else ""
-        yield Method("W, RK4", f"{steps} steps", _steps(steps), 0.0, mark, fixed=True, halved=True)
-    for steps in IN_TURN:
-        name = "W, RK4, in turn"
-        yield Method(name, f"{steps} steps", _steps(steps), in_turn=True, fixed=True, halved=True)
-    tsit5 = _on_w(diffrax.Tsit5())
-    adaptive: tuple[tuple[str, Solve, tuple[float, ...], bool], ...] = (
-        ("W, Tsit5", tsit5, (1e-6,), False),
-        ("W, Tsit5, in turn", tsit5, (1e-4, 1e-6, 1e-8), True),
-        ("W, Dopri8", _on_w(diffrax.Dopri8()), (1e-6,), False),
-        ("time, Tsit5, event", _on_time(diffrax.Tsit5()), (1e-4, 1e-6), False),
+        yield Method("W, RK4", f"{steps} steps", _steps(steps), 0.0, mark, fixed=True)
+    steps = FIXED[-2]
+    yield Method("W, RK4, in turn", f"{steps} steps", _steps(steps), in_turn=True, aside=True)
+    event, faded = (_on_time(diffrax.Tsit5, regularised) for regularised in (False, True))
+    adaptive: tuple[tuple[str, Solve, tuple[float, ...], bool, bool], ...] = (
+        ("W, Tsit5", tsit5, (1e-6,), False, True),
+        ("W, Tsit5, in turn", tsit5, (1e-4, 1e-6, 1e-8), True, False),
+        ("W, Dopri8, in turn", dopri8, (1e-6, 1e-7), True, False),
+        ("time, Tsit5, event, in turn", event, (1e-4, 1e-6, 1e-8), True, False),
+        ("time, Tsit5, regularised, in turn", faded, (1e-6,), True, True),
     )
-    for name, solve, tolerances, in_turn in adaptive:
+    for name, solve, tolerances, in_turn, aside in adaptive:
         for tolerance in tolerances:
-            yield Method(name, f"{tolerance:.0e}", solve, tolerance, in_turn=in_turn)
+            yield Method(name, f"{tolerance:.0e}", solve, tolerance, in_turn=in_turn, aside=aside)
+
+
+class Programs(NamedTuple):
+    """Singly, batched, and batched with d(rest)/d(start pose, start velocity)."""
+
+    single: Any
+    batched: Any
+    jacobian: Any
 
 
 @functools.cache
-def _programs(solve: Solve, in_turn: bool = False, reverse: bool = False) -> tuple[Any, Any, Any]:
-    """Singly, batched, and batched with d(rest)/d(start pose, start velocity)."""
-
-    def over_scenes(function: Solve) -> Any:
+def _programs(solve: Solve, in_turn: bool = False, reverse: bool = False) -> Programs:
+    def over_scenes(function: Any) -> Any:
         if not in_turn:
             return jax.jit(jax.vmap(function, (0, 0, 0, None)))
         return jax.jit(lambda *a: jax.lax.map(lambda scene: function(*scene, a[3]), a[:3]))
 
-    jacobian = (jax.jacrev if reverse else jax.jacfwd)(solve)
-    return jax.jit(solve), over_scenes(solve), over_scenes(jacobian)
+    jacobian = (jax.jacrev if reverse else jax.jacfwd)(solve, has_aux=True)
+    return Programs(jax.jit(solve), over_scenes(solve), over_scenes(jacobian))
+
+
+def poses_and_jacobians(of: Sequence[Scene], steps: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Rest poses and Jacobians of up to a hundred scenes by `rest`, by the programs that are timed."""
+    programs = _programs(_rest, True, True) if steps is None else _programs(_steps(steps))
+    sizes = (BATCH, BATCH // FEWER if steps is None else BATCH)
+    every = _as_jax(of)
+    poses, jacobians = (
+        np.asarray(program(*_repeated(every, np.arange(len(of)), size), 0.0)[0])[: len(of)]
+        for program, size in zip((programs.batched, programs.jacobian), sizes, strict=True)
+    )
+    return poses, jacobians
 
 
 # --- measuring ----------------------------------------------------------------------------------
@@ -227,9 +280,13 @@ def _take(tree: Any, index: Any) -> Any:
     return jax.tree.map(lambda leaf: leaf[index], tree)
 
 
+def _repeated(tree: Any, index: np.ndarray, size: int) -> Any:
+    """So many scenes, those of the index again and again: one program serves all sets."""
+    return _take(tree, np.resize(index, size))
+
+
 def _seconds(call: Callable[[], Any], most: float = 1.0) -> float:
-    """The median of up to seven runs after a first, for about `most` seconds."""
-    jax.block_until_ready(call())
+    """The median of up to seven runs, for about `most` seconds; to be called once before."""
     taken: list[float] = []
     while len(taken) < 7 and sum(taken) < most:
         begin = time.perf_counter()
@@ -238,13 +295,9 @@ def _seconds(call: Callable[[], Any], most: float = 1.0) -> float:
     return float(np.median(taken))
 
 
-def _halves(pool: ThreadPoolExecutor, program: Any, args: Any) -> Callable[[], Any]:
-    """Runs one program twice at once, for half of the scenes each."""
-    *trees, tolerance = args
-    parts = [_take(tuple(trees), slice(i, None, 2)) for i in (0, 1)]
-    return lambda: list(
-        pool.map(lambda part: jax.block_until_ready(program(*part, tolerance)), parts)
-    )
+def _two_threads(pool: ThreadPoolExecutor, call: Callable[[], Any]) -> Callable[[], Any]:
+    """Runs it twice at once."""
+    return lambda: list(pool.map(lambda _: jax.block_until_ready(call()), range(2)))
 
 
 def _errors(poses: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -258,52 +311,67 @@ def _measure(
     """One row a set; each is repeated to `BATCH` scenes, so one program serves all."""
     single, batched, derivative = _programs(method.solve, method.in_turn, method.reverse)
     every = _as_jax(of)
-    repeated = _take(every, np.resize(np.arange(len(of)), BATCH))
-    errors = _errors(np.asarray(batched(*repeated, method.tolerance))[: len(of)], truth)
+    whole = (*_repeated(every, np.arange(len(of)), BATCH), method.tolerance)
+    poses, counts = (np.asarray(v)[: len(of)] for v in batched(*whole))
+    if method.twin is not None:
+        counts = np.asarray(_programs(method.twin, method.in_turn).batched(*whole)[1])[: len(of)]
+    position, heading = _errors(poses, truth)
+    jax.block_until_ready(single(*_take(every, 0), method.tolerance))
+    every_nth = 1 if method.fixed else FEWER
     for name, index in sets.items():
-        args = (*_take(every, np.resize(index, BATCH)), method.tolerance)
-        fewer = slice(None, None, 1 if method.fixed else FEWER)
-        part = (*_take(args[:3], fewer), method.tolerance)
+        args = (*_repeated(every, index, BATCH), method.tolerance)
+        part = (*_take(args[:3], slice(None, None, every_nth)), method.tolerance)
         some = [(*_take(every, i), method.tolerance) for i in index[:: len(index) // SINGLE or 1]]
-        halved = np.nan
-        if method.halved:
+        threads = jacobian = np.nan
+        if method.mark or method.fixed:
             with ThreadPoolExecutor(2) as pool:
-                halved = _seconds(_halves(pool, batched, args)) / BATCH * 1e6
+                both = _two_threads(pool, functools.partial(batched, *args))
+                threads = _seconds(both) / BATCH / 2 * 1e6
+        if not method.aside:
+            jax.block_until_ready(derivative(*part))
+            taken = _seconds(functools.partial(derivative, *part))
+            jacobian = taken / len(part[0]) * 1e6
         yield Row(
             name,
             method.name,
             method.setting,
             method.mark,
             index,
-            errors[0][index],
-            errors[1][index],
+            position[index],
+            heading[index],
+            float(counts[index].mean()),
             _seconds(functools.partial(batched, *args)) / BATCH * 1e6,
-            halved,
+            threads,
             float(np.mean([_seconds(functools.partial(single, *a), 0.05) for a in some])) * 1e6,
-            _seconds(functools.partial(derivative, *part)) / len(part[0]) * 1e6,
+            jacobian,
         )
 
 
-def _scipy_one(scene: Scene, method: str, rtol: float) -> tuple[np.ndarray, float]:
-    begin = time.perf_counter()
-    pose, _, _ = reference.solve(scene, method, rtol, LAST)
-    return pose, time.perf_counter() - begin
-
-
 def _scipy(sets: dict[str, np.ndarray], of: Sequence[Scene], truth: np.ndarray) -> Iterator[Row]:
-    """What one would write first: solve_ivp over time, with an event, on every fifth scene."""
+    """What one would write first: solve_ivp over time, with an event, on some of the scenes.
+
+    Its right-hand side is in NumPy; the same in plain numbers is timed besides.
+    """
     chosen = np.arange(0, len(of), SCIPY_EVERY)
     for method, rtol in SCIPY:
-        found = [_scipy_one(of[int(i)], method, rtol) for i in chosen]
-        poses, taken = np.array([f[0] for f in found]), np.array([f[1] for f in found])
-        position, heading = _errors(poses, truth[chosen])
+        last = float(_last_in_time(rtol))
+        runs, taken = [], []
+        for i in chosen:
+            for first_written in (True, False):
+                begin = time.perf_counter()
+                runs.append(reference.solve(of[int(i)], method, rtol, last, first_written))
+                taken.append(time.perf_counter() - begin)
+        position, heading = _errors(np.array([pose for pose, _, _ in runs[::2]]), truth[chosen])
+        counts, cost = np.array([n for _, _, n in runs[::2]]), np.reshape(taken, (-1, 2)) * 1e6
         for name, index in sets.items():
             here = np.isin(chosen, index)
-            cost = float(taken[here].mean()) * 1e6
+            if not here.any():
+                continue
             label = f"time, SciPy {method}"
-            errors = (position[here], heading[here])
-            costs = (np.nan, np.nan, cost, np.nan)
-            yield Row(name, label, f"{rtol:.0e}", "", chosen[here], *errors, *costs)
+            errors, single = (position[here], heading[here]), cost[here].mean(axis=0)
+            costs = (np.nan, np.nan, single[0], np.nan, single[1])
+            count = float(counts[here].mean())
+            yield Row(name, label, f"{rtol:.0e}", "", chosen[here], *errors, count, *costs)
 
 
 # --- what it shows ------------------------------------------------------------------------------
@@ -312,14 +380,15 @@ COLUMNS = (
     *("scenes", "method", "setting", "mark", "number"),
     *("position_mm_median", "position_mm_p99", "position_mm_worst"),
     *("heading_deg_median", "heading_deg_p99", "heading_deg_worst"),
-    *("share_within_1mm_0.01deg", "us_batched", "us_batched_two_threads", "us_single"),
-    "us_batched_jacobian",
+    *("share_within_1mm_0.01deg", "evaluations", "us_batched", "us_batched_two_threads"),
+    *("us_single", "us_batched_jacobian"),
 )
 
 
 def _figures(row: Row) -> list[float]:
     quantiles = [f(e) for e in (row.position, row.heading) for f in (np.median, _p99, np.max)]
-    return [*quantiles, _within(row), row.batched, row.halved, row.single, row.jacobian]
+    costs = (row.batched, row.threads, row.single, row.jacobian)
+    return [*quantiles, _within(row), row.evaluations, *costs]
 
 
 def _p99(errors: np.ndarray) -> float:
@@ -334,10 +403,6 @@ def _number(value: float) -> str:
     return "" if np.isnan(value) else f"{value:.4g}"
 
 
-def _fixed(rows: Sequence[Row], scenes: str) -> list[Row]:
-    return [row for row in rows if row.scenes == scenes and row.method == "W, RK4"]
-
-
 def _judge(met: bool) -> str:
     return "met" if met else "MISSED"
 
@@ -348,7 +413,7 @@ def _accurate(row: Row) -> bool:
 
 def _best(row: Row) -> float:
     """µs a scene batched, in one thread or two."""
-    return float(np.nanmin([row.batched, row.halved]))
+    return float(np.nanmin([row.batched, row.threads]))
 
 
 def _of(rows: Sequence[Row]) -> dict[str, list[Row]]:
@@ -383,11 +448,17 @@ def targets(rows: Sequence[Row]) -> Iterator[Remark]:
         yield "targets", f"{scenes}: cheapest that meets the accuracy: {what}"
 
 
-def against_scipy(rows: Sequence[Row]) -> Iterator[Remark]:
+def against_scipy(rows: Sequence[Row]) -> Iterator[str]:
     """How much faster than SciPy at no greater error on the same scenes."""
-    for mine in _of(rows).values():
-        for slow in (row for row in mine if _is_scipy(row)):
-            yield "scipy", _faster(slow, [row for row in mine if row.batched > 0])
+    slow = [row for row in rows if _is_scipy(row)]
+    for row in slow:
+        yield _faster(row, [r for r in rows if r.scenes == row.scenes and r.batched > 0])
+    gain = [row.single / row.plain for row in slow]
+    yield (
+        "SciPy's right-hand side here is in NumPy; written wheel by wheel in plain numbers, as the"
+        f" reference has it, SciPy is {min(gain):.1f} to {max(gain):.1f} times as fast, and the factors"
+        " above are that much smaller"
+    )
 
 
 def _is_scipy(row: Row) -> bool:
@@ -395,7 +466,7 @@ def _is_scipy(row: Row) -> bool:
 
 
 def _faster(slow: Row, mine: Sequence[Row]) -> str:
-    """The cheapest that errs no more than SciPy does, on the same scenes."""
+    """The cheapest that errs no more than SciPy does, on the same scenes, and why it is not enough."""
 
     def as_good(row: Row) -> bool:
         same = row.position[np.isin(row.of, slow.of)]
@@ -407,101 +478,112 @@ def _faster(slow: Row, mine: Sequence[Row]) -> str:
         return f"{begin}: none errs as little: MISSED"
     best, single = min(good, key=_best), min(good, key=lambda row: row.single)
     times = slow.single / _best(best)
-    return (
+    text = (
         f"{begin}, at no greater median and p99 error: batched {times:.0f} times faster"
         f" ({FASTER:.0f}) by {best.method} {best.setting}; singly {slow.single / single.single:.0f}"
         f" by {single.method} {single.setting}: {_judge(times >= FASTER)}"
     )
+    if times >= FASTER:
+        return text
+    return (
+        f"{text}, for SciPy asks {slow.evaluations:.0f} slopes of"
+        f" {slow.single / slow.evaluations:.0f} µs, and this {best.evaluations:.0f} of"
+        f" {_best(best) / best.evaluations:.2g} µs"
+    )
 
 
-def reasons(rows: Sequence[Row]) -> Iterator[Remark]:
-    """Why targets are missed, with what was measured."""
-    sets = _of(rows)
-    mine = sets["locked"]
-    default = default_of(mine)
-    fixed = next(row for row in mine if row.mark and row.method == "W, RK4")
-    steps = int(fixed.setting.split()[0])
+def reasons(rows: Sequence[Row]) -> Iterator[str]:
+    """Why targets are missed, with what was measured: how many slopes, and what each costs."""
+    for scenes, mine in _of(rows).items():
+        marked = {row.method: row for row in mine if row.mark}
+        default, fixed = marked[DEFAULT], marked["W, RK4"]
+        timed = [row for row in mine if row.batched > 0]
+        for text in (
+            *_why_accuracy(fixed, [row for row in timed if row.method == fixed.method][-1]),
+            *_why_cost(default, fixed, timed),
+            *_why_jacobian(default, fixed, timed),
+        ):
+            yield f"{scenes}, {text}"
+
+
+def _why_accuracy(fixed: Row, most: Row) -> Iterator[str]:
     if not _accurate(fixed):
-        yield (
-            "why",
-            f"accuracy of {fixed.setting}: scenes on little friction turn dozens of times, over"
-            " hundreds of metres; a step then spans a large part of a turn. Inference doubles its"
-            " steps till the scene's measurements cannot tell; ordinary scenes need fewer.",
+        stiff = (
+            "W falls slowly while slip angles settle fast, so that the clock is stiff"
+            if fixed.scenes == "rolling"
+            else "a step spans a large part of a turn where scenes on little friction turn dozens of"
+            " times"
         )
-    for row in (r for r in mine if r.mark):
-        if _best(row) <= BATCHED:
-            continue
-        if row is fixed:
-            text = (
-                f"{4 * steps} slopes of {row.batched / 4 / steps * 1e3:.0f} ns each; the target"
-                f" leaves {BATCHED / 4 / steps * 1e3:.0f}."
-            )
-        else:
-            text = (
-                "it takes the steps each scene needs, one scene after another, since abreast all"
-                " wait for the slowest; nothing is then left to vectorise but four wheels."
-            )
-        yield "why", f"cost of {row.mark} ({_best(row):.0f} µs): {text}"
-    ratio = fixed.jacobian / fixed.batched
-    own = default.jacobian / default.batched if default else 0.0
+        yield (
+            f"accuracy of {fixed.setting}: {stiff}. With {most.setting}, {4 * _number_of(most)} slopes,"
+            f" {_within(most):.0%} are within 1 mm and 0.01°, worst {most.position.max():.3g} mm."
+            " Inference doubles its steps till the scene's measurements cannot tell."
+        )
+
+
+def _number_of(fixed: Row) -> int:
+    return int(fixed.setting.split()[0])
+
+
+def _why_cost(default: Row, fixed: Row, timed: Sequence[Row]) -> Iterator[str]:
+    abreast = _best(fixed) / fixed.evaluations  # µs a slope
+    if _best(fixed) > BATCHED:
+        yield (
+            f"cost of {fixed.setting}: {fixed.evaluations:.0f} slopes of {abreast * 1e3:.0f} ns each"
+            f" are {_best(fixed):.0f} µs; the target leaves {BATCHED / fixed.evaluations * 1e3:.0f} ns."
+        )
+    if _best(default) <= BATCHED:
+        return
+    slope = _best(default) / default.evaluations
+    yield (
+        f"cost of rest ({_best(default):.0f} µs): {default.evaluations:.0f} slopes a scene on average,"
+        f" {slope * 1e3:.0f} ns each; the target pays for {BATCHED / slope:.0f}. It runs one scene"
+        " after another, since abreast all wait for the slowest, and only four wheels are left to"
+        " vectorise."
+    )
+    accurate = [row for row in timed if _accurate(row)]
+    if accurate:
+        least = min(accurate, key=lambda row: row.evaluations)
+        floor = least.evaluations * abreast
+        yield (
+            f"accuracy at this cost: the fewest slopes that met the accuracy were"
+            f" {least.evaluations:.0f} a scene ({least.method} {least.setting}). Even at"
+            f" {abreast * 1e3:.0f} ns each, the price abreast without waiting, they are {floor:.0f} µs"
+            f" against {BATCHED:.0f}."
+        )
+
+
+def _why_jacobian(default: Row, fixed: Row, timed: Sequence[Row]) -> Iterator[str]:
+    ratio, own = fixed.jacobian / fixed.batched, default.jacobian / default.batched
     if ratio > JACOBIAN:
         yield (
-            "why",
             f"Jacobian of {fixed.setting}: six directions, each {(ratio - 1) / 6:.1f} times a run"
-            f" without; {JACOBIAN:.0f} times in all would leave {(JACOBIAN - 1) / 6:.1f}.",
+            f" without; {JACOBIAN:.0f} times in all would leave {(JACOBIAN - 1) / 6:.1f}."
         )
     if own > JACOBIAN:
-        yield (
-            "why",
-            f"Jacobian of rest: {own:.0f} times a run, for three outputs in reverse; how many"
-            " steps there are is not known beforehand, so that checkpoints have to be kept.",
+        forward = min(
+            row.jacobian / row.batched for row in timed if row.method == "W, Tsit5, in turn"
         )
-    rolling = next((r for r in sets.get("rolling", []) if r.method == "W, RK4" and r.mark), None)
-    if rolling and not _accurate(rolling):
-        most = _fixed(rows, "rolling")[-1]
         yield (
-            "why",
-            "rolling, fixed steps: W falls slowly while slip angles settle fast, so that the clock is"
-            f" stiff; with {most.setting} {_within(most):.0%} are within 1 mm and 0.01°, and fewer steps"
-            " may be unstable.",
-        )
-    end = default_of(sets.get("rolling", []))
-    if end and not _accurate(end):
-        yield (
-            "why",
-            "rolling, accuracy of rest: no tolerance helps, for what errs is the closed form of the"
-            f" last thousandth of W (worst {end.position.max():.2g} mm, {end.heading.max():.2g}°).",
+            f"Jacobian of rest: {own:.0f} times a run, for three outputs in reverse; how many steps"
+            " there are is not known beforehand, so that checkpoints have to be kept. The same in six"
+            f" forward directions takes {forward:.1f} times at best, but could not give gradients."
         )
 
 
-def default_of(rows: Sequence[Row]) -> Row | None:
-    """The row of `rest` as it comes."""
-    return next((row for row in rows if row.method == DEFAULT), None)
-
-
-def gradients(
-    of: Sequence[Scene], known: Sequence[reference.Run], ordinary: np.ndarray
-) -> Iterator[Remark]:
+def gradients(groups: dict[str, Sequence[Scene]]) -> Iterator[Remark]:
     """How well automatic derivatives of `rest` agree with complex steps of the reference."""
-    edge = np.array([known[i].edge_distance for i in ordinary])
-    groups = {
-        f"no wheel at rest within {AWAY} m of an edge": ordinary[edge > AWAY][:GRADIENTS],
-        "a wheel at rest on an edge": ordinary[edge < reference.TYRE_WIDTH / 2][: GRADIENTS // 2],
-    }
-    ways = {"rest": _programs(_rest, in_turn=True, reverse=True)} | {
-        f"{steps} steps": _programs(_steps(steps)) for steps in (INFERENCE, GRADIENT_STEPS)
-    }
-    for name, index in groups.items():
-        if not len(index):
+    for name, of in groups.items():
+        if not of:
             continue
-        chosen = [of[i] for i in index]
-        truth = reference.jacobians(chosen)
-        for way, (_, _, derivative) in ways.items():
-            found = np.asarray(derivative(*_as_jax(chosen), 0.0))
-            error = np.abs(found - truth).max((1, 2)) / np.abs(truth).max((1, 2))
+        truth = reference.jacobians(of)
+        for steps in (None, INFERENCE, GRADIENT_STEPS):
+            _, jacobians = poses_and_jacobians(of, steps)
+            error = np.abs(jacobians - truth).max((1, 2)) / np.abs(truth).max((1, 2))
+            way = "rest" if steps is None else f"{steps} steps"
             yield (
                 "gradients",
-                f"{len(chosen)} ordinary scenes, {name}, {way}: relative error median"
+                f"{len(of)} {name}, {way}: relative error median"
                 f" {np.median(error):.1e}, max {error.max():.1e}; {(error <= 1e-4).mean():.0%}"
                 f" within 1e-4 (all): {_judge(error.max() <= 1e-4)}",
             )
@@ -548,8 +630,9 @@ LOOKS = {
     "W, RK4, in turn": ("#56B4E9", "P"),
     "W, Tsit5": ("#D55E00", "s"),
     "W, Tsit5, in turn": ("#E69F00", "v"),
-    "W, Dopri8": ("#009E73", "^"),
-    "time, Tsit5, event": ("#CC79A7", "D"),
+    "W, Dopri8, in turn": ("#009E73", "^"),
+    "time, Tsit5, event, in turn": ("#CC79A7", "D"),
+    "time, Tsit5, regularised, in turn": ("#882255", "d"),
     "time, SciPy RK45": ("#555555", "x"),
     "time, SciPy DOP853": ("#555555", "+"),
 }
@@ -652,7 +735,18 @@ def main(charts: Path, number: int = NUMBER) -> None:
     last = {row.scenes: row for row in rows if row.setting == f"{FIXED[-1]} steps"}
     default = {row.scenes: row for row in rows if row.method == DEFAULT}
     crossed = np.mean([run.crossings > 0 for run in known])
-    why = list(reasons(rows))
+    compared, why = list(against_scipy(rows)), list(reasons(rows))
+    edge = np.array([known[i].edge_distance for i in ordinary])
+    shortest = np.argsort([run.evaluations for run in known_rolling])[:SHORTEST]
+    differentiated = {
+        f"ordinary scenes, no wheel at rest within {AWAY} m of an edge": [
+            of[i] for i in ordinary[edge > AWAY][:GRADIENTS]
+        ],
+        "ordinary scenes, a wheel at rest on an edge": [
+            of[i] for i in ordinary[edge < reference.TYRE_WIDTH / 2][: GRADIENTS // 2]
+        ],
+        "rolling scenes, those that end soonest": [rolling[i] for i in shortest],
+    }
     remarks: list[Remark] = [
         ("machine", machine()),
         (
@@ -669,18 +763,20 @@ def main(charts: Path, number: int = NUMBER) -> None:
             "scenes",
             f"batches are of {BATCH}, the scenes repeated; Jacobians are of the rest pose by start"
             " pose and start velocity, 3 by 6: in reverse for rest's default, else forward; those"
-            f" of adaptive steps in batches of {BATCH // FEWER}",
+            f" of adaptive steps in batches of {BATCH // FEWER}; scenes are timed singly, {SINGLE} or"
+            f" somewhat more of a set; SciPy runs every {SCIPY_EVERY}th scene",
         ),
         *targets(rows),
-        *against_scipy(rows),
-        *why,
-        *gradients(of, known, ordinary),
+        *(("scipy", text) for text in compared),
+        *(("why", text) for text in why),
+        *gradients(differentiated),
         *worst(last["locked"], of, known),
         *worst(default["locked"], of, known),
         *worst(last["rolling"], rolling, known_rolling),
         *worst(default["rolling"], rolling, known_rolling),
     ]
     _write(rows, remarks, charts / "integrators.csv")
-    below = ["Targets that are missed, and why:", *(f"– {text}" for _, text in why)]
+    missed = [*why, *(text for text in compared if "MISSED" in text)]
+    below = ["Targets that are missed, and why:", *(f"– {text}" for text in missed)]
     draw(rows, charts / "integrators.png", [*below, remarks[0][1]])
     print(*(f"{kind}: {text}" for kind, text in remarks), sep="\n")

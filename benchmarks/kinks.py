@@ -11,19 +11,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks import reference
+from benchmarks.integrators import poses_and_jacobians
 from benchmarks.reference import Scene
-from retrodict.mechanics import Car, Ground, Zone, rest
 
 POINTS = 61
 POSE = ("x", "y", "heading")
-STEPS: dict[str, int | None] = {"rest": None, "64 steps": 64, "384 steps": 384}
-LOOKS = {"rest": ("#009E73", "o"), "64 steps": ("#0072B2", "s"), "384 steps": ("#E69F00", "^")}
+STEPS: dict[str, int | None] = {"rest": None, "64 steps": 64, "512 steps": 512}
+LOOKS = {"rest": ("#009E73", "o"), "64 steps": ("#0072B2", "s"), "512 steps": ("#E69F00", "^")}
 WITHIN = 1e-4  # of derivatives, relative
 
 CAR = Scene(
@@ -105,17 +103,8 @@ def lines(points: int = POINTS) -> list[Line]:
 
 def _curve(line: Line, steps: int | None) -> Curve:
     """As `rest` has it: adaptive steps have derivatives in reverse only, fixed ones both ways."""
-    scene = line.scenes[0]
-    zone = Zone(scene.point[None], scene.inward[None])
-    ground = Ground(jnp.array(scene.coefficients), jnp.array(scene.speed_dependence), zone)
-    car = Car(scene.k2, scene.front_axle, scene.rear_axle, scene.track)
-
-    def position(V: Any) -> Any:
-        return rest(jnp.array(scene.pose), V, car, ground, steps)[line.of]
-
-    run = jax.jit(lambda all_: jax.lax.map(jax.value_and_grad(position), all_))
-    found, slopes = run(jnp.array([s.velocity for s in line.scenes]))
-    return Curve(np.asarray(found), np.asarray(slopes)[:, line.by])
+    poses, jacobians = poses_and_jacobians(line.scenes, steps)
+    return Curve(poses[:, line.of], jacobians[:, line.of, 3 + line.by])
 
 
 def _truth(line: Line) -> Curve:

@@ -18,6 +18,7 @@ COLUMNS = {
     "position_mm_p99": "p99, mm",
     "position_mm_worst": "worst, mm",
     "share_within_1mm_0.01deg": "within 1 mm and 0.01°",
+    "evaluations": "slopes",
     "us_batched": "batched, µs",
     "us_batched_two_threads": "two threads, µs",
     "us_single": "singly, µs",
@@ -35,7 +36,8 @@ def _cell(row: dict[str, str], column: str) -> str:
     number = float(value)
     if not number < float("inf"):
         return "none"
-    return f"{number:.0f}" if number >= 100 or column.startswith("us") else f"{number:.2g}"
+    whole = number >= 100 or column.startswith(("us", "evaluations"))
+    return f"{number:.0f}" if whole else f"{number:.2g}"
 
 
 def _tables(rows: list[dict[str, str]]) -> Iterator[str]:

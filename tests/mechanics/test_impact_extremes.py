@@ -65,6 +65,14 @@ def test_the_ends_of_every_coefficient(e: float, e_m: float, mu: float) -> None:
     holds(BEFORE, cars(), Coefficients(e, mu, e_m))
 
 
+@pytest.mark.parametrize("kept", [slice(2, None, 3), [0, 1, 3, 4]], ids=["spin", "translation"])
+@pytest.mark.parametrize("e_m", [-1.0, 0.0, 0.7, 1.0])
+def test_spin_without_translation_and_the_reverse(kept: slice | list[int], e_m: float) -> None:
+    before = np.zeros(6)
+    before[kept] = BEFORE[kept]
+    holds(before, cars(), Coefficients(0.1, 0.35, e_m))
+
+
 @pytest.mark.parametrize("ratio", [1e-6, 1e6])
 @pytest.mark.parametrize("e_m", [-1.0, 0.0, 0.7, 1.0])
 def test_mass_ratio_of_a_million(ratio: float, e_m: float) -> None:
@@ -126,3 +134,6 @@ def test_single_precision(e_m: float) -> None:
     assert approach_b.dtype == found.e.dtype == jnp.float32
     np.testing.assert_allclose(np.array(approach_b), BEFORE[3:], atol=1e-4)
     np.testing.assert_allclose([float(x) for x in found], [0.1, 0.35, e_m], atol=1e-4)
+    critical = critical_mu(before, single, c.e, c.e_m)
+    assert critical.dtype == jnp.float32
+    assert float(critical) == pytest.approx(float(critical_mu(BEFORE, cars(), 0.1, e_m)), rel=1e-4)

@@ -15,6 +15,7 @@ from retrodict.mechanics import (
     clock,
     critical_mu,
     feeding_term,
+    reverses_sliding,
     separation,
     severity,
 )
@@ -99,8 +100,9 @@ def test_the_printed_eq_24_feeds_spin_and_the_audit_shows_it() -> None:
 
 def test_an_elastic_impact_gains_nothing_by_rounding() -> None:
     rng = np.random.default_rng(7)
+    compiled = jax.jit(audit)
     for before in rng.normal(size=(200, 6)) * [30, 30, 4, 30, 30, 4]:
-        energy = audit(jnp.array(before), cars(0.7, 1.1, 0.3), Coefficients(1.0, 0.0, 1.0))
+        energy = compiled(before, cars(0.7, 1.1, 0.3), Coefficients(1.0, 0.0, 1.0))
         assert float(energy.after) == pytest.approx(float(energy.before), rel=1e-12)
         assert feeding_term(energy) is None
 
@@ -111,6 +113,7 @@ def test_reversal_of_sliding_is_flagged(r: float, reverses: bool) -> None:
     bodies = cars(0.7, 1.1, 0.3)
     c = Coefficients(0.1, r * critical_mu(before, bodies, 0.1, 0.8), 0.8)
     assert bool(severity(before, bodies, c, jnp.zeros(2)).reverses_sliding) == reverses
+    assert bool(reverses_sliding(before, bodies, c)) == reverses
 
 
 def test_a_batch_is_one_call() -> None:

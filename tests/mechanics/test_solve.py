@@ -3,6 +3,7 @@
 import itertools
 import math
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -13,11 +14,15 @@ from retrodict.mechanics import (
     NotDetermined,
     Solution,
     against_barrier,
+    contact_velocity,
+    critical_mu,
+    printed_e_m,
     separation,
     solve,
 )
 from retrodict.mechanics.solve import NAMES
 
+_separation = jax.jit(separation)
 COMBINATIONS = list(itertools.combinations(NAMES, 6))
 COEFFICIENTS = ("e", "mu", "e_m")
 
@@ -29,7 +34,7 @@ def collision(rng: np.random.Generator) -> tuple[dict[str, float], Bodies]:
     bodies = Bodies(m_a, m_b, I_a, I_b, *rng.uniform(0.3, 2.2, 4), rng.uniform(0.1, 1.4))
     before = rng.normal(size=6) * [15, 15, 1, 15, 15, 1]
     c = Coefficients(rng.uniform(0, 0.5), rng.uniform(0.1, 0.6), rng.uniform(0, 0.9))
-    after = np.array(separation(jnp.array(before), bodies, c))
+    after = np.array(_separation(before, bodies, c))
     return dict(zip(NAMES, [*before, *after, *c], strict=True)), bodies
 
 
@@ -164,6 +169,29 @@ def test_tables_3_and_4_as_printed_in_the_paper() -> None:
         dict(zip(names, table_3, strict=True)), bodies, moment_equation="as-printed"
     ).values
     assert printed["e_m"] == pytest.approx(x["e_m"] / (2 * x["e_m"] - 1), rel=1e-12)
+
+
+@pytest.mark.parametrize("moment_equation", ["corrected", "as-printed"])
+@pytest.mark.parametrize(("r", "reverses"), [(-0.1, True), (0.9, False), (1.1, True)])
+def test_a_solution_that_reverses_the_sliding_says_so(
+    r: float, reverses: bool, moment_equation: str
+) -> None:
+    """Beyond the critical mu friction turns round the sliding that there would be without it."""
+    bodies = Bodies(1857.0, 1778.0, 3374.0, 3007.0, 1.636, 0.653, 0.205, 2.079, -0.155)
+    before, e, e_m = jnp.array([-20.1, 6.0, 0.3, 18.9, -3.6, -0.8]), 0.1, 0.7
+    acts_as = e_m if moment_equation == "corrected" else printed_e_m(e_m)
+    mu = float(r * critical_mu(before, bodies, e, acts_as))
+    after, smooth = (
+        separation(before, bodies, Coefficients(e, mu, e_m), moment_equation) for mu in (mu, 0.0)
+    )
+    names, values = [*NAMES[:3], *NAMES[6:12]], [*before[:3], *after]
+    known = dict(zip(names, map(float, values), strict=True))
+    found = solve(known, bodies, moment_equation=moment_equation)
+    assert found.values["mu"] == pytest.approx(mu)
+    assert found.reverses_sliding == reverses
+    tangent = np.array([-math.sin(bodies.Gamma), math.cos(bodies.Gamma)])
+    slides = [float(contact_velocity(v, bodies) @ tangent) for v in (after, smooth)]
+    assert (slides[0] * slides[1] < 0) == (r > 1)
 
 
 def test_no_closing_speed_leaves_e_without_meaning() -> None:

@@ -27,6 +27,7 @@ from retrodict.mechanics.severity import (
     clock,
     feeding_term,
     gains_energy,
+    reverses_sliding,
     severity,
 )
 from retrodict.mechanics.shooting import Departures, departures
@@ -66,6 +67,7 @@ __all__ = [
     "lever_arms",
     "printed_e_m",
     "rest",
+    "reverses_sliding",
     "run_out",
     "separation",
     "severity",

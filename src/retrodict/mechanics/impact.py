@@ -8,6 +8,8 @@ Omega_b - Omega_a = e_m [(omega_b + f_b/I_b) - (omega_a + f_a/I_a)]: the share o
 left by the force impulse alone that survives the moment. The printed eq 24 is that equation with
 e_m / (2 e_m - 1) for e_m (`printed_e_m`); `moment_equation="as-printed"` uses it.
 
+What comes in single precision is computed in it, and keeps five digits of the largest velocity.
+
 A barrier or structure is a body of infinite mass and inertia (`against_barrier`): every function
 here divides by m and I, so it keeps its velocity exactly.
 """
@@ -152,7 +154,8 @@ def separation(
             e_m = 1/2 and gives NaN there.
 
     Returns:
-        Velocities after, same order and units.
+        Velocities after, same order and units. A mu beyond `critical_mu` reverses the sliding:
+        `capped` holds it, `severity` and `solve` flag it.
 
     Raises:
         ValueError: no such moment equation.
@@ -355,7 +358,8 @@ def capped(
         approach: velocities before, as in `separation`.
         bodies: masses, inertias, lever arms and Gamma.
         e: restitution.
-        mu: equivalent friction; "critical" means that sliding just ends within the contact.
+        mu: equivalent friction; "critical" means that sliding just ends within the contact. For a
+            share r of that, `r * critical_mu(...)`.
         e_m: impact moment coefficient.
 
     Returns:

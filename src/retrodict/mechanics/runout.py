@@ -28,8 +28,10 @@ PATCH = 0.08  # m, radius of gyration of a contact patch of about 0.2 m by 0.18 
 
 ROWS = 96  # of a path, at steps as the run-out takes them
 _TOLERANCE = 1e-9  # of adaptive steps: what derivatives need to be exact to 1e-4 (measured)
-_MOST_STEPS = 4096  # of them
-_LAST = 1e-3  # of W: from here to rest in closed form, for at W = 0 friction has no direction
+_MOST_STEPS = 8192  # of them: on ice at 0.05, sixty turns took 3700
+# Of W: from here to rest in closed form, for at W = 0 friction has no direction. Adaptive steps go
+# further: a rolling car's motion still turns in its last centimetres a second (measured).
+_LAST_FIXED, _LAST_ADAPTIVE = 1e-3, 1e-5
 _TINY = 1e-18  # m²/s²: a wheel that is the instant centre of a motion without spin
 _STANDS = 1e-4  # m/s: what is slower is run at this, some nanometres, so that derivatives exist
 _CLUSTER = (
@@ -86,7 +88,7 @@ def rest(
     """Where a skidding vehicle comes to rest.
 
     Args:
-        pose: x, y, heading at the start, m and rad.
+        pose: x, y, heading at the start, m and rad; single precision is computed in double.
         velocity: Vx, Vy, Omega at the start, m/s and rad/s.
         car: inertia, axles and track.
         ground: friction of the surfaces and where they lie.
@@ -104,10 +106,10 @@ def rest(
     """
     start = _start(pose, velocity)
     if steps is None:
-        end = tuple(v[-1] for v in _adaptive(start, car, ground, _levels(1)[1:]))
+        end = tuple(v[-1] for v in _adaptive(start, car, ground, rows=1))
     else:
         end, _ = _fixed(start, car, ground, steps, keep=False)
-    return jnp.stack(_halt(end, start, car, ground)[:3])
+    return jnp.stack(_halt(end, start, car, ground, _last(steps))[:3])
 
 
 def run_out(
@@ -116,10 +118,10 @@ def run_out(
     """The whole run-out of a skidding vehicle, from its start to rest; arguments as in `rest`."""
     start = _start(pose, velocity)
     if steps is None:
-        states = _adaptive(start, car, ground, _levels(ROWS)[1:])
+        states = _adaptive(start, car, ground, rows=ROWS)
     else:
         _, states = _fixed(start, car, ground, steps, keep=True)
-    halt = _halt(tuple(v[-1] for v in states), start, car, ground)
+    halt = _halt(tuple(v[-1] for v in states), start, car, ground, _last(steps))
     rows = [
         jnp.concatenate([first[None], between, last[None]])
         for first, between, last in zip(start, states, halt, strict=True)
@@ -148,15 +150,20 @@ State = tuple[Float[Array, "*any"], ...]
 
 
 def _start(pose: Pose, velocity: Velocity) -> State:
-    """The first state; a vehicle that stands is given `_STANDS`."""
+    """The first state, in double precision; a vehicle that stands is given `_STANDS`."""
+    pose, velocity = pose.astype(float), velocity.astype(float)
     stands = (velocity**2).sum() <= _STANDS**2
     velocity = jnp.where(stands, jnp.array([_STANDS, 0.0, 0.0]), velocity)
     return (*pose, *velocity, jnp.zeros(()))
 
 
-def _levels(steps: int) -> Float[np.ndarray, " levels"]:
+def _last(steps: int | None) -> float:
+    return _LAST_ADAPTIVE if steps is None else _LAST_FIXED
+
+
+def _levels(steps: int, last: float) -> Float[np.ndarray, " levels"]:
     """Lost shares of W after each of so many steps, from none to all but the last of it."""
-    return (1 - _LAST) * (1 - (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER)
+    return (1 - last) * (1 - (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER)
 
 
 def _fixed(start: State, car: Car, ground: Ground, steps: int, keep: bool) -> tuple[State, State]:
@@ -169,7 +176,7 @@ def _fixed(start: State, car: Car, ground: Ground, steps: int, keep: bool) -> tu
         The last state, and where kept the state after each step.
     """
     rate = _slope_of_loss(start, car, ground)
-    h = np.repeat(np.diff(_levels(steps)), 4)
+    h = np.repeat(np.diff(_levels(steps, _LAST_FIXED)), 4)
     ahead = h * np.tile([0.5, 0.5, 1.0, 1.0], steps)  # where the next stage looks
     share = h * np.tile([1.0, 2.0, 2.0, 1.0], steps) / 6  # of a stage in its step
     last = np.tile([False, False, False, True], steps)
@@ -192,12 +199,11 @@ def _fixed(start: State, car: Car, ground: Ground, steps: int, keep: bool) -> tu
     return end, () if states is None else tuple(v[3::4] for v in states)
 
 
-def _adaptive(
-    start: State, car: Car, ground: Ground, levels: Float[np.ndarray, " levels"]
-) -> State:
-    """States at these lost shares of W, by adaptive steps of order eight."""
+def _adaptive(start: State, car: Car, ground: Ground, rows: int) -> State:
+    """States where so many fixed steps would end, by adaptive steps of order eight."""
     import diffrax  # a second to import, and inference does without
 
+    levels = _levels(rows, _LAST_ADAPTIVE)[1:]
     rate = _slope_of_loss(start, car, ground)
     W_0 = _speed(start[3:6], car.k2)
     solution = diffrax.diffeqsolve(
@@ -218,9 +224,9 @@ def _adaptive(
     return tuple(jnp.where(arrived, v, jnp.nan) for v in solution.ys)
 
 
-def _halt(end: State, start: State, car: Car, ground: Ground) -> State:
+def _halt(end: State, start: State, car: Car, ground: Ground, last: float) -> State:
     """At rest: what is left of the motion keeps its direction, and W falls evenly to nothing."""
-    left = [_LAST * k for k in _slope_of_loss(start, car, ground)(end)]
+    left = [last * k for k in _slope_of_loss(start, car, ground)(end)]
     moved = (a + b / 2 for a, b in zip(end[:3], left[:3], strict=True))
     return (*moved, *(jnp.zeros_like(end[0]),) * 3, end[6] + left[6])
 

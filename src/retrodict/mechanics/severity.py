@@ -137,8 +137,6 @@ def severity(
     source = jnp.arctan2(-change[:, 1], -change[:, 0])
     relative = contact_velocity(approach, bodies)
     energy = audit(approach, bodies, coefficients)
-    _, mu, e_m = coefficients
-    r = mu / critical_mu(approach, bodies, coefficients.e, e_m)
     return Severity(
         after=after,
         delta_v=change,
@@ -148,8 +146,26 @@ def severity(
         closing=jnp.hypot(relative[0], relative[1]),
         energy=energy,
         gains_energy=gains_energy(energy),
-        reverses_sliding=jnp.logical_or(r < 0, r > 1 + REVERSAL),
+        reverses_sliding=reverses_sliding(approach, bodies, coefficients),
     )
+
+
+def reverses_sliding(
+    approach: State, bodies: Bodies, coefficients: Coefficients
+) -> Bool[Array, ""]:
+    """Whether friction would do more than end the sliding, or drives it.
+
+    Args:
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+
+    Returns:
+        True where mu exceeds its critical value, beyond rounding, or has the other sign.
+    """
+    e, mu, e_m = coefficients
+    r = mu / critical_mu(approach, bodies, e, e_m)
+    return jnp.logical_or(r < 0, r > 1 + REVERSAL)
 
 
 def clock(pdof: Float[Array, "*any"]) -> Int[Array, "*any"]:

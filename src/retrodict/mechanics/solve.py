@@ -16,16 +16,19 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from retrodict.mechanics.impact import (
     Bodies,
+    Coefficients,
     MomentEquation,
     _axes,
     _force_moments,
     _is_printed,
     contact_velocity,
+    printed_e_m,
 )
+from retrodict.mechanics.severity import reverses_sliding
 
 NAMES = (
     "v_ax", "v_ay", "omega_a", "v_bx", "v_by", "omega_b",
@@ -61,11 +64,13 @@ class Solution:
         values: by name, m/s, rad/s and coefficients.
         residual: the largest misfit of eqs 19-24, over the largest velocity.
         condition: of the scaled Jacobian: how many times a relative error may grow.
+        reverses_sliding: whether mu exceeds its critical value or has the other sign.
     """
 
     values: dict[str, float]
     residual: float
     condition: float
+    reverses_sliding: bool
 
 
 def solve(
@@ -129,6 +134,7 @@ def solve(
         values=dict(zip(NAMES, values.tolist(), strict=True)),
         residual=float(np.abs(misfit).max() / speed),
         condition=condition,
+        reverses_sliding=bool(_reverses(values, bodies, moment_equation)),
     )
 
 
@@ -197,6 +203,15 @@ def _residuals(
     kept = (2 * e_m - 1) * spin if _is_printed(moment_equation) else spin
     moment = kept - e_m * free_spin  # eq 24
     return jnp.stack([*momentum, spins, restitution, friction, moment])
+
+
+@partial(jax.jit, static_argnames="moment_equation")
+def _reverses(
+    values: Float[Array, "15"], bodies: Bodies, moment_equation: MomentEquation
+) -> Bool[Array, ""]:
+    e, mu, e_m = values[12:]
+    kept = printed_e_m(e_m) if _is_printed(moment_equation) else e_m
+    return reverses_sliding(values[:6], bodies, Coefficients(e, mu, kept))
 
 
 @partial(jax.jit, static_argnames="moment_equation")
