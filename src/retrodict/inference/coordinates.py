@@ -31,6 +31,7 @@ BOUNDS = np.array([[0.0, 1.0], [-1.0, 1.0]])  # of e and e_m
 _ROUNDS = 10  # of Broyden's method along the bend
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
 _TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear
+_FLOOR = 0.1  # of the divisors at the centre: where they bend away from zero
 _SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
 Numbers = Array | np.ndarray
@@ -198,15 +199,17 @@ def bend(
     nudges = jnp.diag(_STEP * wall.softness)
     around = jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges])
 
-    def values_and_slope(t: Float[Array, "2"]) -> tuple[Float[Array, "2"], Float[Array, "2 2"]]:
+    def values_and_slope(
+        t: Float[Array, "2"], floored: bool
+    ) -> tuple[Float[Array, "2"], Float[Array, "2 2"]]:
         """e and e_m at t, and their slopes by t."""
         over, under = jax.vmap(at)(t + around)
-        values = over / under
+        values = over / (_floored(under / wall.divisor) * wall.divisor if floored else under)
         return values[0], ((values[1:3] - values[3:]) / (2 * _STEP * wall.softness[:, None])).T
 
     zero = jnp.zeros(2)
     linear = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
-    values, slope = values_and_slope(zero)
+    values, slope = values_and_slope(zero, floored=True)
     apart = (values - jax.lax.stop_gradient(linear)) / (_TRUSTED * wall.softness)
     level = linear + _TRUSTED * wall.softness * jnp.tanh(apart)
     trust = 1 - jnp.tanh(apart[:, None]) ** 2
@@ -227,7 +230,7 @@ def bend(
 
     start = (zero, zero, zero, jnp.diag(1 / wall.divisor))
     (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
-    found, slope = values_and_slope(t)
+    found, slope = values_and_slope(t, floored=False)
     solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
     log_det = (
         log_squash_slope(level, wall.softness, *BOUNDS.T).sum() + slope_before - _log_det(slope)
@@ -296,6 +299,11 @@ def _sites(
         "mu": mu,
         "e_m": e_m,
     }
+
+
+def _floored(ratio: Float[Array, "*any"]) -> Float[Array, "*any"]:
+    """A divisor over that at the centre, kept above zero: no level has a pole."""
+    return _FLOOR * jax.nn.softplus(ratio / _FLOOR)
 
 
 def _log_det(m: Float[Array, "2 2"]) -> Float[Array, ""]:

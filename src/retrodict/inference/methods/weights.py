@@ -26,6 +26,8 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
     from arviz_stats.base import array_stats  # slow to import
 
     inside = np.isfinite(log_weight)
+    if np.ptp(log_weight[inside]) < 1e-9:  # a proposal that is the target: there is no tail
+        return inside / inside.sum(), 0.0
     # it takes what weights are the inverse of, a log likelihood
     log_smooth, k = array_stats.psislw(-np.where(inside, log_weight, log_weight[inside].min()))
     weights = np.exp(log_smooth - np.max(log_smooth)) * inside

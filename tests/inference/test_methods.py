@@ -1,0 +1,106 @@
+"""The methods beside NUTS: exact ones agree with it, approximations say what they are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from retrodict.inference.methods import METHODS, Task, weights
+from retrodict.inference.outcome import Outcome
+from retrodict.inference.posterior import prepare
+from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from tests.scenes import collision
+
+SCENE = collision(share=0.0)
+OWN = ("speed_b", "e", "e_m", "mu", "omega_b")
+
+
+@pytest.fixture(scope="module")
+def reference() -> Outcome:
+    return reconstruct(SCENE, draws=2000, seed=3)
+
+
+def _apart(found: Outcome, reference: Outcome, name: str) -> float:
+    """Difference of the means in standard errors of both."""
+    error, means = 0.0, []
+    for outcome in (found, reference):
+        draws = outcome.idata["posterior"][name].values
+        means.append(draws.mean())
+        error += draws.var() / outcome.checks.min_ess_bulk
+    return float(abs(means[0] - means[1]) / np.sqrt(error))
+
+
+@pytest.mark.parametrize("method", ["importance", "smc"])
+def test_exact_methods_agree_with_nuts(method: str, reference: Outcome) -> None:
+    found = reconstruct(SCENE, method=method, seed=3)
+    assert found.checks.passed, found.checks.reasons
+    assert found.checks.divergences is None
+    assert METHODS[method].exact
+    for name in OWN:
+        assert _apart(found, reference, name) < 4, name
+        draws, sure = (o.idata["posterior"][name].values for o in (found, reference))
+        assert draws.std() == pytest.approx(sure.std(), rel=0.1)
+
+
+def test_tempering_finds_the_evidence_that_importance_sampling_finds(reference: Outcome) -> None:
+    found = reconstruct(SCENE, method="smc", seed=4).idata["sample_stats"].attrs
+    posterior = prepare(SCENE, DEFAULT_RUNG)
+    n = posterior.chart.centre.size
+    w = np.random.default_rng(0).standard_normal((20_000, n))
+    weight = np.exp(posterior.log_density(w) - stats.norm.logpdf(w).sum(axis=1))
+    assert found["log_evidence"] == pytest.approx(np.log(weight.mean()), abs=0.2)
+
+
+def test_approximations_say_that_they_are(reference: Outcome) -> None:
+    for method in ("laplace", "monte-carlo", "linear"):
+        found = reconstruct(SCENE, method=method)
+        assert any("an approximation" in note for note in found.notes)
+        assert found.settings["method"] == method
+        # far from bounds and with little curvature they are not far off
+        speed, sure = (o.idata["posterior"]["speed_b"].values for o in (found, reference))
+        assert abs(speed.mean() - sure.mean()) < 0.5 * sure.std(), method
+
+
+def test_linear_is_the_law_of_propagation(reference: Outcome) -> None:
+    """Draws are normal about what the measured values give: no skewness is left."""
+    draws = reconstruct(SCENE, method="linear", draws=3000).idata["posterior"]["e_m"].values
+    assert abs(stats.skew(draws.ravel())) < 0.1
+    assert stats.skew(
+        reconstruct(SCENE, method="monte-carlo", draws=3000)
+        .idata["posterior"]["e_m"]
+        .values.ravel()
+    ) == pytest.approx(0.2, abs=0.2)
+
+
+def test_weights_of_a_narrow_proposal_are_refused() -> None:
+    """A normal half as wide as its target: the weights have no variance, and k tells."""
+    w = np.random.default_rng(1).normal(0, 0.5, (4000, 5))
+    log_weight = stats.norm.logpdf(w).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
+    told = weights.judged(weights.pareto_k(log_weight))
+    assert told["attributes"]["pareto_k"] > weights.MAX_PARETO_K
+    assert "Pareto k" in told["faults"][0]
+    for sd in (0.4, 0.5):  # narrower than the proposal, and the proposal itself
+        wide = stats.norm.logpdf(w, 0, sd).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
+        assert weights.judged(weights.pareto_k(wide))["faults"] == ()
+
+
+def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
+    share = np.array([0.5, 0.0, 0.25, 0.25])
+    index = weights.resampled(share, np.random.default_rng(0))
+    assert sorted(index) == [0, 0, 2, 3]
+    assert (np.diff(index) >= 0).all()
+
+
+def test_importance_refuses_what_it_cannot_reach() -> None:
+    """A posterior that leaves the proposal behind is withheld, not told."""
+    posterior = prepare(SCENE, DEFAULT_RUNG)
+    far = posterior.chart._replace(spread=0.2 * np.asarray(posterior.chart.spread))
+    narrow = replace(posterior, chart=far)
+    found = METHODS["importance"].draw(Task(narrow, 4, 500, 0, 0, lambda *_: None))
+    assert found.faults
+
+
+def test_an_unknown_method_is_named() -> None:
+    with pytest.raises(ValueError, match="method is one of nuts, importance"):
+        reconstruct(SCENE, method="guess")
