@@ -217,7 +217,9 @@ def bend(
     target = squash(level, wall.softness, *BOUNDS.T)
     aim = jax.lax.stop_gradient(target)
 
-    def improve(carry: tuple[Array, ...], _: None) -> tuple[tuple[Array, ...], None]:
+    Carry = tuple[Array, Array, Array, Array]
+
+    def improve(carry: Carry, _: None) -> tuple[Carry, None]:
         t, step, miss_before, inverse = carry
         over, under = at(t)
         miss = over - aim * under  # closer to linear than the quotient

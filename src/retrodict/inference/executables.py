@@ -20,7 +20,6 @@ import jax
 import platformdirs
 from jax.experimental.serialize_executable import deserialize_and_load, serialize
 
-import retrodict
 from retrodict import models
 
 _GENERATIONS = 3  # of folders kept: one for each state of the code and machine that was used
@@ -61,9 +60,8 @@ def save(path: Path, program: jax.stages.Compiled) -> None:
 def _folder() -> Path:
     """Of the programs that this code makes on this machine with these libraries."""
     state = hashlib.sha256()
-    for package in (retrodict, models):
-        (root,) = package.__path__
-        for source in sorted(Path(root).rglob("*.py")):
+    for root in (Path(__file__).parents[1], Path(models.__file__).parent):
+        for source in sorted(root.rglob("*.py")):
             state.update(source.read_bytes())
     libraries = [version(name) for name in ("jax", "jaxlib", "numpyro")]
     for fact in (*libraries, platform.python_version(), _processor(), os.environ.get("XLA_FLAGS")):

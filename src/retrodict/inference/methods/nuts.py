@@ -19,7 +19,8 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    found, notes, target_accept = sample(task, FIRST_TRY), (), FIRST_TRY
+    found, target_accept = sample(task, FIRST_TRY), FIRST_TRY
+    notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
     if found.complete and 0 < divergences <= _MENDABLE * found.stats["diverging"].size:
         notes = (

@@ -22,7 +22,8 @@ def draw(task: Task) -> Draws:
     """
     posterior, n = task.posterior, task.posterior.chart.centre.size
     start, advance = posterior.programs.tempering(task.draws, posterior.data, posterior.chart)
-    particles, evidence, faults = [], [], ()
+    particles, evidence = [], []
+    faults: tuple[str, ...] = ()
     rng = np.random.default_rng(task.seed)
     try:
         for chain, key in enumerate(jax.random.split(jax.random.key(task.seed), task.chains)):

@@ -36,7 +36,7 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
 
 def judged(k: float) -> dict[str, Any]:
     """What to tell of a k: for the arguments of `Draws`."""
-    faults = ()
+    faults: tuple[str, ...] = ()
     if not k <= MAX_PARETO_K:
         faults = (
             f"Pareto k {k:.2f} of the importance weights is above {MAX_PARETO_K}: the approximation "
