@@ -1,0 +1,56 @@
+"""Nothing is lost at the bounds: the posterior is that of coordinates without walls."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpyro.infer.util import log_density
+from retrodict.models import RUNGS, parts
+
+from benchmarks.synthetic import scene
+from retrodict.inference import coordinates
+from retrodict.inference.posterior import prepare
+from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.mechanics import inverse_log_det
+
+
+@pytest.mark.parametrize("seed", [205, 206])  # e leans on 0; e_m on 1
+def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: int) -> None:
+    """q itself, drawn from a normal and cut off where e or e_m is out of bounds."""
+    crash, _ = scene(np.random.default_rng(seed))
+    found = reconstruct(crash, draws=1500)
+    posterior = prepare(crash, DEFAULT_RUNG)
+    structure, data, chart = posterior.programs.structure, posterior.data, posterior.chart
+
+    @jax.jit
+    @jax.vmap
+    def weigh(q: jax.Array) -> tuple[jax.Array, parts.Values]:
+        sites = coordinates.solve_back(structure, data, chart, q)
+        x = parts.from_standard(structure, data, q[6:])
+        scale = coordinates.friction_scale(structure, data, x)
+        velocities, slopes = coordinates.reduced(structure, chart, q)
+        log_det = 6 * jnp.log(scale) + jnp.linalg.slogdet(slopes)[1].sum()
+        bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
+        log_det += inverse_log_det(scale * velocities, approach_a, bodies)[2]
+        inside = (sites["e"] > 0) & (sites["e"] < 1) & (jnp.abs(sites["e_m"]) < 1)
+        held = {**sites, "e": jnp.clip(sites["e"], 1e-9, 1), "e_m": jnp.clip(sites["e_m"], -1, 1)}
+        joint, _ = log_density(RUNGS[DEFAULT_RUNG].model, (structure, data), {}, held)
+        return jnp.where(inside, joint + log_det - jnp.log(sites["speed_b"]), -jnp.inf), sites
+
+    wide, count = 1.15, 20_000
+    w = wide * np.random.default_rng(1).standard_normal((count, chart.centre.size))
+    log_weight, sites = weigh(jnp.array(chart.centre + w @ np.asarray(chart.spread).T))
+    log_weight = np.asarray(log_weight) + (w**2).sum(axis=1) / (2 * wide**2)
+    weight = np.exp(log_weight - log_weight.max())
+    weight /= weight.sum()
+    effective = min(1 / (weight**2).sum(), found.checks.min_ess_bulk)
+    assert effective > 1000
+    for name in ("speed_b", "e", "e_m", "mu"):
+        order = np.argsort(sites[name])
+        share = np.cumsum(weight[order])
+        for level in (0.05, 0.5, 0.95):
+            limit = np.asarray(sites[name])[order][np.searchsorted(share, level)]
+            below = float(np.mean(found.idata["posterior"][name].values < limit))
+            # five standard errors of both
+            error = np.sqrt(2 * level * (1 - level) / effective)
+            assert below == pytest.approx(level, abs=5 * error), (name, level)
