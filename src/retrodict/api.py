@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+CHAINS = "chains.npz"  # what an interrupted run needs to go on
+
+
 @dataclass(frozen=True)
 class Result:
     """A reconstruction: its draws, its checks, its figures and its report."""
@@ -89,7 +92,7 @@ class Result:
         return Path(path)
 
     def save(self, directory: str | Path, units: Units = "si") -> Path:
-        """Write posterior.nc, summary.json, report.html and figures/*.png.
+        """Write posterior.nc, summary.json, report.html, figures/*.png, and chains.npz if interrupted.
 
         Args:
             directory: made where missing; files of the same names in it are replaced, once all of
@@ -117,10 +120,14 @@ class Result:
             for name, image in drawn.items():
                 write_whole(staging / "figures" / f"{name}.png", image)
             write_report(self.outcome, staging / "report.html", units, drawn)
+            if self.outcome.unfinished:
+                self.outcome.unfinished(staging / CHAINS)
             for file in sorted(f for f in staging.rglob("*") if f.is_file()):
                 target = directory / file.relative_to(staging)
                 target.parent.mkdir(exist_ok=True)
                 os.replace(file, target)
+            if not self.outcome.unfinished:
+                (directory / CHAINS).unlink(missing_ok=True)  # of a run that this one went on with
         finally:
             shutil.rmtree(staging, ignore_errors=True)
         return directory
@@ -153,6 +160,7 @@ def reconstruct(
     warmup: int = 150,
     seed: int = 0,
     progress: Progress | None = None,
+    resume: Path | None = None,
 ) -> Result:
     """The joint posterior of B's approach, e, e_m and mu.
 
@@ -165,12 +173,13 @@ def reconstruct(
         warmup: iterations before them, where a method has any.
         seed: of every random number; same seed, same machine, same numbers.
         progress: called with (stage, done, of all) as the work goes on.
+        resume: `chains.npz` of a run that was interrupted, to go on with.
 
     Returns:
         The result.
 
     Raises:
-        ValueError: no model or method has that name.
+        ValueError: no model or method has that name, or `resume` is of another run.
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
@@ -184,5 +193,6 @@ def reconstruct(
             warmup=warmup,
             seed=seed,
             progress=progress,
+            resume=resume,
         )
     )

@@ -89,14 +89,24 @@ def reconstruct(
     warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 150,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="go on with a run that was interrupted")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
 ) -> None:
     """Reconstruct a collision: posterior, table, figures and report."""
     found = _load(scene)
     folder = out if out is not None else Path("out") / found.name
     _writable(folder)
-
     gc.set_threshold(100_000)  # tracing makes much and drops little: fewer sweeps save a second
+
+    from retrodict.api import CHAINS
+
+    chains_file = folder / CHAINS if resume else None
+    if chains_file and not chains_file.is_file():
+        _fail(
+            f"--resume: {chains_file} is missing: no run was interrupted there; leave --resume out"
+        )
 
     from rich.console import Console
 
@@ -116,12 +126,17 @@ def reconstruct(
                 warmup=warmup,
                 seed=seed,
                 progress=tell,
+                resume=chains_file,
             )
             tell("writing the report", 0, 1)
             result.save(folder, units.value)
             tell("writing the report", 1, 1)
     except Unanswerable as error:
         _fail(f"{scene}: {error}")
+    except ValueError as error:
+        if chains_file is None:
+            raise
+        _fail(f"--resume: {error}")
     except Interrupted as error:
         _fail(f"{scene}: {error}", INTERRUPTED)
     except OSError as error:

@@ -1,6 +1,7 @@
 """Reconstruction from end to end: what comes out, that it repeats, and when it is withheld."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -127,7 +128,9 @@ def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
         reconstruct(SCENE)
 
 
-def test_interrupt_keeps_the_draws_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_keeps_the_draws_says_so_and_resumes(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """Ctrl-C in the middle of sampling, and before anything was drawn."""
     done_so_far = 0
 
@@ -150,6 +153,20 @@ def test_interrupt_keeps_the_draws_and_says_so(monkeypatch: pytest.MonkeyPatch) 
     assert not cut.checks.passed
     assert "interrupted" in cut.checks.reasons[0]
     assert 4 <= cut.idata["posterior"].sizes["draw"] < 100_000
+
+    monkeypatch.setattr(chains, "wait", original)
+    file = tmp_path / "chains.npz"
+    assert cut.unfinished is not None
+    cut.unfinished(file)
+    drawn = cut.idata["posterior"].sizes["draw"] + 200
+    resumed = reconstruct(SCENE, draws=drawn, resume=file)
+    whole = reconstruct(SCENE, draws=drawn)
+    for name in ("speed_b", "mu"):
+        np.testing.assert_array_equal(
+            resumed.idata["posterior"][name], whole.idata["posterior"][name]
+        )
+    with pytest.raises(ValueError, match="made with seed 0, not 1"):
+        reconstruct(SCENE, seed=1, resume=file)
 
     monkeypatch.setattr(chains, "wait", interrupted_from(0))
     with pytest.raises(Interrupted):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.models.card import Card
@@ -60,6 +62,8 @@ class Outcome:
         seed: of every random number.
         settings: method, chains, draws, warmup.
         complete: False when the run was interrupted.
+        notes: how the run helped itself.
+        unfinished: writes what an interrupted run needs to go on.
     """
 
     scene: Scene
@@ -72,3 +76,4 @@ class Outcome:
     settings: dict[str, int | str]
     complete: bool = True
     notes: tuple[str, ...] = field(default=())
+    unfinished: Callable[[Path], None] | None = field(default=None, repr=False)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -47,6 +48,7 @@ def reconstruct(
     warmup: int = 150,
     seed: int = 0,
     progress: Progress | None = None,
+    resume: Path | None = None,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
 
@@ -59,12 +61,13 @@ def reconstruct(
         warmup: iterations before them, where a method has any.
         seed: of every random number.
         progress: called as the work goes on.
+        resume: chains.npz of a run that was interrupted, to go on with.
 
     Returns:
         The outcome; marked incomplete when interrupted with some draws already kept.
 
     Raises:
-        ValueError: no rung or method has that name.
+        ValueError: no rung or method has that name, or `resume` is of another run.
         Unanswerable: a rest pose cannot be reached, or the posterior has no finite mode.
         Interrupted: stopped before any draw was kept.
     """
@@ -96,7 +99,13 @@ def reconstruct(
         return drawn
 
     task = Task(
-        posterior, chains, draws, warmup, seed, lambda done, total: tell("sampling", done, total)
+        posterior,
+        chains,
+        draws,
+        warmup,
+        seed,
+        lambda done, total: tell("sampling", done, total),
+        resume,
     )
     drawn = timed(lambda: chosen.draw(task))
     notes = [*drawn.notes]
@@ -134,6 +143,7 @@ def reconstruct(
         settings={"method": method, "chains": chains, "draws": draws, "warmup": warmup},
         complete=drawn.complete,
         notes=tuple(notes),
+        unfinished=drawn.unfinished,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -11,6 +12,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from retrodict.inference.methods import checkpoint
 from retrodict.inference.methods.draws import Task
 from retrodict.inference.posterior import Posterior
 from retrodict.inference.programs import BLOCK
@@ -57,6 +59,8 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
         starts = 1.5 * np.random.default_rng(task.seed).standard_normal((chains, n))
         states = [_start(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)]
         records = [[] for _ in range(chains)]
+        if task.resume is not None:
+            states, records = checkpoint.load(task.resume, settings(task), states)
     else:
         states, records = list(after.states), [list(r) for r in after.records]
     already = BLOCK * min(len(r) for r in records)
@@ -86,6 +90,20 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
         for k in (records[0][0] if kept else ())
     }
     return Chains(joined.pop("w", np.empty((chains, 0, n))), joined, end == total, states, records)
+
+
+def settings(task: Task) -> dict[str, int | str]:
+    """What chains must share for one to go on where the other stopped."""
+    posterior = task.posterior
+    print_ = hashlib.sha256()
+    for leaf in jax.tree.leaves((posterior.data, posterior.chart)):
+        print_.update(np.asarray(leaf).tobytes())
+    return {
+        "seed": task.seed,
+        "chains": task.chains,
+        "warmup": task.warmup,
+        "posterior": print_.hexdigest()[:16],
+    }
 
 
 def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray) -> object:

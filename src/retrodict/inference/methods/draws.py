@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -23,6 +24,7 @@ class Task:
         warmup: iterations before them, where a method has any.
         seed: of the random numbers; same seed, same machine, same draws.
         progress: called as the work goes on.
+        resume: a file of interrupted chains to go on with, of a method that has chains.
     """
 
     posterior: Posterior
@@ -31,6 +33,7 @@ class Task:
     warmup: int
     seed: int
     progress: Progress
+    resume: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,7 @@ class Draws:
         attributes: the method's own diagnostics: pareto_k, log_evidence.
         solved_back: whether w is (z, xi), to be solved back without priors or bounds.
         linear: whether to carry them by first derivatives only; then `solved_back` too.
+        unfinished: writes interrupted chains to a file; None where there is nothing to go on with.
         more: goes on to twice as many draws; None where nothing is to be had that way.
     """
 
@@ -58,4 +62,5 @@ class Draws:
     attributes: dict[str, float] = field(default_factory=dict)
     solved_back: bool = False
     linear: bool = False
+    unfinished: Callable[[Path], None] | None = field(default=None, repr=False)
     more: Callable[[], Draws] | None = field(default=None, repr=False)

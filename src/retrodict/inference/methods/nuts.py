@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from retrodict.inference.errors import Interrupted
+from retrodict.inference.methods import chains, checkpoint
 from retrodict.inference.methods.chains import Chains, sample
 from retrodict.inference.methods.draws import Draws, Task
 
@@ -27,7 +29,8 @@ def draw(task: Task) -> Draws:
             f"a first run had {divergences} divergent transitions; the run told of here took shorter "
             f"steps (target acceptance {_SECOND_TRY}) and twice the warm-up",
         )
-        task, target_accept = replace(task, warmup=2 * task.warmup), _SECOND_TRY
+        task = replace(task, warmup=2 * task.warmup, resume=None)
+        target_accept = _SECOND_TRY
         found = sample(task, target_accept)
     if found.w.shape[1] < 4:
         raise Interrupted("stopped before any draws were kept")
@@ -36,7 +39,9 @@ def draw(task: Task) -> Draws:
 
 def _told(found: Chains, task: Task, target_accept: float, notes: tuple[str, ...]) -> Draws:
     def more() -> Draws:
-        longer = replace(task, draws=2 * task.draws)
+        longer = replace(task, draws=2 * task.draws, resume=None)
         return _told(sample(longer, target_accept, found), longer, target_accept, notes)
 
-    return Draws(found.w, found.stats, found.complete, notes, more=more)
+    first = target_accept == FIRST_TRY and not found.complete
+    unfinished = partial(checkpoint.save, found, chains.settings(task)) if first else None
+    return Draws(found.w, found.stats, found.complete, notes, unfinished=unfinished, more=more)
