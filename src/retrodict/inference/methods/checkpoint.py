@@ -31,7 +31,7 @@ def save(chains: Chains, settings: dict[str, int | str], path: Path) -> None:
         for name in record[0] if record else ():
             arrays[f"record/{i}/{name}"] = np.stack([block[name] for block in record])
     with path.open("wb") as file:
-        np.savez(file, **arrays)
+        np.savez(file, **arrays)  # type: ignore[arg-type]  # its stub knows one keyword
 
 
 def load(path: Path, settings: dict[str, int | str], fresh: list[Any]) -> tuple[list[Any], Records]:
@@ -72,7 +72,7 @@ def load(path: Path, settings: dict[str, int | str], fresh: list[Any]) -> tuple[
 def _as(leaves: Sequence[Any], arrays: Sequence[np.ndarray]) -> list[Any]:
     """Arrays with the types of leaves; random keys are told apart by theirs."""
     return [
-        jax.random.wrap_key_data(array)
+        jax.random.wrap_key_data(jax.numpy.asarray(array))
         if jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
         else array.astype(leaf.dtype)
         for leaf, array in zip(leaves, arrays, strict=True)
