@@ -1,4 +1,4 @@
-"""Runs every benchmark and writes its chart and table to docs/charts, and docs/run-out.md from them.
+"""Runs every benchmark and writes its chart and table to docs/charts, and two pages of docs/ from them.
 
 python3 -m uv run python -m benchmarks [scenes folder]
 
@@ -15,19 +15,23 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 
 def main() -> None:
     """Run them all, one after the other."""
-    from benchmarks import integrators, kinks, page  # late: the reference's processes import this
+    # late: the reference's processes import this
+    from benchmarks import inference, integrators, kinks, page
 
     if sys.argv[1:]:
         charts = Path(sys.argv[2])
         charts.mkdir(parents=True, exist_ok=True)
         integrators.main(charts, int(sys.argv[1]))
         kinks.main(charts, 21)
+        inference.main(charts, int(sys.argv[1]) / integrators.NUMBER)
     else:
         charts = DOCS / "charts"
         charts.mkdir(parents=True, exist_ok=True)
         integrators.main(charts)
         kinks.main(charts)
-        page.refresh(DOCS / "run-out.md", charts)
+        inference.main(charts)
+        page.refresh(DOCS / "run-out.md", page.of_run_out(charts))
+        page.refresh(DOCS / "inference.md", page.of_inference(charts))
 
 
 if __name__ == "__main__":

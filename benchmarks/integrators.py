@@ -610,14 +610,13 @@ def worst(
         )
 
 
-def machine() -> str:
-    """Cores, processor and versions."""
+def machine(packages: Sequence[str] = ("jax", "diffrax", "numpy", "scipy")) -> str:
+    """Cores, processor, and versions of Python and packages."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         model = next(line.split(":")[1].strip() for line in lines if "model name" in line)
     except (OSError, StopIteration):
         model = platform.machine()
-    packages = ("jax", "diffrax", "numpy", "scipy")
     versions = ", ".join(f"{name} {version(name)}" for name in packages)
     return f"{os.cpu_count()} cores, {model}, Python {platform.python_version()}, {versions}"
 

@@ -1,7 +1,7 @@
-"""Writes the numbers of docs/run-out.md from the tables in docs/charts: `python -m benchmarks.page`.
+"""Writes the numbers of docs/run-out.md and docs/inference.md from the tables in docs/charts.
 
-Between `<!-- name -->` and `<!-- end -->` stands what is written here: the remarks of this name
-(`# name: text` in a table), or all tables.
+`python -m benchmarks.page`. Between `<!-- name -->` and `<!-- end -->` stands what is written here: the
+remarks of this name (`# name: text` in a table), or all tables.
 """
 
 from __future__ import annotations
@@ -51,15 +51,71 @@ def _tables(rows: list[dict[str, str]]) -> Iterator[str]:
         yield ""
 
 
-def refresh(page: Path, charts: Path) -> None:
+METHODS = {
+    "method": "method",
+    "budget": "chains × draws",
+    "seconds": "seconds",
+    "ess": "ESS",
+    "ess_per_second": "ESS per second",
+    "ess_per_1000_evaluations": "ESS per 1000 evaluations",
+    "seconds_to_ess_400": "seconds to ESS 400",
+    "compile_seconds": "compilation, s",
+    "error_mean_sd": "error of mean",
+    "error_sd_sd": "of sd",
+    "error_limits_sd": "of 95 % limits",
+    "nuts_is_times_faster": "nuts is faster, times",
+}
+
+
+def _listed(rows: list[dict[str, str]]) -> Iterator[str]:
+    """Each scene's methods, one budget of each."""
+
+    def cell(row: dict[str, str], column: str) -> str:
+        value = row[column]
+        if column not in ("method", "budget") and value:
+            number = float(value)
+            value = f"{number:,.0f}" if number >= 100 else f"{number:.2g}"
+        elif column == "budget" and row["extrapolated"]:
+            value = f"{value} †"
+        return f"**{value}**" if row["method"] == "nuts" and value else value
+
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        yield f"### Scene: {scene}\n"
+        yield f"| {' | '.join(METHODS.values())} |"
+        yield "| " + " | ".join("---" for _ in METHODS) + " |"
+        for row in rows:
+            if row["scene"] == scene and row["listed"]:
+                yield f"| {' | '.join(cell(row, column) for column in METHODS)} |"
+        yield ""
+
+
+Parts = dict[str, list[str]]
+
+
+def _read(*files: Path) -> tuple[list[dict[str, str]], Parts]:
+    """The first table's rows, and the remarks of all."""
+    parts: Parts = {}
+    texts = [file.read_text("utf-8").splitlines() for file in files]
+    for line in (line for text in texts for line in text if line.startswith("# ")):
+        kind, remark = line[2:].split(": ", 1)
+        parts.setdefault(kind, []).append(f"- {remark}")
+    return list(csv.DictReader(line for line in texts[0] if not line.startswith("# "))), parts
+
+
+def of_run_out(charts: Path) -> Parts:
+    """What stands between the markers of docs/run-out.md."""
+    rows, parts = _read(charts / "integrators.csv", charts / "kinks.csv")
+    return parts | {"tables": ["\n".join(_tables(rows)).rstrip()]}
+
+
+def of_inference(charts: Path) -> Parts:
+    """What stands between the markers of docs/inference.md."""
+    rows, parts = _read(charts / "inference.csv", charts / "agreement.csv")
+    return parts | {"tables": ["\n".join(_listed(rows)).rstrip()]}
+
+
+def refresh(page: Path, parts: Parts) -> None:
     """Rewrite what stands between the page's markers."""
-    written = (charts / "integrators.csv").read_text("utf-8").splitlines()
-    rows = list(csv.DictReader(line for line in written if not line.startswith("# ")))
-    parts: dict[str, list[str]] = {"tables": ["\n".join(_tables(rows)).rstrip()]}
-    for line in [*written, *(charts / "kinks.csv").read_text("utf-8").splitlines()]:
-        if line.startswith("# "):
-            kind, text = line[2:].split(": ", 1)
-            parts.setdefault(kind, []).append(f"- {text}")
 
     def fill(found: re.Match[str]) -> str:
         body = "\n".join(parts.get(found[1], ["- none"]))
@@ -71,4 +127,5 @@ def refresh(page: Path, charts: Path) -> None:
 
 if __name__ == "__main__":
     docs = Path(__file__).resolve().parents[1] / "docs"
-    refresh(docs / "run-out.md", docs / "charts")
+    refresh(docs / "run-out.md", of_run_out(docs / "charts"))
+    refresh(docs / "inference.md", of_inference(docs / "charts"))
