@@ -264,11 +264,9 @@ def _emcees(forward: Forward, limit: float, steps: int) -> Iterator[Trace]:
     whole = steps // THIN
     yield Trace(EMCEE_NAME, u, 0.0, marks, asked, whole, compiling, note)
 
-    plain = scipy_density(forward)
-    some = starts[:12]
-    begin = time.perf_counter()
-    values = [plain(row) for row in some]
-    each = (time.perf_counter() - begin) / len(some)
+    plain, some = scipy_density(forward), starts[:12]
+    each, values = _each(plain, some)
+    in_arrays, _ = _each(scipy_density(forward, first_written=True), some[:4])
     apart = np.ptp(np.array(values) - compiled(some))
     times = each / THREADS * asked / spent
     yield Trace(
@@ -280,14 +278,26 @@ def _emcees(forward: Forward, limit: float, steps: int) -> Iterator[Trace]:
         whole,
         0.0,
         f"extrapolated: the walk on the compiled density, at {each * 1e3:.0f} ms a density in each of"
-        f" {THREADS} processes, without loss; log densities agree within {apart:.2g}",
+        f" {THREADS} processes, without loss ({in_arrays * 1e3:.0f} ms where the right-hand side is in NumPy"
+        f" arrays instead of plain numbers); log densities agree within {apart:.2g}",
     )
 
 
-def scipy_density(forward: Forward) -> Callable[[Array], float]:
+def _each(density: Callable[[Array], float], some: Array) -> tuple[float, list[float]]:
+    """Seconds for a density, and those found."""
+    begin = time.perf_counter()
+    values = [density(row) for row in some]
+    return (time.perf_counter() - begin) / len(some), values
+
+
+def scipy_density(forward: Forward, first_written: bool = False) -> Callable[[Array], float]:
     """The same density, up to a constant, as one would write it in NumPy and SciPy.
 
-    The paper's scene only: two surfaces, friction that does not depend on speed, nothing known of B.
+    For two surfaces, friction that does not depend on speed, nothing known of B.
+
+    Args:
+        forward: whose density it is.
+        first_written: whether run-outs compute in NumPy arrays, and not in the faster plain numbers.
     """
     structure, data = forward.structure, forward.data
     assert structure.constant_friction
@@ -315,7 +325,10 @@ def scipy_density(forward: Forward) -> Callable[[Array], float]:
         approach_b = np.array([speed * np.cos(direction), speed * np.sin(direction), omega_b])
         lever = {v: _lever(x, v) for v in "ab"}
         after = _impact(x, lever, approach_b, (e, mu, e_m))
-        rests = [_rest(x, v, lever[v], V, data) for v, V in zip("ab", after, strict=True)]
+        rests = [
+            reference.solve(scene, "RK45", TOLERANCE, 1e-3, first_written)[0]
+            for scene in (_skid(x, v, lever[v], V, data) for v, V in zip("ab", after, strict=True))
+        ]
         miss = (np.concatenate(rests) - found) / sd
         return float(log_slope - (prior + miss @ miss) / 2)
 
@@ -359,11 +372,11 @@ def _impact(
     return after((-e * opening(before) - none) / (one - none))
 
 
-def _rest(x: dict[str, Any], v: str, lever: Array, V: Array, data: parts.Data) -> Array:
-    """Where a vehicle comes to rest, by solve_ivp over time."""
+def _skid(x: dict[str, Any], v: str, lever: Array, V: Array, data: parts.Data) -> reference.Scene:
+    """A vehicle's run-out, to be solved over time."""
     inward = np.asarray(data.edges.inward[0])
     road, berm = (name for name in x if name.startswith("friction_"))
-    scene = reference.Scene(
+    return reference.Scene(
         pose=np.array([*(np.array([x["impact_x"], x["impact_y"]]) - lever), x[f"heading_{v}"]]),
         velocity=V,
         k2=x[f"yaw_inertia_{v}"] / x[f"mass_{v}"],
@@ -375,7 +388,6 @@ def _rest(x: dict[str, Any], v: str, lever: Array, V: Array, data: parts.Data) -
         point=data.edges.point[0] + x[f"edge_{berm.removeprefix('friction_')}"] * inward,
         inward=inward,
     )
-    return reference.solve(scene, "RK45", TOLERANCE, 1e-3)[0]
 
 
 def traces(forward: Forward, limit: float, share: float = 1.0) -> Iterator[Trace]:

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro.distributions as dist
+from jax.scipy.special import gammaln
 from jaxtyping import Array, Float
 from numpyro import handlers
 from numpyro.infer.hmc import hmc
@@ -300,10 +301,8 @@ class Programs:
             from blackjax.smc.resampling import systematic
             from blackjax.smc.tempered import TemperedSMCState
 
-            tails = dist.MultivariateStudentT(_FREEDOM, jnp.zeros(n), _WIDE * jnp.eye(n))
-
             def gain(w: Array) -> Array:
-                found = -self.potential(w, data, chart) - tails.log_prob(w)
+                found = -self.potential(w, data, chart) - _log_tails(w)
                 return jnp.where(jnp.isfinite(found), found, -1e6)
 
             moves = {
@@ -313,7 +312,7 @@ class Programs:
             }
             hmc_move = blackjax.hmc.build_kernel()
             kernel = blackjax.adaptive_tempered_smc.build_kernel(
-                tails.log_prob, gain, hmc_move, blackjax.hmc.init, systematic, target_ess=0.7
+                _log_tails, gain, hmc_move, blackjax.hmc.init, systematic, target_ess=0.7
             )
             key, now = jax.random.split(state.key)
             before = TemperedSMCState(state.particles, state.weights, state.temperature)
@@ -362,6 +361,18 @@ class Programs:
             program = self._programs[name].result()
         self.compile_seconds += time.perf_counter() - begin
         return program
+
+
+def _log_tails(w: Array) -> Array:
+    """Log density of the Student-t that tempering starts from.
+
+    Written out, because numpyro's solves a triangular system by LAPACK, and a program kept on disk
+    that calls LAPACK crashes in a process that has compiled none (jaxlib then has not looked it up).
+    """
+    n = w.shape[-1]
+    constant = gammaln((_FREEDOM + n) / 2) - gammaln(_FREEDOM / 2)
+    constant -= n / 2 * jnp.log(_FREEDOM * jnp.pi * _WIDE**2)
+    return constant - (_FREEDOM + n) / 2 * jnp.log1p(jnp.vdot(w, w) / (_FREEDOM * _WIDE**2))
 
 
 @lru_cache(maxsize=16)
