@@ -1,0 +1,51 @@
+"""Programs kept on disk: they come back as they were, or not at all."""
+
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from retrodict.inference import executables
+
+
+def _compiled(function) -> jax.stages.Compiled:
+    return jax.jit(function).lower(np.ones((2, 2))).compile()
+
+
+def test_a_kept_program_gives_the_same_numbers(tmp_path: Path) -> None:
+    program = _compiled(lambda x: {"sum": jnp.sin(x).sum(), "key": jax.random.key(3)})
+    executables.save(tmp_path / "code" / "a.bin", program)
+    again = executables.load(tmp_path / "code" / "a.bin")
+    x = np.arange(4.0).reshape(2, 2)
+    assert float(again(x)["sum"]) == float(program(x)["sum"])
+    assert jax.random.uniform(again(x)["key"]) == jax.random.uniform(jax.random.key(3))
+
+
+def test_what_does_not_load_is_no_program(tmp_path: Path) -> None:
+    assert executables.load(tmp_path / "missing.bin") is None
+    (tmp_path / "torn.bin").write_bytes(b"\x80\x05 torn")
+    assert executables.load(tmp_path / "torn.bin") is None
+
+
+def test_a_program_that_calls_lapack_is_not_kept(tmp_path: Path) -> None:
+    executables.save(tmp_path / "code" / "a.bin", _compiled(lambda x: jnp.linalg.solve(x, x)))
+    assert not (tmp_path / "code" / "a.bin").exists()
+
+
+def test_only_the_newest_states_of_the_code_are_kept(tmp_path: Path) -> None:
+    program = _compiled(lambda x: x + 1)
+    for generation in range(5):
+        executables.save(tmp_path / str(generation) / "a.bin", program)
+    assert {p.name for p in tmp_path.iterdir()} == {"2", "3", "4"}
+
+
+def test_the_name_tells_programs_apart() -> None:
+    names = {executables.path_of("rung", what) for what in ("a", "b")}
+    assert len(names) == 2
+    before = jax.config.jax_enable_compilation_cache
+    jax.config.update("jax_enable_compilation_cache", False)
+    try:
+        assert executables.path_of("rung", "a") is None
+    finally:
+        jax.config.update("jax_enable_compilation_cache", before)
