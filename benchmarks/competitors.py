@@ -278,8 +278,8 @@ def _emcees(forward: Forward, limit: float, steps: int) -> Iterator[Trace]:
         whole,
         0.0,
         f"extrapolated: the walk on the compiled density, at {each * 1e3:.0f} ms a density in each of"
-        f" {THREADS} processes, without loss ({in_arrays * 1e3:.0f} ms where the right-hand side is in NumPy"
-        f" arrays instead of plain numbers); log densities agree within {apart:.2g}",
+        f" {THREADS} processes, without loss ({in_arrays * 1e3:.0f} ms with a right-hand side in"
+        f" NumPy arrays instead of plain numbers); log densities agree within {apart:.2g}",
     )
 
 
