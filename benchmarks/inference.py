@@ -358,6 +358,7 @@ def agreement(rows: Sequence[Compared]) -> Iterator[Remark]:
         faulty = [row.scene for row in mine if row.fault]
         told = f"; {len(faulty)} faulted by itself ({', '.join(faulty)})" if faulty else ""
         if entry.exact:
+            mine = [row for row in mine if not row.fault] or mine
             z = np.abs(np.array([row.z[:2] for row in mine]))
             i = np.unravel_index(np.argmax(z), z.shape)
             yield (
