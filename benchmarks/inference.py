@@ -72,12 +72,12 @@ class Effort(NamedTuple):
     """
 
     share: float = 1.0
-    limit: float = 40.0
-    nuts: int = 27_500
+    limit: float = 30.0
+    nuts: int = 22_500
     importance: int = 60_000
     repeats: int = 4
     scenes: int = 10
-    long: int = 7_500
+    long: int = 5_000
 
     def scaled(self, share: float) -> Effort:
         """A part of it."""
@@ -475,7 +475,7 @@ def draw(points: Sequence[Point], file: Path, below: Sequence[str]) -> None:
                 mine = [p for p in points if (p.scene, p.method) == (scene, method)]
                 for part, style in ((False, "-"), (True, "--")):
                     chosen = [p for p in mine if p.extrapolated is part]
-                    if part:  # from the last that was measured
+                    if part and chosen:  # from the last that was measured
                         chosen = [p for p in mine if not p.extrapolated][-1:] + chosen
                     x, y = [p.seconds for p in chosen], [getattr(p, what) for p in chosen]
                     look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": style}
