@@ -36,7 +36,7 @@ NUMBER = 500  # scenes with locked wheels
 ROLLING = 100  # scenes with rolling ones
 BATCH = 1000  # the scenes, repeated
 FIXED = (64, 128, 256, 512, 1024)
-INFERENCE = 64  # steps that inference begins with
+INFERENCE = 64  # about the steps that inference begins with, 48
 DEFAULT = "rest (W, Dopri8), in turn"
 LAST = 1e-5  # of W: from here to rest in closed form, as after adaptive steps in retrodict
 SLOWLY = 0.01  # m/s: below this W, regularised friction fades
@@ -214,7 +214,7 @@ def _methods() -> Iterator[Method]:
     mark = "default of rest"
     yield Method(DEFAULT, "1e-09", _rest, 1e-9, mark, in_turn=True, reverse=True, twin=dopri8)
     for steps in FIXED:
-        mark = "default of inference" if steps == INFERENCE else ""
+        mark = "about what inference begins with" if steps == INFERENCE else ""
         yield Method("W, RK4", f"{steps} steps", _steps(steps), 0.0, mark, fixed=True)
     steps = FIXED[-2]
     yield Method("W, RK4, in turn", f"{steps} steps", _steps(steps), in_turn=True, aside=True)
