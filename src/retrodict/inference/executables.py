@@ -44,7 +44,9 @@ def load(path: Path) -> Any:
 
 def save(path: Path, program: jax.stages.Compiled) -> None:
     """Keep a program; where that cannot be, the next process will compile it again."""
-    if "lapack" in program.as_text():  # in a process that has not compiled it, calling it crashes
+    if "lapack" in (
+        program.as_text() or ""
+    ):  # in a process that has not compiled it, calling it crashes
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
