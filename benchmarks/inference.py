@@ -28,7 +28,7 @@ from retrodict import load_scene
 from retrodict.inference import Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import CHUNK
+from retrodict.inference.programs import in_chunks
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -124,15 +124,10 @@ def _draw(posterior: Posterior, method: str, chains: int, draws: int, seed: int)
 
 def _sites(posterior: Posterior, drawn: Draws) -> Sites:
     """The unknowns at a method's draws, shape (chains, draws)."""
-    name = "solve_back" if drawn.solved_back else "locate"
+    programs, data, chart = posterior.programs, posterior.data, posterior.chart
     w = drawn.w.reshape(-1, drawn.w.shape[-1])
-    blocks = []
-    for i in range(0, len(w), CHUNK):
-        batch = np.resize(w[i : i + CHUNK], (CHUNK, w.shape[1]))  # the last repeats its rows
-        found = posterior.programs(name, posterior.data, posterior.chart, batch)
-        blocks.append(found[int(drawn.linear) if drawn.solved_back else 0])
-    joined = {k: np.concatenate([np.asarray(b[k]) for b in blocks])[: len(w)] for k in blocks[0]}
-    return {k: v.reshape(*drawn.w.shape[:2], *v.shape[1:]) for k, v in joined.items()}
+    sites = in_chunks(lambda w: programs(drawn.way, data, chart, w)[0], w)
+    return {k: v.reshape(*drawn.w.shape[:2], *v.shape[1:]) for k, v in sites.items()}
 
 
 def _values(x: Sites) -> Array:

@@ -9,6 +9,9 @@ from pathlib import Path
 import arviz
 import pytest
 
+from retrodict.cli import MethodChoice
+from retrodict.inference.methods import METHODS
+
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
 RETRODICT = Path(sys.executable).with_name("retrodict")
@@ -124,3 +127,8 @@ def test_too_few_draws_are_told_as_not_to_be_relied_on(tmp_path: Path) -> None:
     summary = json.loads((tmp_path / "few" / "summary.json").read_text())
     assert not summary["checks"]["passed"]
     assert summary["checks"]["reasons"]
+
+
+def test_the_option_names_every_method() -> None:
+    """Spelled out in the command, so that --help need not import JAX; it must not fall behind."""
+    assert [choice.value for choice in MethodChoice] == list(METHODS)

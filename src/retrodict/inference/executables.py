@@ -1,6 +1,6 @@
 """Compiled programs kept on disk whole, so that a later process neither traces nor compiles them.
 
-JAX's own cache spares the compiler only, and tracing takes half as long again.
+JAX's own cache spares the compiler only, and tracing takes seconds too.
 """
 
 from __future__ import annotations
@@ -44,9 +44,8 @@ def load(path: Path) -> Any:
 
 def save(path: Path, program: jax.stages.Compiled) -> None:
     """Keep a program; where that cannot be, the next process will compile it again."""
-    if "lapack" in (
-        program.as_text() or ""
-    ):  # in a process that has not compiled it, calling it crashes
+    # calling LAPACK crashes in a process that has not compiled a call of it
+    if "lapack" in (program.as_text() or ""):
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

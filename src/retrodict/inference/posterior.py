@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +9,7 @@ import numpy as np
 from retrodict.inference import coordinates, sheet
 from retrodict.inference.coordinates import BOUNDS, Chart, Wall
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.programs import CHUNK, Programs, programs_for
+from retrodict.inference.programs import Programs, in_chunks, programs_for
 from retrodict.models import parts
 from retrodict.scene.records import Scene
 
@@ -46,17 +44,7 @@ class Posterior:
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
-        w = np.asarray(w)
-        batches = [w[i : i + CHUNK] for i in range(0, len(w), CHUNK)]
-
-        def one(batch: np.ndarray) -> np.ndarray:
-            whole = np.resize(batch, (CHUNK, w.shape[1]))  # the last batch repeats its rows
-            return np.asarray(self.programs("weigh", self.data, self.chart, whole))[: len(batch)]
-
-        self.programs.expect("weigh", self.data, self.chart, np.resize(w, (CHUNK, w.shape[1])))
-        first = one(batches[0])  # alone: it may have to wait for the compiler
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            return np.concatenate([first, *pool.map(one, batches[1:])])
+        return in_chunks(lambda w: self.programs("weigh", self.data, self.chart, w), w)
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:

@@ -6,10 +6,12 @@ that only the first run of a structure pays for compilation.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import jax
@@ -38,7 +40,7 @@ _MAX_TREE_DEPTH = 6
 _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
 
 # run a few times each: compiling them well would take longer than they do
-_SELDOM = ("inputs", "levels", "locate", "solve_back", "simulate", "prior", "paths")
+_SELDOM = ("inputs", "levels", "locate", "solve_back", "propagate", "simulate", "prior", "paths")
 _QUICKLY = {"xla_backend_optimization_level": 0}
 
 # XLA compiles outside Python's lock, so two programs compile at once
@@ -64,7 +66,7 @@ class Programs:
         self.model = RUNGS[rung].model
         self.compile_seconds = 0.0  # tracing, and waiting for the compiler
         self._programs: dict[str, Future[Any]] = {}
-        self._lower: dict[str, Callable[[], jax.stages.Lowered]] = {}
+        self._anew: dict[str, Callable[[], Future[Any]]] = {}
 
     # -- what is computed --------------------------------------------------------------------
 
@@ -118,10 +120,12 @@ class Programs:
         slopes, (values, divisor) = jax.jacfwd(value, has_aux=True)(q)
         return values, divisor, slopes
 
-    def _solve_back(
-        self, data: parts.Data, chart: coordinates.Chart, q: Array
-    ) -> tuple[parts.Values, parts.Values]:
-        """The model's unknowns at each row of q without priors or bounds, and to first order."""
+    def _solve_back(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Any]:
+        """The model's unknowns at each row of q, without priors or bounds."""
+        return (jax.vmap(lambda q: coordinates.solve_back(self.structure, data, chart, q))(q),)
+
+    def _propagate(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Any]:
+        """The same by first derivatives at the measured values."""
 
         def exact(q: Array) -> parts.Values:
             return coordinates.solve_back(self.structure, data, chart, q)
@@ -129,7 +133,7 @@ class Programs:
         def to_first_order(q: Array) -> parts.Values:
             return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
 
-        return jax.vmap(exact)(q), jax.vmap(to_first_order)(q)
+        return (jax.vmap(to_first_order)(q),)
 
     @cached_property
     def potential(self) -> Callable[..., Array]:
@@ -209,6 +213,7 @@ class Programs:
                 lambda data, chart, w: -self.potential(w, data, chart), in_axes=(None, None, 0)
             ),
             "solve_back": self._solve_back,
+            "propagate": self._propagate,
             "simulate": self._simulate,
             "prior": self._prior,
             "paths": self._paths,
@@ -335,18 +340,19 @@ class Programs:
         path = executables.path_of(self.rung, self.structure, name)
         if path and path.exists():
             self._programs[name] = _COMPILERS.submit(executables.load, path)
-            self._lower[name] = lower
+            self._anew[name] = lambda: self._compile(name, lower, path)
         else:
-            self._programs[name] = self._compile(name, lower)
+            self._programs[name] = self._compile(name, lower, path)
 
-    def _compile(self, name: str, lower: Callable[[], jax.stages.Lowered]) -> Future[Any]:
+    def _compile(
+        self, name: str, lower: Callable[[], jax.stages.Lowered], path: Path | None
+    ) -> Future[Any]:
         begin = time.perf_counter()
         lowered = lower()  # in the caller's thread: tracing is not safe in two
         self.compile_seconds += time.perf_counter() - begin
 
         def build() -> Callable[..., Any]:
             program = lowered.compile(_QUICKLY if name in _SELDOM else None)
-            path = executables.path_of(self.rung, self.structure, name)
             if path:
                 executables.save(path, program)
             return program
@@ -357,7 +363,7 @@ class Programs:
         begin = time.perf_counter()
         program = self._programs[name].result()
         if program is None:  # what was kept does not load
-            self._programs[name] = self._compile(name, self._lower[name])
+            self._programs[name] = self._anew[name]()
             program = self._programs[name].result()
         self.compile_seconds += time.perf_counter() - begin
         return program
@@ -373,6 +379,29 @@ def _log_tails(w: Array) -> Array:
     constant = gammaln((_FREEDOM + n) / 2) - gammaln(_FREEDOM / 2)
     constant -= n / 2 * jnp.log(_FREEDOM * jnp.pi * _WIDE**2)
     return constant - (_FREEDOM + n) / 2 * jnp.log1p(jnp.vdot(w, w) / (_FREEDOM * _WIDE**2))
+
+
+def in_chunks(function: Callable[[Any], Any], values: Any) -> Any:
+    """Call a program of fixed batch size over any number of draws, in threads.
+
+    Args:
+        function: takes CHUNK draws, and gives arrays with a row for each.
+        values: array, or tree of arrays, with a row for each draw.
+
+    Returns:
+        What the function gives, for all draws.
+    """
+    count = len(jax.tree.leaves(values)[0])
+
+    def one(i: int) -> Any:
+        index = np.minimum(np.arange(i, i + CHUNK), count - 1)  # the last batch repeats its end
+        out = function(jax.tree.map(lambda v: v[index], values))
+        return jax.tree.map(lambda v: np.asarray(v)[: count - i], out)
+
+    first = one(0)  # alone: it may have to wait for the compiler
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        rest = pool.map(one, range(CHUNK, count, CHUNK))
+        return jax.tree.map(lambda *parts_: np.concatenate(parts_), first, *rest)
 
 
 @lru_cache(maxsize=16)

@@ -20,7 +20,7 @@ from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.methods.nuts import FIRST_TRY
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart, prepare
-from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
+from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
 from retrodict.models import RUNGS, parts
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import VEHICLES, Scene
@@ -252,8 +252,10 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
     chains, draws, n = drawn.w.shape
     rng = np.random.default_rng([seed, 1])
 
-    sites = _in_chunks(lambda w: _located(posterior, drawn, w), drawn.w.reshape(-1, n))
-    told = _in_chunks(lambda s: programs("simulate", data, s), sites)
+    sites = in_chunks(
+        lambda w: programs(drawn.way, data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
+    )
+    told = in_chunks(lambda s: programs("simulate", data, s), sites)
     prior_sites = programs("prior", _prior_keys(seed), data)
     prior_told = programs("simulate", data, prior_sites)
 
@@ -289,24 +291,6 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
         "trajectories": _trajectories(posterior, sites, told),
     }
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
-
-
-def _located(posterior: Posterior, drawn: Draws, w: np.ndarray) -> dict:
-    """The model's unknowns at draws."""
-    name = "solve_back" if drawn.solved_back else "locate"
-    found = posterior.programs(name, posterior.data, posterior.chart, w)
-    return found[int(drawn.linear)] if drawn.solved_back else found[0]
-
-
-def _in_chunks(function: Callable, values: np.ndarray | dict[str, np.ndarray]) -> dict:
-    """Call a program of fixed batch size over any number of draws."""
-    count = len(jax.tree.leaves(values)[0])
-    parts_ = []
-    for i in range(0, count, CHUNK):
-        index = np.minimum(np.arange(i, i + CHUNK), count - 1)  # the last batch repeats its end
-        out = function(jax.tree.map(lambda v, index=index: v[index], values))
-        parts_.append({k: np.asarray(v)[: count - i] for k, v in out.items()})
-    return {k: np.concatenate([part[k] for part in parts_]) for k in parts_[0]}
 
 
 def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Dataset:

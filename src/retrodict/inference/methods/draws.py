@@ -48,8 +48,7 @@ class Draws:
         notes: how the method helped itself.
         faults: for which the draws must not be relied on.
         attributes: the method's own diagnostics: pareto_k, log_evidence.
-        solved_back: whether w is (z, xi), to be solved back without priors or bounds.
-        linear: whether to carry them by first derivatives only; then `solved_back` too.
+        way: the program that leads from w to the model's unknowns, by its name in `Programs`.
         unfinished: writes interrupted chains to a file; None where there is nothing to go on with.
         more: goes on to twice as many draws; None where nothing is to be had that way.
     """
@@ -60,7 +59,6 @@ class Draws:
     notes: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
     attributes: dict[str, float] = field(default_factory=dict)
-    solved_back: bool = False
-    linear: bool = False
+    way: str = "locate"
     unfinished: Callable[[Path], None] | None = field(default=None, repr=False)
     more: Callable[[], Draws] | None = field(default=None, repr=False)

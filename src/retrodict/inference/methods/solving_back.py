@@ -13,12 +13,12 @@ from retrodict.inference.methods.draws import Draws, Task
 
 def monte_carlo(task: Task) -> Draws:
     """Sample the measurements and solve each sample back."""
-    return Draws(_measurements(task), {}, solved_back=True)
+    return Draws(_measurements(task), {}, way="solve_back")
 
 
 def linear(task: Task) -> Draws:
     """The law of propagation of uncertainty (GUM, JCGM 100:2008, 5.1): first derivatives only."""
-    return Draws(_measurements(task), {}, solved_back=True, linear=True)
+    return Draws(_measurements(task), {}, way="propagate")
 
 
 def _measurements(task: Task) -> np.ndarray:
