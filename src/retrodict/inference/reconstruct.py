@@ -28,7 +28,7 @@ from retrodict.scene.records import VEHICLES, Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-DEFAULT_RUNG = "planar-moment-wheels"
+DEFAULT_RUNG = "planar-moment+wheels"
 PATHS = 60
 _OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
@@ -73,12 +73,12 @@ def reconstruct(
     """
     begin = time.perf_counter()
     tell = progress or (lambda stage, done, total: None)
-    card, chosen = _named(RUNGS, "model", model).card, _named(METHODS, "method", method)
+    rung, chosen = _named(RUNGS, "model", model), _named(METHODS, "method", method)
     draws = chosen.draws if draws is None else draws
     tell("finding where the posterior lies", 0, 1)
-    programs = programs_for(model, parts.of_scene(scene)[0])
+    programs = programs_for(rung.of_scene(scene)[0])
     compiled_before = programs.compile_seconds
-    _compile_ahead(programs, scene, method, warmup)
+    _compile_ahead(programs, rung.of_scene(scene)[1], method, warmup)
     posterior, scene, faults = _settle_turns(scene, model)
     if not posterior.unresolved <= RESOLVED:
         faults = (
@@ -130,7 +130,7 @@ def reconstruct(
     tell("predicting", 1, 1)
     return Outcome(
         scene=scene,
-        card=card,
+        card=rung.card(scene),
         idata=idata,
         checks=gate.judge(idata, scene, faults),
         seconds={
@@ -147,18 +147,21 @@ def reconstruct(
     )
 
 
-def _compile_ahead(programs: Programs, scene: Scene, method: str, warmup: int) -> None:
+def _compile_ahead(programs: Programs, data: parts.Data, method: str, warmup: int) -> None:
     """Have what will be needed compiled side by side, in the order it will be needed."""
-    structure, data = parts.of_scene(scene)
+    structure = programs.structure
     chart = blank_chart(structure)
-    n = chart.centre.size
-    separation, xi = np.zeros((BATCH, 6)), np.zeros((BATCH, len(structure.uncertain)))
+    n = chart.spread.shape[1]
+    separation = np.zeros((BATCH, len(structure.evidence)))
+    xi = np.zeros((BATCH, len(structure.uncertain)))
     programs.expect("inputs", data, xi)
     programs.expect("rests", data, separation, xi)
-    finer = programs_for(programs.rung, replace(structure, steps=4 * structure.steps))
+    finer = programs_for(replace(structure, steps=4 * structure.steps))
     finer.expect("rests", data, separation, xi)
     programs.expect("potential", np.zeros(n), data, chart)
-    programs.expect("levels", data, chart, chart.centre)
+    if programs.rung.impact.levels:
+        programs.expect("levels", data, chart, chart.centre)
+    programs.expect("bent", data, chart, np.zeros(n))
     draws = np.zeros((CHUNK, n))
     programs.expect("locate", data, chart, draws)
     if method == "nuts":
@@ -267,7 +270,8 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
         }
         return _labelled(chosen, ("chain", "draw"))
 
-    evidence = scene.evidence()
+    every = scene.evidence()
+    evidence = {name: every[name] for name in programs.structure.evidence}
 
     def noisy(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         return {
@@ -311,7 +315,8 @@ def _trajectories(posterior: Posterior, sites: dict, told: dict) -> xr.Dataset:
     count = len(sites["speed_b"])
     index = np.linspace(0, count - 1, PATHS).astype(int)
     columns = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
-    V = np.stack([told[name][index] for name in columns], axis=1)
+    known = sites | told
+    V = np.stack([known[name][index] for name in columns if name in known], axis=1)
     chosen = {k: v[index] for k, v in sites.items()}
     path = posterior.programs("paths", posterior.data, chosen, V)
     return xr.Dataset(

@@ -15,7 +15,7 @@ _FREEDOM = 20  # degrees of freedom: tails heavier than a normal's, at little co
 def draw(task: Task) -> Draws:
     """Draw from the proposal, weigh by the posterior, resample."""
     posterior, (chains, draws) = task.posterior, (task.chains, task.draws)
-    n = posterior.chart.centre.size
+    n = posterior.size
     rng = np.random.default_rng(task.seed)
     scale = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (chains * draws, 1)))
     w = scale * rng.standard_normal((chains * draws, n))

@@ -20,7 +20,7 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before all of a run's stages were done.
     """
-    posterior, n = task.posterior, task.posterior.chart.centre.size
+    posterior, n = task.posterior, task.posterior.size
     start, advance = posterior.programs.tempering(task.draws, posterior.data, posterior.chart)
     particles, evidence = [], []
     faults: tuple[str, ...] = ()
