@@ -304,7 +304,7 @@ def approach(structure: Structure, data: Data, x: Values) -> Float[Array, "6"]:
     else:
         prior = dist.Normal(0.0, data.priors["omega_b"][0])
     omega_b = numpyro.sample("omega_b", prior)
-    return jnp.concatenate([approach_of_a(x), v_b, omega_b[None]])
+    return jnp.append(jnp.concatenate([approach_of_a(x), v_b]), omega_b)
 
 
 def restitution(data: Data, before: Float[Array, "6"], to: Bodies) -> Float[Array, ""]:

@@ -74,7 +74,7 @@ def test_predictions_lie_where_the_trajectories_end(outcome: Outcome) -> None:
 def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
     """An independent route to the same posterior: weighted draws from a Student-t (5) at the mode."""
     posterior = prepare(SCENE, DEFAULT_RUNG)
-    programs, n = posterior.programs, posterior.chart.centre.size
+    programs, n = posterior.programs, posterior.size
     rng = np.random.default_rng(7)
     w = rng.normal(size=(4000, n)) / np.sqrt(rng.chisquare(5, size=(4000, 1)) / 5)
     density = jax.jit(jax.vmap(lambda w: programs.log_density(w, posterior.data, posterior.chart)))
