@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference.digits import decimals_of, monte_carlo_errors
 from retrodict.inference.outcome import Checks
-from retrodict.scene.quantities import REPORTED, describe
+from retrodict.scene.quantities import REPORTED, describe, unit_of
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -22,6 +23,9 @@ _OFTEN = 0.01  # share of draws from which on an odd outcome is told
 
 def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Checks:
     """Check draws (Vehtari et al. 2021: R-hat, bulk and tail ESS; Betancourt 2016: E-BFMI).
+
+    A number is printed to the digits of which its Monte Carlo error is below half a unit; where not
+    one is left of its standard deviation, the quantity fails.
 
     Args:
         idata: with groups posterior, posterior_predictive, observed_data, constant_data and
@@ -40,6 +44,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     rhat = _by_name(arviz_stats.rhat(posterior))
     bulk = _by_name(arviz_stats.ess(posterior, method="bulk"))
     tail = _by_name(arviz_stats.ess(posterior, method="tail"))
+    sd, error = _by_name(posterior.std(ddof=1)), _by_name(monte_carlo_errors(posterior)[1])
     bfmi = _bfmi(np.asarray(stats["energy"])) if "energy" in stats else None
 
     found = list(reasons)
@@ -52,6 +57,10 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
             faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")
         if not tail[name] >= MIN_ESS:
             faults.append(f"tail effective sample size {tail[name]:.0f} is below {MIN_ESS:.0f}")
+        if _nothing_left(name, sd[name], error[name]):
+            faults.append(
+                f"Monte Carlo error {error[name]:.2g} leaves no digit of sd {sd[name]:.2g}"
+            )
         if faults:
             failed.append(name)
             found.append(f"{describe(name)[0]}: {', '.join(faults)}")
@@ -69,7 +78,20 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         reasons=tuple(found),
         failed=tuple(failed),
         flags=_flags(idata, scene),
+        coarse=tuple(
+            n for n in REPORTED if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)
+        ),
     )
+
+
+def _nothing_left(name: str, sd: float, error: float) -> bool:
+    """Whether the standard deviation is printed as zero, in units of either kind."""
+    for units in ("si", "us"):
+        worth = unit_of(describe(name)[1], units).worth
+        decimals = decimals_of(sd / worth, error=error / worth)
+        if decimals is not None and round(sd / worth, decimals) == 0:
+            return True
+    return False
 
 
 def _by_name(dataset: xr.Dataset) -> dict[str, float]:
