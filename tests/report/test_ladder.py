@@ -48,7 +48,7 @@ def test_a_stranger_s_text_is_neither_markup_nor_an_escape_sequence(ladder) -> N
 
 
 def test_files_are_written_whole_and_hold_the_numbers(ladder, tmp_path) -> None:
-    not_run = Step("none", "not run", (), verdict="needs rest heading")
+    not_run = Step("none", (), verdict="needs rest heading")
     write_ladder(replace(ladder, steps=(not_run, *ladder.steps)), tmp_path)
     names = {"ladder.json", "ladder.csv", "ladder.png", "ladder.svg"}
     assert {p.name for p in tmp_path.iterdir()} == names

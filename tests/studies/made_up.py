@@ -20,7 +20,6 @@ def step(name: str, median: float, sd: float = 1.0, probability: float = 0.5, **
     items = (Item("rest_x_a", True, 0.4, 0.7), Item("rest_heading_b", False))
     return Step(
         name=name,
-        title=f"the {name} one",
         **{
             "below": NAMES[: NAMES.index(name)],
             "answers": {"speed_b": summary(median, sd)},

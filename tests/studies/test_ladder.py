@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from retrodict.inference import Unanswerable
 from retrodict.studies import ladder as ladders
-from retrodict.studies.ladder import FACTOR, SHARE, SPEED_SCALE, chosen, fit, ladder, refusals
+from retrodict.studies.ladder import FACTOR, SHARE, chosen, fit, ladder, refusals
 from tests.report.conftest import make_outcome, make_scene
 from tests.studies.made_up import ladder_of, step
 
@@ -115,13 +115,13 @@ def test_evidence_that_a_rung_does_not_use_is_told_but_not_counted() -> None:
     assert fewer.chi_square == pytest.approx(all_of_it.chi_square - y**2 - heading**2)
 
 
-@pytest.mark.parametrize("scale", [SPEED_SCALE / 2, SPEED_SCALE * 2, np.inf])
-def test_other_priors_agree_with_the_product_of_normals(scale) -> None:
+@pytest.mark.parametrize("other", [15.0, 60.0, np.inf])
+def test_other_priors_agree_with_the_product_of_normals(other) -> None:
     rng = np.random.default_rng(1)
-    precision = 1 / 2.5**2 + SPEED_SCALE**-2  # likelihood 20 ± 2.5, far from nought
+    precision = 1 / 2.5**2 + 30.0**-2  # likelihood 20 ± 2.5, far from nought
     speed = rng.normal(20 / 2.5**2 / precision, precision**-0.5, 50_000)
-    found = ladders.reweighed(speed, "other", scale)
-    precision = 1 / 2.5**2 + scale**-2
+    found = ladders.reweighed(speed, "other", 30.0, other)
+    precision = 1 / 2.5**2 + other**-2
     assert found.median == pytest.approx(20 / 2.5**2 / precision, abs=0.06)
     assert found.sd == pytest.approx(precision**-0.5, rel=0.02)
     assert found.pareto_k < 0.7
@@ -133,8 +133,8 @@ def rungs(monkeypatch):
 
     def rung(rank, answers, needs=("rest_position",)):
         return SimpleNamespace(
-            answers=answers, needs=needs, rank=rank, card=SimpleNamespace(title="made up"),
-            above=lambda other: rank >= other.rank,
+            answers=answers, needs=needs, rank=rank,
+            above=lambda other: rank > other.rank, impact=rank,
         )  # fmt: skip
 
     made = {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import LogLocator, SymmetricalLogLocator
 
 from retrodict.report import drawing
 
@@ -52,9 +52,15 @@ def ladder_figure(ladder: Ladder) -> Figure:
         axes.axhline(SHARE, color=drawing.GREY, lw=0.8, ls=(0, (4, 2)))
         axes.set_xscale("log")
         axes.set_yscale("symlog", linthresh=SHARE)
-        axes.set_ylim(bottom=-0.3 * SHARE)
+        top = max(SHARE, *(distance(step, fullest) for step in ran))
+        axes.set_ylim(-0.3 * SHARE, 2 * top)
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_locator(
+            SymmetricalLogLocator(base=10, linthresh=SHARE, subs=(1, 2, 5))
+        )
         for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(ScalarFormatter())
+            axis.set_major_formatter("{x:g}")
+        axes.minorticks_off()
         axes.margins(x=0.25)
         axes.set_xlabel("seconds, without compilation")
         axes.set_ylabel(f"distance from {fullest.name}'s answer (its sd)")

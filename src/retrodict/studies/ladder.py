@@ -11,8 +11,7 @@ import numpy as np
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods.weights import smoothed
 from retrodict.inference.reconstruct import reconstruct
-from retrodict.models import RUNGS
-from retrodict.models.planar_moment_wheels import SPEED_SCALE
+from retrodict.models import RUNGS, Rung
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
 
@@ -26,7 +25,7 @@ DOUBT = 0.01  # probability of so large a chi-square below which a rung does not
 SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
 FACTOR = 1.25  # by which it may widen or narrow it
 
-_PRIORS = {"halved": SPEED_SCALE / 2, "doubled": SPEED_SCALE * 2, "flat": np.inf}
+_PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of B's speed
 _PARTS = {"rest_position": ("rest_x", "rest_y"), "rest_heading": ("rest_heading",)}
 
 Progress = Callable[[str, int, int], None]  # rung, done, of all
@@ -109,7 +108,6 @@ class Step:
 
     Args:
         name: of the rung.
-        title: in words.
         below: rungs that this one is at least as full as, in impact and in run-out.
         verdict: why it was chosen or not, or not run, in one line.
         answers: posterior of each asked quantity.
@@ -123,7 +121,6 @@ class Step:
     """
 
     name: str
-    title: str
     below: tuple[str, ...]
     verdict: str = ""
     answers: dict[str, Summary] = field(default_factory=dict)
@@ -227,7 +224,7 @@ def ladder(
 
 def question_of(scene: Scene) -> tuple[str, ...]:
     """What a scene asks: all four unknowns, unless it says otherwise."""
-    return tuple(getattr(scene, "question", None) or QUESTION)
+    return scene.question
 
 
 def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:
@@ -265,7 +262,7 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
     evidence = scene.evidence()
     why = {}
     for name, rung in RUNGS.items():
-        mute = [REPORTED[q][0] for q in question if q not in getattr(rung, "answers", QUESTION)]
+        mute = [REPORTED[q][0] for q in question if q not in rung.answers]
         absent = [
             kind.replace("_", " ")
             for kind in getattr(rung, "needs", ())
@@ -276,8 +273,21 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
         elif absent:
             why[name] = f"needs {', '.join(absent)} of both vehicles, which were not measured"
         else:
-            why[name] = ""
+            twins = (n for n, no in why.items() if not no and _alike(rung, RUNGS[n], scene))
+            twin = next(twins, None)
+            why[name] = f"of this scene the same model as {twin}" if twin else ""
     return why
+
+
+def _alike(rung: Rung, other: Rung, scene: Scene) -> bool:
+    """Whether a scene has nothing of what sets two rungs apart, as one locked road of one friction."""
+
+    def seen(rung: Rung) -> dict[str, tuple[float, float, str]]:
+        inputs = rung.run_out.seen(scene).inputs()
+        return {name: (m.value, m.sd, m.law) for name, m in inputs.items()}
+
+    same = rung.impact is other.impact and rung.run_out.rest_poses is other.run_out.rest_poses
+    return same and seen(rung) == seen(other)
 
 
 def chosen(
@@ -352,7 +362,7 @@ def _move(step: Step, fuller: Step, quantity: str) -> _Move:
 def _blank(name: str, why: str) -> Step:
     rung = RUNGS[name]
     below = tuple(n for n, other in RUNGS.items() if n != name and rung.above(other))
-    return Step(name, rung.card.title, below, verdict=why)
+    return Step(name, below, verdict=why)
 
 
 def _climb(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
@@ -360,6 +370,7 @@ def _climb(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
     posterior = outcome.idata["posterior"].to_dataset()
     stats = outcome.idata["sample_stats"].attrs
     speed = np.asarray(posterior["speed_b"]).ravel()
+    scale = outcome.scene.priors["speed_b"].numbers[0]
     return replace(
         step,
         answers={name: summary(np.asarray(posterior[name]).ravel()) for name in question},
@@ -369,7 +380,9 @@ def _climb(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
         parameters=outcome.settings.get("parameters"),
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
-        priors=tuple(reweighed(speed, name, scale) for name, scale in _PRIORS.items()),
+        priors=tuple(
+            reweighed(speed, prior, scale, times * scale) for prior, times in _PRIORS.items()
+        ),
     )
 
 
@@ -415,18 +428,19 @@ def fit(outcome: Outcome) -> Fit:
     return Fit(tuple(items), float(squares), freedom, float(chdtrc(freedom, squares)))
 
 
-def reweighed(speed: np.ndarray, prior: str, scale: float) -> Reweighed:
+def reweighed(speed: np.ndarray, prior: str, scale: float, other: float) -> Reweighed:
     """The answer under a half-normal prior of another scale.
 
     Args:
-        speed: draws under the scale of the models, shape (any,), m/s.
+        speed: draws, shape (any,), m/s.
         prior: what the other is called.
-        scale: of the other, m/s; infinite for a flat one.
+        scale: of the prior that they were drawn under, m/s.
+        other: of the other, m/s; infinite for a flat one.
 
     Returns:
         The answer, and how far it can be relied on.
     """
-    weights, k = smoothed(speed**2 / 2 * (SPEED_SCALE**-2 - scale**-2))
+    weights, k = smoothed(speed**2 / 2 * (scale**-2 - other**-2))
     order = np.argsort(speed)
     middle = float(np.interp(0.5, np.cumsum(weights[order]), speed[order]))
     mean = float(weights @ speed)
