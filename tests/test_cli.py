@@ -132,3 +132,18 @@ def test_too_few_draws_are_told_as_not_to_be_relied_on(tmp_path: Path) -> None:
 def test_the_option_names_every_method() -> None:
     """Spelled out in the command, so that --help need not import JAX; it must not fall behind."""
     assert [choice.value for choice in MethodChoice] == list(METHODS)
+
+
+def test_ladder_writes_its_files_and_tells_the_choice(tmp_path: Path) -> None:
+    out = tmp_path / "case"
+    done = run("ladder", SCENE, "--out", out, "--seed", 3)
+    assert done.returncode == 0, done.stderr
+    assert {p.name for p in out.iterdir()} == {
+        "ladder.json", "ladder.csv", "ladder.png", "ladder.svg",
+    }  # fmt: skip
+    told = json.loads((out / "ladder.json").read_text())
+    assert told["choice"] in {step["name"] for step in told["steps"] if step["answers"]}
+    assert " ".join(told["reason"].split()) in " ".join(done.stdout.split())
+    refused = run("ladder", tmp_path / "none.toml")
+    assert refused.returncode == 2
+    assert len(refused.stderr.strip().splitlines()) == 1

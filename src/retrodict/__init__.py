@@ -6,16 +6,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from retrodict.api import Result, reconstruct
+    from retrodict.api import Ladder, Result, ladder, reconstruct
     from retrodict.scene import Scene, SceneError, load_scene, parse_scene
 
     __version__: str
 
 __all__ = [
+    "Ladder",
     "Result",
     "Scene",
     "SceneError",
     "__version__",
+    "ladder",
     "load_scene",
     "parse_scene",
     "reconstruct",
@@ -23,7 +25,9 @@ __all__ = [
 
 # found when first asked for, so that importing the package, or its --help, does not wait for JAX
 _HOMES = {
+    "Ladder": "retrodict.api",
     "Result": "retrodict.api",
+    "ladder": "retrodict.api",
     "reconstruct": "retrodict.api",
     "Scene": "retrodict.notebook",
     "SceneError": "retrodict.notebook",

@@ -10,11 +10,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from retrodict.inference.errors import Interrupted
 from retrodict.inference.outcome import Checks, Outcome
-from retrodict.inference.reconstruct import DEFAULT_RUNG, Progress
+from retrodict.inference.reconstruct import Progress
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
+from retrodict.studies.ladder import Ladder, allowed, ladder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,14 +24,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+__all__ = ["CHAINS", "Ladder", "Result", "ladder", "reconstruct", "warm_up"]
+
+AUTO = "auto"  # the model that the ladder chooses
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
 
 
 @dataclass(frozen=True)
 class Result:
-    """A reconstruction: its draws, its checks, its figures and its report."""
+    """A reconstruction: its draws, its checks, its figures and its report.
+
+    Args:
+        outcome: what the run came to.
+        ladder: what the other models say, where the ladder chose this one.
+    """
 
     outcome: Outcome
+    ladder: Ladder | None = None
 
     @property
     def scene(self) -> Scene:
@@ -88,7 +99,7 @@ class Result:
         """
         from retrodict.report.document import write_report
 
-        write_report(self.outcome, Path(path), units)
+        write_report(self.outcome, Path(path), units, ladder=self.ladder)
         return Path(path)
 
     def save(self, directory: str | Path, units: Units = "si") -> Path:
@@ -115,11 +126,11 @@ class Result:
         staging = Path(tempfile.mkdtemp(prefix=".retrodict-", dir=directory))
         try:
             self.idata.to_netcdf(staging / "posterior.nc")
-            write_summary(self.outcome, staging / "summary.json")
+            write_summary(self.outcome, staging / "summary.json", self.ladder)
             drawn = images(self.outcome, units)
             for name, image in drawn.items():
                 write_whole(staging / "figures" / f"{name}.png", image)
-            write_report(self.outcome, staging / "report.html", units, drawn)
+            write_report(self.outcome, staging / "report.html", units, drawn, self.ladder)
             if self.outcome.unfinished:
                 self.outcome.unfinished(staging / CHAINS)
             for file in sorted(f for f in staging.rglob("*") if f.is_file()):
@@ -153,7 +164,7 @@ def warm_up() -> None:
 def reconstruct(
     scene: Scene,
     *,
-    model: str = DEFAULT_RUNG,
+    model: str = AUTO,
     method: str = "nuts",
     chains: int = 4,
     draws: int | None = None,
@@ -166,7 +177,8 @@ def reconstruct(
 
     Args:
         scene: what was measured, from `load_scene`.
-        model: the rung's name.
+        model: a rung's name; "auto" for the one that the ladder chooses among those that the
+            question and the evidence allow, or the fullest of them where it chooses none.
         method: nuts (the reference), importance, smc, laplace, monte-carlo or linear.
         chains: of draws; independent replicates where a method has no chains.
         draws: kept of each; None for as many as the method takes by default.
@@ -183,16 +195,23 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
-    return Result(
-        _reconstruct(
-            scene,
-            model=model,
-            method=method,
-            chains=chains,
-            draws=draws,
-            warmup=warmup,
-            seed=seed,
-            progress=progress,
-            resume=resume,
-        )
+    climbed = None
+    if model == AUTO:
+        rungs = allowed(scene)
+        if len(rungs) > 1:
+            climbed = ladder(scene, seed=seed, progress=progress)
+            if not climbed.complete:
+                raise Interrupted("stopped before a model was chosen")
+        model = (climbed and climbed.choice) or rungs[-1]
+    outcome = _reconstruct(
+        scene,
+        model=model,
+        method=method,
+        chains=chains,
+        draws=draws,
+        warmup=warmup,
+        seed=seed,
+        progress=progress,
+        resume=resume,
     )
+    return Result(outcome, climbed)

@@ -147,6 +147,43 @@ def reconstruct(
         raise typer.Exit(INTERRUPTED)
 
 
+@app.command()
+def ladder(
+    scene: SceneFile,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
+    units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+) -> None:
+    """Reconstruct on every model that the scene allows, and choose the lowest that will do."""
+    found = _load(scene)
+    folder = out if out is not None else Path("out") / found.name
+    _writable(folder)
+
+    from rich.console import Console
+
+    from retrodict.api import ladder as climb
+    from retrodict.inference import Unanswerable
+    from retrodict.report.ladder import write_ladder
+    from retrodict.report.terminal import print_ladder
+
+    console = Console(quiet=quiet)
+    try:
+        with _progress(console) as tell:
+            climbed = climb(found, seed=seed, progress=tell)
+        write_ladder(climbed, folder)
+    except Unanswerable as error:
+        _fail(f"{scene}: {error}")
+    except OSError as error:
+        _fail(f"{folder}: cannot write the results: {error}", 1)
+    print_ladder(climbed, console, units.value)
+    console.print(f"{folder / 'ladder.json'}", highlight=False, markup=False, soft_wrap=True)
+    if not climbed.complete:
+        raise typer.Exit(INTERRUPTED)
+
+
 def _load(path: Path) -> Scene:
     from retrodict.scene import SceneError, load_scene
 

@@ -19,6 +19,7 @@ from retrodict.report.findings import (
     statistics,
     told_as,
 )
+from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import MARK, WITHHELD, answer, marked, result_rows
 from retrodict.report.rounding import NOTHING, told, told_with_sd
 from retrodict.scene.quantities import REPORTED, Units
@@ -27,6 +28,7 @@ from retrodict.scene.records import VEHICLES
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Scene
+    from retrodict.studies.ladder import Ladder
 
 _SYSTEMS: dict[Units, str] = {"si": "SI", "us": "US customary"}
 _ASSUMED = {"": "", "sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
@@ -48,7 +50,10 @@ FIELDS = (
 
 
 def report_html(
-    outcome: Outcome, units: Units = "si", drawn: dict[str, bytes] | None = None
+    outcome: Outcome,
+    units: Units = "si",
+    drawn: dict[str, bytes] | None = None,
+    ladder: Ladder | None = None,
 ) -> str:
     """The whole report as one HTML page with its figures in it.
 
@@ -56,6 +61,7 @@ def report_html(
         outcome: the reconstruction.
         units: which come first, and which the inputs and figures are told in.
         drawn: the figures' images, where they have been drawn already.
+        ladder: what the other models say, where the ladder chose this one.
 
     Returns:
         The page; it has no scripts and loads nothing.
@@ -90,11 +96,18 @@ def report_html(
         command=_command(outcome),
         sha256=hashlib.sha256(outcome.scene.text.encode()).hexdigest(),
         fields=FIELDS,
+        ladder=ladder,
+        ladder_headings=headings(ladder, units) if ladder else (),
+        ladder_rows=ladder_rows(ladder, units) if ladder else (),
     )
 
 
 def write_report(
-    outcome: Outcome, path: Path, units: Units = "si", drawn: dict[str, bytes] | None = None
+    outcome: Outcome,
+    path: Path,
+    units: Units = "si",
+    drawn: dict[str, bytes] | None = None,
+    ladder: Ladder | None = None,
 ) -> Path:
     """Write the report, whole or not at all.
 
@@ -103,6 +116,7 @@ def write_report(
         path: of the HTML file.
         units: as for `report_html`.
         drawn: as for `report_html`.
+        ladder: as for `report_html`.
 
     Returns:
         The path.
@@ -110,7 +124,7 @@ def write_report(
     Raises:
         OSError: the file could not be written; one that was there is as it was.
     """
-    return write_whole(path, report_html(outcome, units, drawn).encode())
+    return write_whole(path, report_html(outcome, units, drawn, ladder).encode())
 
 
 def scene_html(scene: Scene, units: Units = "si") -> str:

@@ -34,7 +34,7 @@ LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
 SHOWN = ("speed_b", "e", "e_m", "mu")  # in the figures of unknowns
 SHORT = {"speed_b": "speed of B", "e": "e", "e_m": "e$_m$", "mu": "μ"}
 
-_STYLE: dict[Any, Any] = {
+STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 8.5,
@@ -63,7 +63,7 @@ def styled[**P](
 
     @functools.wraps(draw)
     def drawn(outcome: Outcome, units: Units = "si", *args: P.args, **kwargs: P.kwargs) -> Figure:
-        with mpl.rc_context(_STYLE):
+        with mpl.rc_context(STYLE):
             figure = draw(outcome, units, *args, **kwargs)
             if not outcome.checks.passed:
                 # the style's banner is a title of the figure, which its layout makes room for

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Measured
+    from retrodict.studies.ladder import Ladder
 
 LEVELS = (50, 90, 95)  # per cent
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
@@ -65,16 +66,17 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
     return label, unit_of(dimension, units)
 
 
-def summarise(outcome: Outcome) -> dict[str, Any]:
+def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
     """A reconstruction in numbers that are strict JSON, in SI units and radians.
 
     Args:
         outcome: the reconstruction.
+        ladder: what the other models say, where the ladder chose this one.
 
     Returns:
         scene, model, parameters (statistics of each reported quantity, with `passed` for the
-        checks of its own), checks, seconds, versions, seed, settings and complete. What is not
-        finite is None.
+        checks of its own), checks, seconds, versions, seed, settings, complete and ladder. What is
+        not finite is None.
     """
     checks = outcome.checks
     parameters = {}
@@ -102,15 +104,17 @@ def summarise(outcome: Outcome) -> dict[str, Any]:
         "seed": int(outcome.seed),
         "settings": dict(outcome.settings),
         "complete": bool(outcome.complete),
+        "ladder": ladder_data(ladder) if ladder else None,
     }
 
 
-def write_summary(outcome: Outcome, path: Path) -> Path:
+def write_summary(outcome: Outcome, path: Path, ladder: Ladder | None = None) -> Path:
     """Write `summarise` as a JSON file, whole or not at all.
 
     Args:
         outcome: the reconstruction.
         path: of the file.
+        ladder: as for `summarise`.
 
     Returns:
         The path.
@@ -118,8 +122,21 @@ def write_summary(outcome: Outcome, path: Path) -> Path:
     Raises:
         OSError: the file could not be written; one that was there is as it was.
     """
-    text = json.dumps(summarise(outcome), indent=2, ensure_ascii=False, allow_nan=False)
+    text = json.dumps(summarise(outcome, ladder), indent=2, ensure_ascii=False, allow_nan=False)
     return write_whole(path, f"{text}\n".encode())
+
+
+def ladder_data(ladder: Ladder) -> dict[str, Any]:
+    """A ladder in strict JSON, in SI units; what is not finite is None."""
+    return {
+        "scene": {"title": ladder.scene.title, "name": ladder.scene.name},
+        "question": list(ladder.question),
+        "choice": ladder.choice,
+        "reason": ladder.reason,
+        "seed": ladder.seed,
+        "complete": ladder.complete,
+        "steps": [_strict(asdict(step)) for step in ladder.steps],
+    }
 
 
 def summary_frame(outcome: Outcome, units: Units = "si") -> pd.DataFrame:
@@ -290,6 +307,14 @@ def scaled(value: Any, worth: float) -> Any:
     if isinstance(value, list):
         return [scaled(each, worth) for each in value]
     return None if value is None else value / worth
+
+
+def _strict(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _strict(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_strict(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _finite(value: Any) -> float | None:

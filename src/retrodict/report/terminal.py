@@ -9,12 +9,14 @@ from rich.table import Table
 from rich.text import Text
 
 from retrodict.report.findings import LEVELS, NOT_TO_BE_RELIED_ON
+from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import MARK, answer, result_rows
 from retrodict.report.rounding import told
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
+    from retrodict.studies.ladder import Ladder
 
 _WIDE = 120  # columns that a row with all of its intervals side by side needs
 
@@ -64,6 +66,30 @@ def verdict(outcome: Outcome) -> str:
         f"{told(checks.min_ess_tail, 0)} (tail)."
     )
     return text if outcome.complete else f"{text} The run was interrupted before its end."
+
+
+def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
+    """Print every rung's answer, and the choice with its reason.
+
+    Args:
+        ladder: what every rung says.
+        console: where to.
+        units: "si" or "us".
+    """
+    _line(console, ladder.scene.title, "bold")
+    table = Table()
+    table.add_column("rung", no_wrap=True)
+    for heading in (*headings(ladder, units), "fit p", "ln evidence", "unknowns", "seconds"):
+        table.add_column(Text(heading), justify="right")
+    rows = ladder_rows(ladder, units)
+    for row in rows:
+        cells = [row.name, *(answer for answer, _ in row.answers), row.fit, row.evidence]
+        cells += [row.parameters, row.seconds]
+        table.add_row(*map(Text, cells), style="bold" if row.chosen else None)
+    console.print(table)
+    for row in rows:
+        _line(console, f"  {row.name}: {row.verdict}", "bold" if row.chosen else "dim")
+    _line(console, ladder.reason, "bold" if ladder.choice else "bold red")
 
 
 def _table(outcome: Outcome, units: Units, wide: bool) -> Table:

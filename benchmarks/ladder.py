@@ -1,0 +1,257 @@
+"""Does the ladder choose well? Crashes at random, the truth of each on one rung in turn.
+
+python3 -m uv run --group bench python -m benchmarks.ladder [scenes] [folder]
+
+Asked is B's speed, which every rung answers. Rows are kept scene by scene in ladder.csv, and a run
+goes on where the last one stopped; a folder, for a trial, leaves the page alone.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from retrodict.models import RUNGS, parts
+
+from benchmarks import page, synthetic
+from benchmarks.__main__ import DOCS
+from retrodict.inference import Unanswerable
+from retrodict.inference.programs import CHUNK, programs_for
+from retrodict.mechanics import contact_velocity
+from retrodict.scene.records import VEHICLES, Measured, Rest, Scene
+from retrodict.studies.ladder import FACTOR, SHARE, Ladder, ladder
+
+NUMBER = 220
+QUESTION = ("speed_b",)
+FULLEST = "planar-moment"
+POSITION, HEADING = 0.2, 4 * synthetic.DEGREE  # sd of a rest pose
+COLUMNS = (
+    "scene", "truth", "rung", "speed_b", "chosen", "counts", "fit_probability",
+    "median", "sd", "low", "high", "seconds",
+)  # fmt: skip
+Row = dict[str, str]
+
+
+def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
+    """A plausible crash that went as a rung says, and B's true speed (m/s).
+
+    The vehicles and what was measured of them are those of `synthetic`. Their true properties lie
+    about what was measured as its errors say, B's approach and the coefficients come from the rung's
+    priors, and the rest poses from its mechanics. Momentum alone leaves the impulse open: it is that
+    of a planar impact with a moment impulse.
+    """
+    impact, _, run_out = rung.partition("+")
+    full = rung if impact != "momentum" else f"{FULLEST}+{run_out.replace('slide', 'spin')}"
+    while True:
+        scene = synthetic.scene(rng)[0]
+        structure, data = RUNGS[full].of_scene(scene)
+        programs = programs_for(structure)
+        # as inference draws the prior, whose compiled program this shares
+        seed = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
+        sites = programs("prior", jax.random.split(seed, CHUNK), data)
+        told = programs("simulate", data, sites)
+        found = np.flatnonzero(_plausible(structure, data, sites, told))
+        if not found.size:
+            continue
+        if full != rung:
+            structure, data = RUNGS[rung].of_scene(scene)
+            sites = (
+                {k: sites[k] for k in ("measured", "speed_b", "direction_b")}
+                | {
+                    "impulse_x": told["mass_b"] * (told["vbx"] - told["Vbx"]),
+                    "impulse_y": told["mass_b"] * (told["vby"] - told["Vby"]),
+                }
+                | ({k: told[k] for k in ("Omega_a", "Omega_b")} if run_out != "slide" else {})
+            )
+            told = programs_for(structure)("simulate", data, sites)
+        first = found[0]
+        rest = {v: _measured(told, v, first, rng) for v in VEHICLES}
+        return replace(scene, rest=rest), float(sites["speed_b"][first])
+
+
+def _plausible(structure: parts.Structure, data: parts.Data, sites: dict, told: dict) -> np.ndarray:
+    """Which of the candidates drive and close in, lose energy, and neither spin nor travel too far."""
+
+    def closing(xi: jax.Array, velocity: jax.Array) -> jax.Array:
+        x = parts.from_standard(structure, data, xi)
+        approach = jnp.concatenate([parts.approach_of_a(x), velocity, jnp.zeros(1)])
+        a, b = parts.levers(x)
+        outward = a / jnp.hypot(*a) - b / jnp.hypot(*b)
+        normal = jnp.stack([jnp.cos(x["Gamma"]), jnp.sin(x["Gamma"])])
+        return jnp.sign(normal @ outward) * (contact_velocity(approach, parts.bodies(x)) @ normal)
+
+    velocity = jnp.stack([told["vbx"], told["vby"]], axis=1)
+    good = np.asarray(jax.vmap(closing)(sites["measured"], velocity)) > 3
+    good &= (np.asarray(sites["speed_b"]) > 3) & (np.asarray(sites["speed_b"]) < 30)
+    good &= np.asarray(told["energy_lost"]) > 0
+    for v in VEHICLES:
+        good &= np.abs(told[f"Omega_{v}"]) < 12
+        for part in ("x", "y"):
+            good &= np.abs(told[f"predicted/rest_{part}_{v}"]) < 50
+    return good
+
+
+def _measured(told: dict, v: str, i: int, rng: np.random.Generator) -> Rest:
+    # a straight slide predicts no heading: that of the impact is kept
+    heading = told.get(f"predicted/rest_heading_{v}", told[f"heading_{v}"])[i]
+    x, y = (told[f"predicted/rest_{part}_{v}"][i] for part in ("x", "y"))
+    noisy = (
+        Measured(float(value) + sd * rng.standard_normal(), sd)
+        for value, sd in ((x, POSITION), (y, POSITION), (heading, HEADING))
+    )
+    return Rest(*noisy, turns_known=True)
+
+
+def rows_of(index: int, truth: str, speed_b: float, found: Ladder) -> Iterator[dict[str, object]]:
+    """What each rung said of a scene, for the table."""
+    for step in found.steps:
+        row: dict[str, object] = {"scene": index, "truth": truth, "rung": step.name}
+        row |= {"speed_b": f"{speed_b:.4f}", "chosen": int(step.name == found.choice)}
+        row |= {"counts": int(step.counts), "seconds": f"{step.seconds or 0:.2f}"}
+        if step.fit:
+            answer = step.answers["speed_b"]
+            low, high = answer.intervals[90]
+            numbers = {"median": answer.median, "sd": answer.sd, "low": low, "high": high}
+            row |= {k: f"{v:.4f}" for k, v in numbers.items()}
+            row["fit_probability"] = f"{step.fit.probability:.3g}"
+        yield row
+
+
+def same_answer(mine: Row, other: Row) -> bool:
+    """Whether an answer is that of the other, by the ladder's own measure."""
+    shift = abs(float(mine["median"]) - float(other["median"])) / float(other["sd"])
+    width = float(mine["sd"]) / float(other["sd"])
+    return shift <= SHARE and 1 / FACTOR <= width <= FACTOR
+
+
+def covered(row: Row) -> bool:
+    """Whether the 90 % interval holds the truth."""
+    return float(row["low"]) <= float(row["speed_b"]) <= float(row["high"])
+
+
+def kind_of(rows: list[Row]) -> str:
+    """What the choice on one scene is beside its truth."""
+    truth = rows[0]["truth"]
+    mine = next((row for row in rows if row["rung"] == truth), None)
+    choice = next((row for row in rows if row["chosen"] == "1"), None)
+    if choice is None:
+        return "none"
+    if choice["rung"] == truth:
+        return "true"
+    same = bool(mine and mine["median"]) and same_answer(choice, mine)
+    if RUNGS[truth].above(RUNGS[choice["rung"]]):
+        return "lower, same answer" if same else "lower, other answer"
+    return "fuller, same answer" if same else "fuller, other answer"
+
+
+KINDS = (
+    "true", "lower, same answer", "lower, other answer", "fuller, same answer",
+    "fuller, other answer", "none",
+)  # fmt: skip
+
+
+def tables(rows: list[Row]) -> page.Parts:
+    """What stands between the markers of docs/ladder.md."""
+    scenes: dict[str, list[Row]] = {}
+    for row in rows:
+        scenes.setdefault(row["scene"], []).append(row)
+    kinds = {index: kind_of(mine) for index, mine in scenes.items()}
+    choices = [row for row in rows if row["chosen"] == "1"]
+    good = sum(kind in KINDS[:2] for kind in kinds.values())
+    hits = sum(map(covered, choices))
+    seconds = [sum(float(row["seconds"]) for row in mine) for mine in scenes.values()]
+    summary = [
+        f"- Scenes: {len(scenes)}.",
+        f"- The true rung, or a lower one with the same answer, was chosen in {good} of "
+        f"{len(scenes)} ({good / len(scenes):.0%}); the target is 90 %.",
+        f"- The 90 % interval of the rung chosen holds B's true speed in {hits} of {len(choices)} "
+        f"({hits / max(1, len(choices)):.0%}); the target is 85 to 95 %.",
+        f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}.",
+    ]
+    heading = ["true rung", "scenes", *KINDS, "chosen covers"]
+    choice = _table(heading, _choices(scenes, kinds))
+    heading = ["rung", "scenes", "mean error, m/s", "rms error, m/s", "rms error, its sd"]
+    bias = _table([*heading, "90 % covers", "refused by its fit"], _biases(rows))
+    return {"summary": summary, "choices": choice, "biases": bias}
+
+
+def _choices(scenes: dict[str, list[Row]], kinds: dict[str, str]) -> Iterator[list[str]]:
+    for truth in RUNGS:
+        mine = [index for index, rows in scenes.items() if rows[0]["truth"] == truth]
+        chosen = [row for index in mine for row in scenes[index] if row["chosen"] == "1"]
+        counts = [str(sum(kinds[index] == kind for index in mine)) for kind in KINDS]
+        yield [truth, str(len(mine)), *counts, f"{sum(map(covered, chosen))} of {len(chosen)}"]
+
+
+def _biases(rows: list[Row]) -> Iterator[list[str]]:
+    """Of each rung, where the truth stands on a fuller one."""
+    for rung in RUNGS:
+        mine = [
+            row
+            for row in rows
+            if row["rung"] == rung != row["truth"]
+            and row["median"]
+            and RUNGS[row["truth"]].above(RUNGS[rung])
+        ]
+        if mine:
+            error = np.array([float(row["median"]) - float(row["speed_b"]) for row in mine])
+            in_sd = error / [float(row["sd"]) for row in mine]
+            refused = sum(row["counts"] == "0" for row in mine)
+            yield [
+                rung,
+                str(len(mine)),
+                f"{error.mean():+.2f}",
+                f"{np.sqrt(np.mean(error**2)):.2f}",
+                f"{np.sqrt(np.mean(in_sd**2)):.1f}",
+                f"{sum(map(covered, mine))} of {len(mine)}",
+                str(refused),
+            ]
+
+
+def _table(heading: list[str], rows: Iterator[list[str]]) -> list[str]:
+    lines = [heading, ["---"] * len(heading), *rows]
+    return [f"| {' | '.join(line)} |" for line in lines]
+
+
+def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
+    """Go on with the table until so many scenes stand in it, then tell what they come to."""
+    charts.mkdir(parents=True, exist_ok=True)
+    file = charts / "ladder.csv"
+    new = not file.exists()
+    done = set() if new else {int(row["scene"]) for row in _read(file)}
+    with file.open("a", newline="") as kept:
+        writer = csv.DictWriter(kept, COLUMNS, lineterminator="\n")
+        if new:
+            writer.writeheader()
+        for index in (i for i in range(count) if i not in done):
+            truth = list(RUNGS)[index % len(RUNGS)]
+            scene, speed_b = crash(truth, np.random.default_rng(index))
+            try:
+                found = ladder(scene, question=QUESTION, seed=index)
+            except Unanswerable as refusal:
+                print(f"{index:4d}  {truth}: refused: {refusal}", flush=True)
+                continue
+            if not found.complete:
+                break
+            writer.writerows(rows_of(index, truth, speed_b, found))
+            kept.flush()
+            print(f"{index:4d}  {truth}: {found.choice}", flush=True)
+    parts_of_page = tables(_read(file))
+    if charts == DOCS / "charts":
+        page.refresh(DOCS / "ladder.md", parts_of_page)
+    print("\n".join(line for lines in parts_of_page.values() for line in [*lines, ""]))
+
+
+def _read(file: Path) -> list[Row]:
+    with file.open(newline="") as kept:
+        return list(csv.DictReader(kept))
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:2]), *map(Path, sys.argv[2:3]))

@@ -1,0 +1,95 @@
+"""The ladder of models: what each rung costs, and how far its answer lies from the fullest's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, SymmetricalLogLocator
+
+from retrodict.report import drawing
+
+if TYPE_CHECKING:
+    from retrodict.studies.ladder import Ladder, Step
+
+CAPTION = (
+    "Each mark is a rung of the ladder of models: across, the seconds that it took without "
+    "compilation; up, how far its answer (the median) lies from that of the fullest rung that fits, "
+    "in the latter's standard deviations, the most over the quantities asked; linear below the "
+    "dashed line and logarithmic above. Filled marks fit the evidence with draws that can be relied "
+    "on. The ring is about the rung chosen. The dashed line is how far a fuller rung may move the "
+    "answer of the one chosen."
+)
+
+
+def ladder_figure(ladder: Ladder) -> Figure:
+    """Seconds across, distance from the fullest fitting rung's answer up, a mark a rung.
+
+    Args:
+        ladder: what every rung says.
+
+    Returns:
+        The figure.
+    """
+    from retrodict.studies.ladder import SHARE  # brings JAX
+
+    ran = [step for step in ladder.steps if step.answers]
+    with mpl.rc_context(drawing.STYLE):
+        figure = drawing.new_figure(7.2, 4.0)
+        axes = figure.subplots()
+        if not ran:
+            drawing.nothing_here(axes, "no rung was finished")
+            return figure
+        fullest = next((s for s in reversed(ran) if s.counts), ran[-1])
+        for step in ran:
+            at = (step.seconds, distance(step, fullest))
+            axes.plot(*at, "o", color=drawing.BLUE if step.counts else "white", mec=drawing.INK)
+            axes.annotate(step.name, at, xytext=(6, 4), textcoords="offset points", size=7)
+            if step.name == ladder.choice:
+                axes.plot(*at, "o", ms=13, mfc="none", mec=drawing.ORANGE, mew=1.8)
+        axes.axhline(SHARE, color=drawing.GREY, lw=0.8, ls=(0, (4, 2)))
+        axes.set_xscale("log")
+        axes.set_yscale("symlog", linthresh=SHARE)
+        top = max(SHARE, *(distance(step, fullest) for step in ran))
+        axes.set_ylim(-0.3 * SHARE, 2 * top)
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_locator(
+            SymmetricalLogLocator(base=10, linthresh=SHARE, subs=(1, 2, 5))
+        )
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter("{x:g}")
+        axes.minorticks_off()
+        axes.margins(x=0.25)
+        axes.set_xlabel("seconds, without compilation")
+        axes.set_ylabel(f"distance from {fullest.name}'s answer (its sd)")
+        figure.legend(handles=_legend(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def distance(step: Step, fullest: Step) -> float:
+    """How far the medians lie from the fullest rung's, in its sds: the most over the question."""
+    return max(
+        abs(answer.median - step.answers[name].median) / answer.sd
+        for name, answer in fullest.answers.items()
+    )
+
+
+def _legend() -> list[Line2D]:
+    mark = {"ls": "", "marker": "o", "mec": drawing.INK}
+    return [
+        Line2D([], [], color=drawing.BLUE, **mark, label="fits"),
+        Line2D([], [], color="white", **mark, label="does not fit, or not to be relied on"),
+        Line2D(
+            [],
+            [],
+            ls="",
+            marker="o",
+            ms=10,
+            mfc="none",
+            mec=drawing.ORANGE,
+            mew=1.8,
+            label="chosen",
+        ),
+    ]

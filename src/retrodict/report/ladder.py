@@ -1,0 +1,172 @@
+"""The ladder of models as it is told: printed rows, and files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retrodict.report.files import write_whole
+from retrodict.report.findings import ladder_data, told_as
+from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
+from retrodict.scene.quantities import Units
+
+if TYPE_CHECKING:
+    from retrodict.studies.ladder import Ladder, Step
+
+
+@dataclass(frozen=True, slots=True)
+class LadderRow:
+    """A rung as it is printed.
+
+    Args:
+        name: of the rung.
+        chosen: whether it is the one to be taken.
+        answers: (median ± sd, 90 % interval) of each asked quantity.
+        fit: probability of a chi-square as large.
+        evidence: log marginal likelihood ± error.
+        parameters: how many.
+        seconds: of its run.
+        verdict: why it was chosen or not.
+        priors: B's speed under other priors of it, as (prior, median ± sd).
+        furthest: the item of evidence with the largest residual.
+    """
+
+    name: str
+    chosen: bool
+    answers: tuple[tuple[str, str], ...]
+    fit: str
+    evidence: str
+    parameters: str
+    seconds: str
+    verdict: str
+    priors: tuple[tuple[str, str], ...]
+    furthest: str
+
+
+def ladder_rows(ladder: Ladder, units: Units = "si") -> list[LadderRow]:
+    """The rungs as they are printed, rounded to their uncertainty.
+
+    Args:
+        ladder: what every rung says.
+        units: "si" or "us".
+
+    Returns:
+        One row a rung, from simplest to fullest.
+    """
+    return [
+        LadderRow(
+            name=step.name,
+            chosen=step.name == ladder.choice,
+            answers=tuple(_answer(step, name, units) for name in ladder.question),
+            fit=NOTHING if step.fit is None else f"{step.fit.probability:.2g}",
+            evidence=_evidence(step),
+            parameters=NOTHING if step.parameters is None else str(step.parameters),
+            seconds=told(step.seconds, 1),
+            verdict=step.verdict,
+            priors=_priors(step, units),
+            furthest=_furthest(step),
+        )
+        for step in ladder.steps
+    ]
+
+
+def headings(ladder: Ladder, units: Units = "si") -> list[str]:
+    """Of the columns that hold the answers: what is asked, with its unit."""
+    labels = [told_as(name, units) for name in ladder.question]
+    return [f"{label}, {unit.symbol}" if unit.symbol else label for label, unit in labels]
+
+
+def write_ladder(ladder: Ladder, directory: Path) -> None:
+    """Write ladder.json and ladder.csv, in SI units, and the chart as ladder.png and ladder.svg.
+
+    Args:
+        ladder: what every rung says.
+        directory: made where missing; files of the same names in it are replaced, each whole.
+
+    Raises:
+        OSError: a file could not be written.
+    """
+    from retrodict.report.figure_ladder import ladder_figure
+    from retrodict.report.figures import to_png
+
+    figure = ladder_figure(ladder)
+    text = json.dumps(ladder_data(ladder), indent=2, ensure_ascii=False, allow_nan=False)
+    vectors = io.BytesIO()
+    figure.savefig(vectors, format="svg")
+    files = {
+        "ladder.json": f"{text}\n".encode(),
+        "ladder.csv": _table(ladder).encode(),
+        "ladder.png": to_png(figure),
+        "ladder.svg": vectors.getvalue(),
+    }
+    for name, content in files.items():
+        write_whole(directory / name, content)
+
+
+def _table(ladder: Ladder) -> str:
+    """One row a rung, SI units."""
+    rows = []
+    for step in ladder.steps:
+        row: dict[str, Any] = {"rung": step.name, "chosen": step.name == ladder.choice}
+        for name in ladder.question:
+            found = step.answers.get(name)
+            row[f"{name}_median"] = found and found.median
+            row[f"{name}_sd"] = found and found.sd
+            for level in (50, 90, 95):
+                low, high = found.intervals[level] if found else (None, None)
+                row |= {f"{name}_{level}_low": low, f"{name}_{level}_high": high}
+        row |= {
+            "chi_square": step.fit and step.fit.chi_square,
+            "freedom": step.fit and step.fit.freedom,
+            "fit_probability": step.fit and step.fit.probability,
+            "log_evidence": step.log_evidence,
+            "log_evidence_sd": step.log_evidence_sd,
+            "parameters": step.parameters,
+            "seconds": step.seconds,
+            "verdict": step.verdict,
+        }
+        rows.append(row)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]) if rows else ["rung"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _answer(step: Step, name: str, units: Units) -> tuple[str, str]:
+    found = step.answers.get(name)
+    if found is None:
+        return NOTHING, NOTHING
+    worth = told_as(name, units)[1].worth
+    low, high = found.intervals[90]
+    bounds = (low / worth, high / worth)
+    return (
+        told_with_sd(found.median / worth, found.sd / worth),
+        told_range(bounds, decimals_of(found.sd / worth)),
+    )
+
+
+def _evidence(step: Step) -> str:
+    if step.log_evidence is None or not math.isfinite(step.log_evidence):
+        return NOTHING
+    return told_with_sd(step.log_evidence, step.log_evidence_sd)
+
+
+def _priors(step: Step, units: Units) -> tuple[tuple[str, str], ...]:
+    worth = told_as("speed_b", units)[1].worth
+    return tuple(
+        (other.prior, told_with_sd(other.median / worth, other.sd / worth)) for other in step.priors
+    )
+
+
+def _furthest(step: Step) -> str:
+    items = [item for item in step.fit.items if item.residual is not None] if step.fit else []
+    if not items:
+        return NOTHING
+    furthest = max(items, key=lambda item: abs(item.residual or 0.0))
+    return f"{told_as(furthest.name, 'si')[0]}: {told(furthest.residual, 1)} sd"

@@ -1,0 +1,1 @@
+"""How far to trust a reconstruction: studies that run it more than once."""

@@ -1,0 +1,447 @@
+"""Climbs the ladder of models on one scene, and chooses the lowest rung that will do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.inference.methods.weights import smoothed
+from retrodict.inference.reconstruct import reconstruct
+from retrodict.models import RUNGS, Rung
+from retrodict.scene.quantities import REPORTED
+from retrodict.scene.records import VEHICLES, Scene
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+    from retrodict.scene.records import Measured
+
+QUESTION = ("speed_b", "e", "e_m", "mu")
+LEVELS = (50, 90, 95)  # per cent
+DOUBT = 0.01  # probability of so large a chi-square below which a rung does not fit
+SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
+FACTOR = 1.25  # by which it may widen or narrow it
+
+_PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of B's speed
+_PARTS = {"rest_position": ("rest_x", "rest_y"), "rest_heading": ("rest_heading",)}
+
+Progress = Callable[[str, int, int], None]  # rung, done, of all
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """A quantity's posterior (SI units).
+
+    Args:
+        median, sd: of the draws.
+        intervals: the shortest that hold so many per cent of the draws.
+    """
+
+    median: float
+    sd: float
+    intervals: dict[int, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """How a rung explains one item of evidence.
+
+    Args:
+        name: its flat name.
+        used: whether the rung's likelihood holds it.
+        residual: measured less predicted mean, in measured standard deviations; None where the rung
+            does not predict it.
+        probability: two-sided, that a prediction lies as far out as what was measured.
+    """
+
+    name: str
+    used: bool
+    residual: float | None = None
+    probability: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How a rung explains the evidence it uses and the measured inputs, together.
+
+    At the posterior mean every measurement, of evidence and of inputs, has a residual in its
+    standard deviations; of a linear model with normal errors their squares add up to a chi-square.
+    Each measurement brings one degree of freedom, less the share of its variance that the
+    posterior still has (its leverage; Spiegelhalter et al. 2002 count parameters likewise). Inputs
+    count because a wrong rung fits its evidence by pushing them away from what was measured.
+
+    Args:
+        items: of the evidence, used or not.
+        chi_square: sum of the squared residuals.
+        freedom: its degrees of freedom, at least one.
+        probability: of so large a chi-square or a larger one, were the rung true.
+    """
+
+    items: tuple[Item, ...]
+    chi_square: float
+    freedom: float
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Reweighed:
+    """The answer on B's speed under another prior of it, by weighing the same draws anew.
+
+    Args:
+        prior: "halved" or "doubled" (the half-normal's scale), or "flat".
+        median, sd: m/s.
+        pareto_k: of the weights; above 0.7 they cannot be relied on.
+    """
+
+    prior: str
+    median: float
+    sd: float
+    pareto_k: float
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One rung on one scene.
+
+    Args:
+        name: of the rung.
+        below: rungs that this one is at least as full as, in impact and in run-out.
+        verdict: why it was chosen or not, or not run, in one line.
+        answers: posterior of each asked quantity.
+        fit: to the evidence.
+        log_evidence, log_evidence_sd: log marginal likelihood and its error; to be compared between
+            rungs that explain the same data only.
+        parameters: unknowns and uncertain inputs.
+        seconds: of the run, without compilation.
+        reasons: why its draws are not to be relied on, if they are not.
+        priors: the answer on B's speed under other priors of it.
+    """
+
+    name: str
+    below: tuple[str, ...]
+    verdict: str = ""
+    answers: dict[str, Summary] = field(default_factory=dict)
+    fit: Fit | None = None
+    log_evidence: float | None = None
+    log_evidence_sd: float | None = None
+    parameters: int | None = None
+    seconds: float | None = None
+    reasons: tuple[str, ...] = ()
+    priors: tuple[Reweighed, ...] = ()
+
+    @property
+    def counts(self) -> bool:
+        """Whether it ran, its draws can be relied on and it fits the evidence."""
+        return self.fit is not None and not self.reasons and self.fit.probability >= DOUBT
+
+
+@dataclass(frozen=True, slots=True)
+class Ladder:
+    """What every rung says of a scene, and which of them is to be taken.
+
+    Args:
+        scene: what was measured.
+        question: what is asked, of `REPORTED`.
+        steps: one a rung, from simplest to fullest.
+        choice: name of the rung to be taken; None where none will do.
+        reason: for the choice, in one sentence.
+        seed: of every random number.
+        complete: False when interrupted; then no rung is chosen.
+    """
+
+    scene: Scene
+    question: tuple[str, ...]
+    steps: tuple[Step, ...]
+    choice: str | None
+    reason: str
+    seed: int
+    complete: bool = True
+
+    def step(self, name: str) -> Step:
+        """What a rung says."""
+        return next(step for step in self.steps if step.name == name)
+
+
+def ladder(
+    scene: Scene,
+    *,
+    question: tuple[str, ...] | None = None,
+    draws: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Ladder:
+    """Reconstruct a scene on every rung that it allows, by importance sampling, and choose one.
+
+    Chosen is the lowest rung that fits the evidence and whose answer no fuller rung that fits moves
+    by more than `SHARE` of the fuller rung's standard deviation, or makes wider or narrower by more
+    than `FACTOR`. A rung fits where a chi-square as large as its own has a probability of `DOUBT`
+    or more.
+
+    Args:
+        scene: what was measured.
+        question: quantities that are asked, of speed_b, e, e_m and mu; None for the scene's.
+        draws: of each of four replicates; None for as many as importance sampling takes.
+        seed: of every random number.
+        progress: called with (rung, done, of all).
+
+    Returns:
+        The ladder; when interrupted, with the rungs that were finished.
+
+    Raises:
+        Unanswerable: no rung answers the question from what was measured.
+    """
+    tell = progress or (lambda stage, done, total: None)
+    question = question or question_of(scene)
+    refused = refusals(scene, question)
+    allowed(scene, question)  # raises where there is none
+    steps, complete = [], True
+    for name, why in refused.items():
+        step = _blank(name, why)
+        if not why:
+            tell(name, 0, 1)
+            try:
+                step = _climb(
+                    reconstruct(scene, model=name, method="importance", draws=draws, seed=seed),
+                    step,
+                    question,
+                )
+            except Unanswerable as error:
+                step = replace(step, verdict=str(error))
+            except (KeyboardInterrupt, Interrupted):
+                complete = False
+                break
+            tell(name, 1, 1)
+        steps.append(step)
+    if complete:
+        told, choice, reason = chosen(steps, question)
+    else:
+        told, choice, reason = tuple(steps), None, "Interrupted: no rung was chosen."
+    return Ladder(scene, question, told, choice, reason, seed, complete)
+
+
+def question_of(scene: Scene) -> tuple[str, ...]:
+    """What a scene asks: all four unknowns, unless it says otherwise."""
+    return scene.question
+
+
+def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:
+    """Rungs that a scene and a question allow, from simplest to fullest.
+
+    Args:
+        scene: what was measured.
+        question: quantities that are asked; None for the scene's.
+
+    Returns:
+        Their names.
+
+    Raises:
+        Unanswerable: there is none.
+    """
+    refused = refusals(scene, question or question_of(scene))
+    names = [name for name, why in refused.items() if not why]
+    if not names:
+        raise Unanswerable(
+            f"no model answers the question: the fullest {list(refused.values())[-1]}"
+        )
+    return names
+
+
+def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
+    """Why each rung is not for a scene and a question; empty where it is.
+
+    Args:
+        scene: what was measured.
+        question: quantities that are asked.
+
+    Returns:
+        A reason for each rung, from simplest to fullest.
+    """
+    evidence = scene.evidence()
+    why = {}
+    for name, rung in RUNGS.items():
+        mute = [REPORTED[q][0] for q in question if q not in rung.answers]
+        absent = [
+            kind.replace("_", " ")
+            for kind in getattr(rung, "needs", ())
+            if not all(f"{part}_{v}" in evidence for part in _PARTS[kind] for v in VEHICLES)
+        ]
+        if mute:
+            why[name] = f"does not answer {', '.join(mute)}"
+        elif absent:
+            why[name] = f"needs {', '.join(absent)} of both vehicles, which were not measured"
+        else:
+            twins = (n for n, no in why.items() if not no and _alike(rung, RUNGS[n], scene))
+            twin = next(twins, None)
+            why[name] = f"of this scene the same model as {twin}" if twin else ""
+    return why
+
+
+def _alike(rung: Rung, other: Rung, scene: Scene) -> bool:
+    """Whether a scene has nothing of what sets two rungs apart, as one locked road of one friction."""
+
+    def seen(rung: Rung) -> dict[str, tuple[float, float, str]]:
+        inputs = rung.run_out.seen(scene).inputs()
+        return {name: (m.value, m.sd, m.law) for name, m in inputs.items()}
+
+    same = rung.impact is other.impact and rung.run_out.rest_poses is other.run_out.rest_poses
+    return same and seen(rung) == seen(other)
+
+
+def chosen(
+    steps: Sequence[Step], question: tuple[str, ...]
+) -> tuple[tuple[Step, ...], str | None, str]:
+    """Choose among rungs that have run.
+
+    Args:
+        steps: from simplest to fullest.
+        question: quantities that are asked.
+
+    Returns:
+        The steps with their verdicts, the name of the one chosen or None, and the reason.
+    """
+    told, choice, reason = [], None, ""
+    for step in steps:
+        fuller = [s for s in steps if step.name in s.below and s.counts]
+        moves = [_move(step, s, q) for s in fuller for q in question] if step.counts else []
+        worst = max(moves, default=None, key=lambda m: m.size)
+        if step.fit is None:
+            verdict = step.verdict
+        elif step.reasons:
+            verdict = f"not to be relied on: {'; '.join(step.reasons)}"
+        elif not step.counts:
+            verdict = f"does not fit the evidence (p = {step.fit.probability:.2g})"
+        elif worst and worst.size > 1:
+            verdict = f"not enough: {worst}"
+        elif choice:
+            verdict = f"would do too, but {choice} is simpler"
+        else:
+            choice, verdict = step.name, "chosen"
+            compared = f"the most is that {worst}" if worst else "none stands above it"
+            reason = (
+                f"{choice} is the lowest rung that fits the evidence (p = "
+                f"{step.fit.probability:.2g}) and whose answer no fuller rung that fits moves by more "
+                f"than {SHARE} of its standard deviation or makes wider or narrower by more than "
+                f"{FACTOR} times: {compared}."
+            )
+        told.append(replace(step, verdict=verdict))
+    if not choice:
+        reason = "No rung fits the evidence with draws that can be relied on: none is chosen."
+    return tuple(told), choice, reason
+
+
+@dataclass(frozen=True, slots=True)
+class _Move:
+    """What a fuller rung does to an answer: moved by so many of its own sd, as wide so many times."""
+
+    rung: str
+    quantity: str
+    shift: float
+    width: float
+
+    @property
+    def size(self) -> float:
+        """Above one where it is more than may be."""
+        return max(self.shift / SHARE, abs(np.log(self.width)) / np.log(FACTOR))
+
+    def __str__(self) -> str:
+        return (
+            f"{self.rung} moves the {REPORTED[self.quantity][0]} by {self.shift:.2f} of its standard "
+            f"deviation and makes it {self.width:.2f} times as wide"
+        )
+
+
+def _move(step: Step, fuller: Step, quantity: str) -> _Move:
+    low, high = step.answers[quantity], fuller.answers[quantity]
+    shift = abs(high.median - low.median) / high.sd
+    return _Move(fuller.name, quantity, shift, high.sd / low.sd)
+
+
+def _blank(name: str, why: str) -> Step:
+    rung = RUNGS[name]
+    below = tuple(n for n, other in RUNGS.items() if n != name and rung.above(other))
+    return Step(name, below, verdict=why)
+
+
+def _climb(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
+    """The step, with what a run of its rung brought."""
+    posterior = outcome.idata["posterior"].to_dataset()
+    stats = outcome.idata["sample_stats"].attrs
+    speed = np.asarray(posterior["speed_b"]).ravel()
+    scale = outcome.scene.priors["speed_b"].numbers[0]
+    return replace(
+        step,
+        answers={name: summary(np.asarray(posterior[name]).ravel()) for name in question},
+        fit=fit(outcome),
+        log_evidence=stats.get("log_evidence"),
+        log_evidence_sd=stats.get("log_evidence_sd"),
+        parameters=outcome.settings.get("parameters"),
+        seconds=outcome.seconds["total"] - outcome.seconds["compile"],
+        reasons=outcome.checks.reasons,
+        priors=tuple(
+            reweighed(speed, prior, scale, times * scale) for prior, times in _PRIORS.items()
+        ),
+    )
+
+
+def summary(draws: np.ndarray) -> Summary:
+    """Median, sd and shortest intervals of draws, shape (any,)."""
+    from arviz_stats import hdi  # slow to import
+
+    bounds = {level: hdi(draws, prob=level / 100, method="nearest") for level in LEVELS}
+    return Summary(
+        float(np.median(draws)),
+        float(np.std(draws, ddof=1)),
+        {level: (float(low), float(high)) for level, (low, high) in bounds.items()},
+    )
+
+
+def fit(outcome: Outcome) -> Fit:
+    """How a reconstruction explains what was measured: see `Fit`."""
+    from scipy.special import chdtrc
+
+    tree = outcome.idata
+    used = set(tree["log_likelihood"].data_vars)
+    items, squares, freedom = [], 0.0, 0.0
+
+    def standardised(group: str, name: str, measured: Measured) -> np.ndarray:
+        return (np.asarray(tree[group][name]).ravel() - measured.value) / measured.sd
+
+    for name, measured in outcome.scene.evidence().items():
+        if name not in tree["posterior_predictive"].data_vars:
+            items.append(Item(name, used=False))
+            continue
+        z = standardised("posterior_predictive", name, measured)
+        below = float(np.mean(z < 0))
+        items.append(Item(name, name in used, -float(z.mean()), 2 * min(below, 1 - below)))
+        if name in used:
+            squares += z.mean() ** 2
+            freedom += 1 - (z.var() - 1)  # predictions have the measurement's noise on them
+    for name, measured in outcome.scene.inputs().items():
+        if measured.sd > 0 and name in tree["posterior"].data_vars:
+            z = standardised("posterior", name, measured)
+            squares += z.mean() ** 2
+            freedom += 1 - z.var()
+    freedom = max(1.0, float(freedom))  # fewer would doubt a rung that fits everything
+    return Fit(tuple(items), float(squares), freedom, float(chdtrc(freedom, squares)))
+
+
+def reweighed(speed: np.ndarray, prior: str, scale: float, other: float) -> Reweighed:
+    """The answer under a half-normal prior of another scale.
+
+    Args:
+        speed: draws, shape (any,), m/s.
+        prior: what the other is called.
+        scale: of the prior that they were drawn under, m/s.
+        other: of the other, m/s; infinite for a flat one.
+
+    Returns:
+        The answer, and how far it can be relied on.
+    """
+    weights, k = smoothed(speed**2 / 2 * (scale**-2 - other**-2))
+    order = np.argsort(speed)
+    middle = float(np.interp(0.5, np.cumsum(weights[order]), speed[order]))
+    mean = float(weights @ speed)
+    return Reweighed(prior, middle, float(np.sqrt(weights @ (speed - mean) ** 2)), k)

@@ -1,0 +1,196 @@
+"""The ladder: what fits, which rung is chosen, and what other priors would say."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import chi2
+
+from retrodict.inference import Unanswerable
+from retrodict.studies import ladder as ladders
+from retrodict.studies.ladder import FACTOR, SHARE, chosen, fit, ladder, refusals
+from tests.report.conftest import make_outcome, make_scene
+from tests.studies.made_up import ladder_of, step
+
+ASKED = ("speed_b",)
+
+
+def choice(*steps):
+    return chosen(steps, ASKED)[1]
+
+
+def test_the_lowest_rung_that_answers_alike_is_chosen() -> None:
+    assert choice(step("low", 19.0), step("middle", 19.1), step("full", 19.0)) == "low"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "word"),
+    [
+        ({"median": 19.0 + 1.01 * SHARE}, "moves"),
+        ({"median": 19.0, "sd": 1.01 * FACTOR}, "wide"),
+        ({"median": 19.0, "sd": 0.99 / FACTOR}, "wide"),
+        ({"median": 19.0, "probability": 0.009}, "does not fit"),
+        ({"median": 19.0, "reasons": ("R-hat",)}, "not to be relied on"),
+    ],
+)
+def test_a_rung_that_will_not_do_is_passed_over_with_the_reason(wrong, word) -> None:
+    told, choice, _ = chosen(
+        (step("low", **wrong), step("middle", 19.0), step("full", 19.0)), ASKED
+    )
+    assert choice == "middle"
+    assert word in told[0].verdict
+
+
+def test_shift_is_in_standard_deviations_of_the_fuller_rung() -> None:
+    """A quarter of the wider rung's sd, which is more than a quarter of the narrower's."""
+    shift = 1.1 * SHARE
+    assert choice(step("low", 19.0, 1.0), step("full", 19.0 + shift, 1.2)) == "low"
+    assert choice(step("low", 19.0, 1.2), step("full", 19.0 + shift, 1.0)) == "full"
+
+
+def test_a_fuller_rung_that_does_not_fit_does_not_speak() -> None:
+    assert choice(step("low", 19.0), step("full", 25.0, probability=1e-4)) == "low"
+
+
+def test_rungs_side_by_side_do_not_speak_of_each_other() -> None:
+    assert choice(step("low", 19.0), step("middle", 25.0, below=()), step("full", 19.0)) == "low"
+
+
+def test_where_none_fits_none_is_chosen_and_it_is_said() -> None:
+    told = ladder_of(step("low", 19.0, probability=1e-5), step("full", 19.0, probability=1e-4))
+    assert told.choice is None
+    assert "No rung fits" in told.reason
+
+
+def test_fit_of_a_linear_model_is_the_chi_square_of_least_squares() -> None:
+    """Against weighted least squares: the minimum, and measurements less free unknowns."""
+    rng = np.random.default_rng(3)
+    scene = make_scene()
+    evidence = scene.evidence()
+    inputs = {k: m for k, m in scene.inputs().items() if m.sd > 0}
+    free, p, m = 4, len(inputs), len(evidence)
+    design = np.block(
+        [
+            [rng.normal(size=(m, free)), rng.normal(0, 0.3, (m, p))],
+            [np.zeros((p, free)), np.eye(p)],
+        ]
+    )
+    observed = np.concatenate([rng.normal(0, 3, m), np.zeros(p)])
+    mean, minimum, *_ = np.linalg.lstsq(design, observed)
+    covariance = np.linalg.inv(design.T @ design)
+    draws = rng.multivariate_normal(mean, covariance, 20_000)
+    miss = draws @ design[:m].T - observed[:m] + rng.normal(size=(20_000, m))
+    idata = xr.DataTree.from_dict(
+        {
+            "/posterior": xr.Dataset(
+                {k: ("draw", inputs[k].value + inputs[k].sd * x)
+                 for k, x in zip(inputs, draws[:, free:].T, strict=True)}
+            ),
+            "/posterior_predictive": xr.Dataset(
+                {k: ("draw", evidence[k].value + evidence[k].sd * x)
+                 for k, x in zip(evidence, miss.T, strict=True)}
+            ),
+            "/log_likelihood": xr.Dataset(dict.fromkeys(evidence, ("draw", miss[:, 0]))),
+        }
+    )  # fmt: skip
+    found = fit(SimpleNamespace(scene=scene, idata=idata))
+    assert found.chi_square == pytest.approx(float(minimum[0]), rel=0.03)
+    assert found.freedom == pytest.approx(m - free, abs=0.15)  # four standard errors
+    assert found.probability == pytest.approx(chi2.sf(found.chi_square, found.freedom))
+    residual = (observed - design @ mean)[:m]
+    for item, exact in zip(found.items, residual, strict=True):
+        assert item.residual == pytest.approx(exact, abs=0.05)
+
+
+def test_evidence_that_a_rung_does_not_use_is_told_but_not_counted() -> None:
+    outcome = make_outcome()
+    all_of_it = fit(outcome)
+    kept = outcome.idata["log_likelihood"].to_dataset().drop_vars(["rest_y_b", "rest_heading_b"])
+    outcome.idata["log_likelihood"] = xr.DataTree(kept)
+    fewer = fit(outcome)
+    assert [i.name for i in fewer.items if not i.used] == ["rest_y_b", "rest_heading_b"]
+    assert fewer.items[4].residual == all_of_it.items[4].residual
+    y, heading = all_of_it.items[4].residual, all_of_it.items[5].residual
+    assert fewer.chi_square == pytest.approx(all_of_it.chi_square - y**2 - heading**2)
+
+
+@pytest.mark.parametrize("other", [15.0, 60.0, np.inf])
+def test_other_priors_agree_with_the_product_of_normals(other) -> None:
+    rng = np.random.default_rng(1)
+    precision = 1 / 2.5**2 + 30.0**-2  # likelihood 20 ± 2.5, far from nought
+    speed = rng.normal(20 / 2.5**2 / precision, precision**-0.5, 50_000)
+    found = ladders.reweighed(speed, "other", 30.0, other)
+    precision = 1 / 2.5**2 + other**-2
+    assert found.median == pytest.approx(20 / 2.5**2 / precision, abs=0.06)
+    assert found.sd == pytest.approx(precision**-0.5, rel=0.02)
+    assert found.pareto_k < 0.7
+
+
+@pytest.fixture
+def rungs(monkeypatch):
+    """Three made-up rungs, of which the first answers the speed only and one needs headings."""
+
+    def rung(rank, answers, needs=("rest_position",)):
+        return SimpleNamespace(
+            answers=answers, needs=needs, rank=rank,
+            above=lambda other: rank > other.rank, impact=rank,
+        )  # fmt: skip
+
+    made = {
+        "low": rung(0, ("speed_b",)),
+        "middle": rung(1, ("speed_b", "e"), ("rest_position", "rest_heading")),
+        "full": rung(2, ("speed_b", "e", "e_m", "mu")),
+    }
+    monkeypatch.setattr(ladders, "RUNGS", made)
+    return made
+
+
+def test_only_rungs_that_the_question_allows(rungs) -> None:
+    refused = refusals(make_scene(), ("speed_b", "e"))
+    assert refused["low"] == "does not answer restitution e"
+    assert not refused["middle"]
+    assert ladders.allowed(make_scene(), ladders.QUESTION) == ["full"]
+
+
+def test_only_rungs_that_the_evidence_allows(rungs, monkeypatch) -> None:
+    scene = make_scene()
+    left = {k: v for k, v in scene.evidence().items() if k != "rest_heading_b"}
+    monkeypatch.setattr(type(scene), "evidence", lambda _: left)
+    refused = refusals(scene, ASKED)
+    assert "needs rest heading" in refused["middle"]
+    assert not refused["low"]
+    monkeypatch.setattr(type(scene), "evidence", lambda _: {})
+    with pytest.raises(Unanswerable, match="needs rest position"):
+        ladder(scene, question=ASKED)
+
+
+def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
+    rungs, monkeypatch
+) -> None:
+    asked = []
+
+    def run(scene, *, model, method, draws, seed):
+        asked.append((model, method, seed))
+        if stop_at == model:
+            raise KeyboardInterrupt
+        if model == "middle":
+            raise Unanswerable("no way there")
+        return make_outcome(scene)
+
+    monkeypatch.setattr(ladders, "reconstruct", run)
+    stop_at = None
+    seen = []
+    whole = ladder(make_scene(), question=ASKED, seed=5, progress=lambda *p: seen.append(p))
+    assert asked == [(name, "importance", 5) for name in rungs]
+    assert ("full", 1, 1) in seen
+    assert whole.choice == "low"  # the same draws: the fuller one moves nothing
+    assert "no way there" in whole.step("middle").verdict
+    assert whole.step("full").below == ("low", "middle")
+    assert whole.step("low").answers["speed_b"].median == pytest.approx(19.2, abs=0.1)
+
+    stop_at = "full"
+    cut = ladder(make_scene(), question=ASKED)
+    assert not cut.complete
+    assert cut.choice is None
+    assert [s.name for s in cut.steps] == ["low", "middle"]
