@@ -34,6 +34,7 @@ def test_check_accepts_the_example() -> None:
     done = run("check", SCENE)
     assert done.returncode == 0, done.stderr
     assert "fine" in done.stdout
+    assert "It asks for speed of B before impact, restitution e" in done.stdout
 
 
 @pytest.mark.parametrize(

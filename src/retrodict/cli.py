@@ -66,10 +66,14 @@ def _options(
 @app.command()
 def check(scene: SceneFile) -> None:
     """Validate a scene file, without reconstructing anything."""
+    from retrodict.scene.quantities import describe
+
     found = _load(scene)
     uncertain = sum(m.sd > 0 for m in found.inputs().values())
+    asked = ", ".join(describe(name)[0] for name in found.question)
     typer.echo(
-        f"{scene}: {found.title}: fine. {len(found.evidence())} items of evidence at rest, "
+        f"{scene}: {found.title}: fine. It asks for {asked}. "
+        f"{len(found.evidence())} items of evidence at rest, "
         f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
     )
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
+import pytest
 from pydantic import BaseModel
+from scipy import special
 
 from retrodict.scene import parse_scene
 from retrodict.scene.defaults import DEFAULTS, FRICTION
@@ -81,3 +84,18 @@ def test_every_friction_and_prior_is_told_with_grade_and_source():
     for name, prior in default_priors().items():
         row = f"{prior.text} | {prior.grade} | {prior.reason} | {prior.source}"
         assert f"| `{name}` | {row} |" in PAGE
+
+
+@pytest.mark.parametrize(
+    ("share", "sd", "told"),
+    [
+        (0.30, 0.10, "0.30 ± 0.10 becomes a law of mean {:.2f} and standard deviation {:.2f}"),
+        (0.03, 0.02, "0.03 ± 0.02 one of {:.3f} and {:.3f}."),
+    ],
+)
+def test_the_logit_normal_law_has_the_moments_that_the_page_tells(share, sd, told):
+    nodes, weights = np.polynomial.hermite_e.hermegauss(60)
+    law = special.expit(special.logit(share) + sd / (share * (1 - share)) * nodes)
+    mean = np.average(law, weights=weights)
+    spread = np.sqrt(np.average((law - mean) ** 2, weights=weights))
+    assert told.format(mean, spread) in " ".join(PAGE.split())
