@@ -21,6 +21,7 @@ from retrodict.models import (
 from retrodict.models.card import Card
 from retrodict.models.impact import Impact
 from retrodict.models.run_out import RunOut
+
 from retrodict.scene.records import Scene
 
 
@@ -51,9 +52,7 @@ class Rung:
         """What it is, in words, with the priors of a scene."""
         one, two = self.impact.card, self.run_out.card
         known = scene.inputs()
-        priors = [
-            (name, scene.priors[name]) for name in self.impact.priors if name not in known
-        ]
+        priors = [(name, scene.priors[name]) for name in self.impact.priors if name not in known]
         return Card(
             name=self.name,
             title=f"{one.title[0].upper()}{one.title[1:]}, then {two.title}",

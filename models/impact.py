@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 from retrodict.models import parts
+from retrodict.models.card import Card
 
 from retrodict.mechanics import (
     Bodies,
@@ -19,7 +20,6 @@ from retrodict.mechanics import (
     separation,
     undo,
 )
-from retrodict.models.card import Card
 
 Separation = Float[Array, " separation"]
 

@@ -318,9 +318,7 @@ def restitution(data: Data, before: Float[Array, "6"], to: Bodies) -> Float[Arra
 
 def moment_coefficient(data: Data) -> Float[Array, ""]:
     """e_m from its prior."""
-    return numpyro.sample(
-        "e_m", dist.TruncatedNormal(*data.priors["e_m"], low=-1.0, high=1.0)
-    )
+    return numpyro.sample("e_m", dist.TruncatedNormal(*data.priors["e_m"], low=-1.0, high=1.0))
 
 
 def friction(
@@ -338,9 +336,7 @@ def friction(
     return numpyro.sample("mu", dist.StudentT(_MU_FREEDOM, centre * about, width))
 
 
-def collide(
-    before: Float[Array, "6"], to: Bodies, coefficients: Coefficients
-) -> Float[Array, "6"]:
+def collide(before: Float[Array, "6"], to: Bodies, coefficients: Coefficients) -> Float[Array, "6"]:
     """Velocities after a planar impact, with all that is told of it.
 
     Args:

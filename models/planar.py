@@ -5,7 +5,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 from retrodict.models import parts
 from retrodict.models.card import Card
-from retrodict.models.impact import E, NO_MOMENT, Impact, Separation, planar_unknowns
+from retrodict.models.impact import NO_MOMENT, E, Impact, Separation, planar_unknowns
 
 from retrodict.mechanics import Coefficients
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from retrodict.models import parts
 from retrodict.models.card import Card
-from retrodict.models.impact import E, E_M, NO_SLIP, Impact, Separation, planar_unknowns
+from retrodict.models.impact import E_M, NO_SLIP, E, Impact, Separation, planar_unknowns
 
 from retrodict.mechanics import Coefficients, critical_mu
 
@@ -30,8 +30,8 @@ IMPACT = Impact(
             "m_a (d2+d4)(V_ay − v_ay)",
             "restitution e along the normal of the contact line: SAE 770014 eq 22",
             "sliding along the contact line ends within the contact: μ of eq 23 at its critical value",
-            "impact moment coefficient e_m: SAE 770014 eq 24, the sign of its bracket corrected, so that "
-            "Ω_b − Ω_a = e_m [(ω_b + f_b/I_b) − (ω_a + f_a/I_a)]",
+            "impact moment coefficient e_m: SAE 770014 eq 24, the sign of its bracket corrected, so "
+            "that Ω_b − Ω_a = e_m [(ω_b + f_b/I_b) − (ω_a + f_a/I_a)]",
         ),
         assumptions=(
             "the impact is short: vehicles do not move and tyres do nothing while it lasts",

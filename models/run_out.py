@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from retrodict.models import parts
 from retrodict.models.card import Card
+
 from retrodict.scene.records import Scene
 
 

@@ -50,7 +50,9 @@ RUN_OUT = RunOut(
             "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
             "cannot be negative) about what was measured, and independent of one another",
         ),
-        left_out=("yaw, and the rest headings as evidence; other surfaces; rolling wheels; slopes",),
+        left_out=(
+            "yaw, and the rest headings as evidence; other surfaces; rolling wheels; slopes",
+        ),
     ),
     rests=("x", "y"),
     seen=spin.seen,

@@ -7,6 +7,7 @@ from dataclasses import replace
 from retrodict.models import wheels
 from retrodict.models.card import Card
 from retrodict.models.run_out import RunOut
+
 from retrodict.scene.records import Measured, Scene
 
 

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from retrodict.models.impact import E, E_M, quotients
+from retrodict.models.impact import E_M, E, quotients
 
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare

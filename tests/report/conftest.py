@@ -27,7 +27,7 @@ CHAINS, DRAWS = 4, 500
 DEGREE = np.pi / 180
 
 CARD = Card(
-    name="planar-moment-wheels",
+    name="planar-moment+wheels",
     title="Planar impact with moment impulse, then a skid to rest on four locked wheels",
     equations=(
         "momentum along x and y: SAE 770014 eqs 19, 20",

@@ -39,7 +39,7 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
         "complete",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
-    assert found["model"] == "planar-moment-wheels"
+    assert found["model"] == "planar-moment+wheels"
     assert list(found["parameters"]) == list(REPORTED)
     assert all(set(entry) == STATISTICS for entry in found["parameters"].values())
     assert found["parameters"]["speed_b"]["unit"] == "m/s"

@@ -80,9 +80,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         reasons=tuple(found),
         failed=tuple(failed),
         flags=_flags(idata, scene),
-        coarse=tuple(
-            n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)
-        ),
+        coarse=tuple(n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)),
     )
 
 

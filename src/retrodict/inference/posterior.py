@@ -81,7 +81,7 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     for _ in range(3):
         mode, value = _mode(programs, data, chart)
         centre = np.asarray(programs("bent", data, chart, mode))
-        spread = chart.spread @ _spread_at(programs, data, chart, mode)
+        spread = np.asarray(chart.spread) @ _spread_at(programs, data, chart, mode)
         if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         chart = _chart(programs, data, sheets, centre, spread)

@@ -40,7 +40,17 @@ _MAX_TREE_DEPTH = 6
 _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
 
 # run a few times each: compiling them well would take longer than they do
-_SELDOM = ("inputs", "levels", "bent", "locate", "solve_back", "propagate", "simulate", "prior", "paths")
+_SELDOM = (
+    "inputs",
+    "levels",
+    "bent",
+    "locate",
+    "solve_back",
+    "propagate",
+    "simulate",
+    "prior",
+    "paths",
+)
 _QUICKLY = {"xla_backend_optimization_level": 0}
 
 # XLA compiles outside Python's lock, so two programs compile at once

@@ -1,0 +1,153 @@
+"""Each rung against a posterior known otherwise: by quadrature, or weighed in its own unknowns."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+from jax.flatten_util import ravel_pytree
+from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
+from retrodict.models import RUNGS
+from scipy import stats
+
+from retrodict.inference.methods import METHODS, Task
+from retrodict.inference.methods.importance import log_evidence
+from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.programs import in_chunks
+from retrodict.scene.records import Measured, Scene
+from tests.scenes import collision
+
+SCENE = collision(share=0.0, berm=False)
+
+
+def drawn(posterior: Posterior, draws: int = 2000) -> dict[str, np.ndarray]:
+    """Sites at draws by importance sampling, a row each."""
+    task = Task(posterior, 4, draws, 0, 0, lambda *_: None)
+    w = METHODS["importance"].draw(task).w.reshape(-1, posterior.size)
+    arguments = (posterior.data, posterior.chart)
+    return in_chunks(lambda w: posterior.programs("locate", *arguments, w)[0], w)
+
+
+def everything_exact(scene: Scene) -> Scene:
+    """With no uncertainty but that of the rest poses."""
+    a = scene.approach["a"]
+    surface = replace(scene.surfaces[0], friction=Measured(0.5))
+    return replace(
+        scene,
+        approach=scene.approach | {"a": replace(a, speed=Measured(a.speed.value))},
+        contact=replace(scene.contact, Gamma=Measured(scene.contact.Gamma.value)),
+        surfaces=(surface,),
+    )
+
+
+def test_momentum_and_slide_by_quadrature() -> None:
+    """Four rest coordinates decide four unknowns, so the posterior is an integral over them."""
+    scene = everything_exact(SCENE)
+    posterior = prepare(scene, "momentum+slide")
+    x, _ = np.polynomial.hermite_e.hermegauss(14)
+    weights = np.polynomial.hermite_e.hermegauss(14)[1] / np.sqrt(2 * np.pi)
+    z = np.stack(np.meshgrid(x, x, x, x, indexing="ij"), axis=-1).reshape(-1, 2, 2)
+    mass = np.prod(np.stack(np.meshgrid(*[weights] * 4, indexing="ij")), axis=0).ravel()
+
+    grip, V, log_slope = 0.5 * 9.80665, [], 0.0
+    for i, v in enumerate("ab"):
+        lever = [(-2.079, -0.205), (0.653, 1.636)][i]
+        rest = np.array([scene.rest[v].x.value, scene.rest[v].y.value]) + 0.15 * z[:, i]
+        way = rest + lever
+        far = np.hypot(*way.T)
+        V.append(way / far[:, None] * np.sqrt(2 * grip * far)[:, None])
+        log_slope += np.log(grip / far)  # |dV / d rest|
+    m_a, m_b, v_a = 1857.0, 1778.0, np.array([-20.1168, 0.0])
+    P = m_a * (V[0] - v_a)
+    speed = np.hypot(*(V[1] + P / m_b).T)
+    log_slope += 2 * np.log(m_a) - np.log(speed)  # to impulse, speed and direction
+    prior = stats.halfnorm(scale=30).logpdf(speed) - np.log(2 * np.pi)
+    prior += stats.norm(0, 20 * m_a).logpdf(P).sum(axis=1)
+    # over rest coordinates, of which the grid's normal weights are the likelihood
+    share = mass * np.exp(prior + log_slope)
+
+    found, evidence = drawn(posterior), log_evidence(posterior, np.random.default_rng(1))
+    assert evidence.value == pytest.approx(np.log(share.sum()), abs=5 * evidence.error + 1e-9)
+    share /= share.sum()
+    mean = share @ speed
+    sd = np.sqrt(share @ (speed - mean) ** 2)
+    assert found["speed_b"].mean() == pytest.approx(mean, abs=5 * sd / np.sqrt(4000))
+    assert found["speed_b"].std() == pytest.approx(sd, rel=5 / np.sqrt(2 * 4000))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name.endswith("spin") else pytest.param(name, marks=pytest.mark.slow)
+        for name in RUNGS
+    ],
+)
+def test_rung_agrees_with_weights_in_its_own_unknowns(name: str) -> None:
+    """A Student-t in the model's unconstrained unknowns, weighed by NumPyro's density of it.
+
+    Neither the sheets nor the bend nor their determinants take part, so all of them must be right
+    for the evidence to agree.
+    """
+    posterior = prepare(SCENE, name)
+    structure, data = posterior.programs.structure, posterior.data
+    model, ours = RUNGS[name].model, drawn(posterior)
+    _, unravel = ravel_pytree(unconstrain_fn(model, (structure, data), {}, first(ours)))
+    flat = jax.jit(
+        jax.vmap(lambda s: ravel_pytree(unconstrain_fn(model, (structure, data), {}, s))[0])
+    )(ours)
+    middle, unit = np.mean(flat, axis=0), np.std(flat, axis=0)
+    law = stats.multivariate_t(0 * unit, 1.3 * np.corrcoef(flat, rowvar=False), df=8, seed=3)
+    t = law.rvs(20_000)
+
+    @jax.jit
+    @jax.vmap
+    def weigh(u: jax.Array) -> tuple[jax.Array, dict[str, jax.Array]]:
+        sites = unravel(u)
+        log_density = -potential_energy(model, (structure, data), {}, sites)
+        return log_density, constrain_fn(model, (structure, data), {}, sites)
+
+    log_weight, sites = weigh(middle + unit * t)
+    log_weight = np.nan_to_num(np.asarray(log_weight), nan=-np.inf) - law.logpdf(t)
+    log_weight += np.log(unit).sum()
+    weight = np.exp(log_weight - log_weight.max())
+    evidence = log_weight.max() + np.log(weight.mean())
+    weight /= weight.sum()
+    effective = 1 / (weight**2).sum()
+    assert effective > 200
+    mine = log_evidence(posterior, np.random.default_rng(1))
+    assert mine.value == pytest.approx(evidence, abs=5 * np.hypot(mine.error, effective**-0.5))
+    for site in ("speed_b", *(q for q in ("e", "e_m", "mu") if q in ours)):
+        theirs, draws = np.asarray(sites[site]), ours[site]
+        mean = weight @ theirs
+        sd = np.sqrt(weight @ (theirs - mean) ** 2)
+        error = np.sqrt(1 / effective + 1 / 4000)
+        assert draws.mean() == pytest.approx(mean, abs=5 * sd * error), site
+        assert draws.std() == pytest.approx(sd, rel=5 * error), site
+
+
+def first(rows: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The first row of each."""
+    return {name: values[0] for name, values in rows.items()}
+
+
+def test_what_a_rung_holds_is_so_in_every_draw() -> None:
+    """No moment impulse and no sliding left: eqs 11 and 23 in velocities told by the model."""
+    posterior = prepare(SCENE, "planar-common+spin")
+    sites = drawn(posterior, 500)
+    told = in_chunks(lambda s: posterior.programs("simulate", posterior.data, s), sites)
+    np.testing.assert_allclose(told["moment_work"], 0, atol=1e-6)
+    lever_a, lever_b = np.array([-2.079, -0.205]), np.array([0.653, 1.636])
+    x = told["Vax"] - told["Omega_a"] * lever_a[1] - told["Vbx"] + told["Omega_b"] * lever_b[1]
+    y = told["Vay"] + told["Omega_a"] * lever_a[0] - told["Vby"] - told["Omega_b"] * lever_b[0]
+    Gamma = told["Gamma"]
+    np.testing.assert_allclose(y * np.cos(Gamma) - x * np.sin(Gamma), 0, atol=1e-9)
+
+
+def test_rungs_stand_above_those_they_contain() -> None:
+    names = list(RUNGS)
+    for i, name in enumerate(names):
+        assert not RUNGS[name].above(RUNGS[name])
+        assert not any(RUNGS[lower].above(RUNGS[name]) for lower in names[:i])
+    fullest = RUNGS[names[-1]]
+    assert all(fullest.above(RUNGS[name]) for name in names[:-1])
+    assert not RUNGS["planar+spin"].above(RUNGS["planar-moment-common+spin"])
