@@ -21,7 +21,7 @@ from jax.flatten_util import ravel_pytree
 from numpyro.infer import NUTS
 from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
 from retrodict.models import RUNGS, parts
-from retrodict.models.planar_moment_wheels import E_SCALE, MU_SCALE, OMEGA_SCALE, SPEED_SCALE
+from scipy import stats
 
 from benchmarks import reference
 
@@ -51,14 +51,13 @@ class Forward:
     """The rung's density in one flat vector of its unconstrained sites.
 
     Args:
-        rung: its name.
-        structure: of the scene, the run-out's steps as inference takes them.
+        structure: of the rung and scene, the run-out's steps as inference takes them.
         data: the scene's numbers.
         draws: of the posterior, sites with a leading axis: where all start.
     """
 
-    def __init__(self, rung: str, structure: parts.Structure, data: parts.Data, draws: Sites):
-        self.model = partial(RUNGS[rung].model, structure)
+    def __init__(self, structure: parts.Structure, data: parts.Data, draws: Sites):
+        self.model = partial(RUNGS[structure.rung].model, structure)
         self.structure, self.data = structure, data
         unconstrained = partial(unconstrain_fn, self.model, (data,), {})
         example = unconstrained({name: value[0] for name, value in draws.items()})
@@ -300,14 +299,15 @@ def scipy_density(forward: Forward, first_written: bool = False) -> Callable[[Ar
         first_written: whether run-outs compute in NumPy arrays, and not in the faster plain numbers.
     """
     structure, data = forward.structure, forward.data
+    assert structure.rung == "planar-moment+wheels"
     assert structure.constant_friction
+    assert not structure.rolling
     assert len(structure.surfaces) == 2
     assert not structure.known_of_b
     given = {name: pair[0] for name, pair in data.inputs.items()}
     location, scale = np.array([data.inputs[name] for name in structure.names]).T
     lognormal = np.array([law == "lognormal" for _, law in structure.uncertain])
-    order = [f"rest_{part}_{v}" for v in "ab" for part in ("x", "y", "heading")]
-    found, sd = np.array([data.evidence[name] for name in order]).T
+    found, sd = np.array([data.evidence[name] for name in structure.evidence]).T
 
     def density(u: Array) -> float:
         # in the order of their names: direction_b, e, e_m, measured, mu, omega_b, speed_b
@@ -320,17 +320,19 @@ def scipy_density(forward: Forward, first_written: bool = False) -> Callable[[Ar
         x = given | dict(
             zip(structure.names, np.where(lognormal, np.exp(values), values), strict=True)
         )
-        prior = xi @ xi + (speed / SPEED_SCALE) ** 2 + (omega_b / OMEGA_SCALE) ** 2
-        prior += (e / E_SCALE) ** 2 + (mu / MU_SCALE) ** 2
         approach_b = np.array([speed * np.cos(direction), speed * np.sin(direction), omega_b])
         lever = {v: _lever(x, v) for v in "ab"}
-        after = _impact(x, lever, approach_b, (e, mu, e_m))
+        hit = partial(_impact, x, lever, approach_b)
+        log_prior = _log_prior(data.priors, hit, (speed, omega_b), (e, mu, e_m))
         rests = [
             reference.solve(scene, "RK45", TOLERANCE, 1e-3, first_written)[0]
-            for scene in (_skid(x, v, lever[v], V, data) for v, V in zip("ab", after, strict=True))
+            for scene in (
+                _skid(x, v, lever[v], V, data)
+                for v, V in zip("ab", hit((e, mu, e_m)).after, strict=True)
+            )
         ]
         miss = (np.concatenate(rests) - found) / sd
-        return float(log_slope - (prior + miss @ miss) / 2)
+        return float(log_slope + log_prior - (xi @ xi + miss @ miss) / 2)
 
     return density
 
@@ -341,16 +343,25 @@ def _lever(x: dict[str, Any], v: str) -> Array:
     return np.asarray(x[f"impact_distance_{v}"] * np.array([np.cos(angle), np.sin(angle)]))
 
 
+class Hit(NamedTuple):
+    """An impact: velocities after it, a row a vehicle; contact velocities (normal, tangent); impulse."""
+
+    after: Array
+    closing: Array
+    opening: Array
+    P_n: float
+
+
 def _impact(
     x: dict[str, Any], lever: dict[str, Array], approach_b: Array, coefficients: tuple
-) -> Array:
-    """Velocities after the impact, a row a vehicle (SAE 770014, eqs 9-14 and 22-24)."""
+) -> Hit:
+    """SAE 770014, eqs 9-14 and 22-24."""
     e, mu, e_m = coefficients
     course = x["direction_a"]
     approach_a = [x["speed_a"] * np.cos(course), x["speed_a"] * np.sin(course), x["omega_a"]]
     before = np.array([approach_a, approach_b])
     c, s = np.cos(x["Gamma"]), np.sin(x["Gamma"])
-    normal, line = np.array([c, s]), np.array([c - mu * s, s + mu * c])
+    axes, line = np.array([[c, s], [-s, c]]), np.array([c - mu * s, s + mu * c])
     mass, inertia = ([x[f"{what}_{v}"] for v in "ab"] for what in ("mass", "yaw_inertia"))
 
     def after(P_n: float) -> Array:
@@ -361,15 +372,43 @@ def _impact(
         spin = free + np.array([M, -M]) / inertia
         return np.column_stack([before[:, :2] + P / np.array(mass)[:, None], spin])
 
-    def opening(V: Array) -> float:
+    def contact(V: Array) -> Array:
         at = [
             v[:2] + v[2] * np.array([-r[1], r[0]]) for v, r in zip(V, lever.values(), strict=True)
         ]
-        return float((at[0] - at[1]) @ normal)
+        return np.asarray(axes @ (at[0] - at[1]))
 
     # linear in P_n
-    none, one = opening(after(0.0)), opening(after(1.0))
-    return after((-e * opening(before) - none) / (one - none))
+    none, one, closing = contact(after(0.0)), contact(after(1.0)), contact(before)
+    P_n = (-e * closing[0] - none[0]) / (one[0] - none[0])
+    return Hit(after(P_n), closing, contact(after(P_n)), float(P_n))
+
+
+def _log_prior(
+    priors: dict[str, Any],
+    hit: Callable[[tuple], Hit],
+    motion: tuple[float, float],
+    coefficients: tuple[float, float, float],
+) -> float:
+    """Of B's speed and yaw rate and of the coefficients, as `models/parts.py` has them."""
+    (speed, omega_b), (e, mu, e_m) = motion, coefficients
+    found = -((speed / priors["speed_b"][0]) ** 2 + (omega_b / priors["omega_b"][0]) ** 2) / 2
+    without, full = hit((e, 0.0, e_m)), hit((e, 1.0, e_m))
+    fast, slow, over = priors["e"]
+    scale = fast + (slow - fast) * np.exp(-abs(without.closing[0]) / over)
+    found += stats.truncnorm(0, 1 / scale, scale=scale).logpdf(e)
+    centre, scale = priors["e_m"]
+    found += stats.norm(centre, scale).logpdf(e_m)
+    # the mu that ends the sliding; none where friction only drives it
+    left = [h.opening[1] / h.P_n for h in (without, full)]
+    critical = left[0] / (left[0] - left[1])
+    sense = without.closing[1] * without.closing[0]
+    if without.closing[1] * without.opening[1] > 0 and critical * sense < 0:
+        critical = 1e9 * np.sign(sense)
+    about = critical / np.sqrt(1 + (critical / 2) ** 2)
+    centre, scale = priors["mu"]
+    found += stats.t(4, centre * about, scale * np.sqrt(about**2 + 0.1**2)).logpdf(mu)
+    return float(found)
 
 
 def _skid(x: dict[str, Any], v: str, lever: Array, V: Array, data: parts.Data) -> reference.Scene:
@@ -383,7 +422,7 @@ def _skid(x: dict[str, Any], v: str, lever: Array, V: Array, data: parts.Data) -
         front_axle=x[f"front_axle_{v}"],
         rear_axle=x[f"rear_axle_{v}"],
         track=x[f"track_{v}"],
-        coefficients=np.array([x[road], x[berm]]),
+        coefficients=x[f"grip_{v}"] * np.array([x[road], x[berm]]),
         speed_dependence=np.zeros(2),
         point=data.edges.point[0] + x[f"edge_{berm.removeprefix('friction_')}"] * inward,
         inward=inward,

@@ -262,9 +262,7 @@ def _usable(points: Sequence[Point], set_up: float) -> float:
 
 def theirs(posterior: Posterior, known: Reference, effort: Effort, scene: str) -> Iterator[Point]:
     """Every competitor, at parts of its run; what it had no time for is extrapolated."""
-    forward = competitors.Forward(
-        DEFAULT_RUNG, posterior.programs.structure, posterior.data, known.draws
-    )
+    forward = competitors.Forward(posterior.programs.structure, posterior.data, known.draws)
     for trace in competitors.traces(forward, effort.limit, effort.share):
         yield from _points(trace, forward.sites(trace.u), known, scene)
 

@@ -1,22 +1,99 @@
-"""The NumPyro models, one rung a file, made of shared parts; `RUNGS` registers them by name."""
+"""The NumPyro models: rungs from the simplest to the fullest, each an impact and a run-out.
+
+A new impact or run-out is a file and a name below.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from retrodict.models import parts, planar_moment_wheels
+from retrodict.models import (
+    momentum,
+    parts,
+    planar,
+    planar_common,
+    planar_moment,
+    planar_moment_common,
+    slide,
+    spin,
+    wheels,
+)
 from retrodict.models.card import Card
+from retrodict.models.impact import Impact
+from retrodict.models.run_out import RunOut
+from retrodict.scene.records import Scene
 
 
 @dataclass(frozen=True)
 class Rung:
-    """A model and its card."""
+    """A model: an impact followed by two run-outs."""
 
-    model: Callable[[parts.Structure, parts.Data], None]
-    card: Card
+    impact: Impact
+    run_out: RunOut
+
+    @property
+    def name(self) -> str:
+        """As in `RUNGS`."""
+        return f"{self.impact.card.name}+{self.run_out.card.name}"
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """Which of the quantities asked for it infers."""
+        return self.impact.answers
+
+    def above(self, other: Rung) -> bool:
+        """Whether it holds all that another does, and more."""
+        mine = (self.impact.fullness, self.run_out.fullness)
+        theirs = (other.impact.fullness, other.run_out.fullness)
+        return mine != theirs and all(a >= b for a, b in zip(mine, theirs, strict=True))
+
+    def card(self, scene: Scene) -> Card:
+        """What it is, in words, with the priors of a scene."""
+        one, two = self.impact.card, self.run_out.card
+        known = scene.inputs()
+        priors = [
+            (name, scene.priors[name]) for name in self.impact.priors if name not in known
+        ]
+        return Card(
+            name=self.name,
+            title=f"{one.title[0].upper()}{one.title[1:]}, then {two.title}",
+            equations=one.equations + two.equations,
+            assumptions=one.assumptions + two.assumptions,
+            left_out=one.left_out + two.left_out,
+            priors=tuple((name, p.text, f"{p.reason} ({p.source})") for name, p in priors),
+        )
+
+    def of_scene(self, scene: Scene) -> tuple[parts.Structure, parts.Data]:
+        """A scene, as this rung sees it, as a program's structure and its arguments."""
+        return parts.of_scene(self.run_out.seen(scene), self.name, self.run_out.rests)
+
+    def model(
+        self,
+        structure: parts.Structure,
+        data: parts.Data,
+        rest_poses: parts.RestPoses | None = None,
+    ) -> None:
+        """The forward story: what was measured, the impact, two run-outs, what was found.
+
+        Args:
+            structure: which inputs are uncertain and which surfaces there are.
+            data: the scene's numbers.
+            rest_poses: the run-outs, for who knows their slopes already.
+        """
+        x = parts.measured(structure, data)
+        after = self.impact.story(structure, data, x)
+        rests = (rest_poses or self.run_out.rest_poses)(structure, data, x, after)
+        parts.observe(structure, data, rests)
 
 
+_IMPACTS = (momentum, planar_common, planar, planar_moment_common, planar_moment)
+_RUN_OUTS = (slide, spin, wheels)
+
+# a straight slide tells nothing of yaw, without which an impact's moments cannot be told
 RUNGS: dict[str, Rung] = {
-    module.CARD.name: Rung(module.model, module.CARD) for module in (planar_moment_wheels,)
+    rung.name: rung
+    for impact in _IMPACTS
+    for run_out in _RUN_OUTS
+    if run_out is not slide or impact is momentum
+    for rung in [Rung(impact.IMPACT, run_out.RUN_OUT)]
 }

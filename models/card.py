@@ -1,4 +1,4 @@
-"""What a rung is, in words and data that a report can print."""
+"""What a model is, in words and data that a report can print."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class Card:
     """What a model is, in words that a report can print.
 
     Args:
-        name: the rung's identifier.
+        name: identifier.
         title: one line.
         equations: what is solved, one line each, with the source.
         assumptions: what is taken for granted, one line each.
@@ -23,4 +23,4 @@ class Card:
     equations: tuple[str, ...]
     assumptions: tuple[str, ...]
     left_out: tuple[str, ...]
-    priors: tuple[tuple[str, str, str], ...]
+    priors: tuple[tuple[str, str, str], ...] = ()

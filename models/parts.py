@@ -1,4 +1,4 @@
-"""What the rungs are built from: a scene as arrays, its measured inputs, poses, ground, evidence."""
+"""What the rungs are built from: a scene as arrays, measured inputs, priors, poses, ground, evidence."""
 
 from __future__ import annotations
 
@@ -14,14 +14,31 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 
 import retrodict._precision  # noqa: F401
-from retrodict.mechanics import Bodies, Car, Ground, Zone, lever_arms, rest
+from retrodict.mechanics import (
+    Bodies,
+    Car,
+    Coefficients,
+    Ground,
+    Wheels,
+    Zone,
+    audit,
+    contact_velocity,
+    critical_mu,
+    lever_arms,
+    separation,
+)
 from retrodict.scene.records import VEHICLES, Measured, Scene
 
 Values = dict[str, Float[Array, ""]]
 
 # measured of B before impact: evidence on what the impact's inverse gives, not an input of its own
 OF_B = ("direction_b", "omega_b")
-_RESTS = tuple(f"rest_{part}_{v}" for v in VEHICLES for part in ("x", "y", "heading"))
+_WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
+
+# Where the contact hardly slides or hardly presses, mu_c says little of mu: the prior's centre stays
+# within +-_MU_MOST, what friction between cars was seen to be (SAE 2014-01-0469: to 1.6 in size)
+_MU_MOST, _MU_LEAST = 2.0, 0.1
+_MU_FREEDOM = 4.0  # of the Student-t: collisions unlike the staged ones are not ruled out
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,23 +47,34 @@ class Structure:
     scenes of one structure.
 
     Args:
+        rung: a name in `retrodict.models.RUNGS`.
         uncertain: measured inputs that carry an uncertainty, with their error laws.
         surfaces: names, the one that lies everywhere first.
         known_of_b: which of `OF_B` was measured.
         constant_friction: whether no surface's friction depends on speed.
+        rolling: whether some wheel is not locked.
+        rests: what of a rest pose the rung explains.
         steps: of each run-out's integration; `inference` takes as many as the scene needs.
     """
 
+    rung: str
     uncertain: tuple[tuple[str, str], ...]
     surfaces: tuple[str, ...]
     known_of_b: tuple[str, ...]
     constant_friction: bool
+    rolling: bool
+    rests: tuple[str, ...]
     steps: int = 48
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the uncertain inputs, in their order."""
         return tuple(name for name, _ in self.uncertain)
+
+    @property
+    def evidence(self) -> tuple[str, ...]:
+        """Names of the items of evidence that the rung explains, A's first."""
+        return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
 
 
 class Data(NamedTuple):
@@ -58,16 +86,24 @@ class Data(NamedTuple):
         inputs: (location, scale) of every measured input: of the quantity itself, or of its
             logarithm where the law is lognormal and the input uncertain.
         evidence: (value, sd) of every item of evidence.
+        priors: numbers of each prior, as `Scene.priors` has them.
         edges: where each edge runs: point and unit normal into the zone, m.
     """
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
     evidence: dict[str, Float[Array | np.ndarray, "2"]]
+    priors: dict[str, Float[Array | np.ndarray, " numbers"]]
     edges: Zone
 
 
-def of_scene(scene: Scene) -> tuple[Structure, Data]:
-    """A scene as a program's structure and its arguments."""
+def of_scene(scene: Scene, rung: str, rests: tuple[str, ...]) -> tuple[Structure, Data]:
+    """A scene as a program's structure and its arguments.
+
+    Args:
+        scene: as the rung's run-out sees it.
+        rung: its name.
+        rests: what of a rest pose it explains.
+    """
     inputs = scene.inputs()
     uncertain = tuple((k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B)
     edges = [s.edge for s in scene.surfaces if s.edge is not None]
@@ -80,23 +116,29 @@ def of_scene(scene: Scene) -> tuple[Structure, Data]:
     )
     return (
         Structure(
+            rung=rung,
             uncertain=uncertain,
             surfaces=tuple(s.name for s in scene.surfaces),
             known_of_b=tuple(k for k in OF_B if k in inputs),
             constant_friction=all(
                 s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
             ),
+            rolling=any(vehicle.wheels is not None for vehicle in scene.vehicles.values()),
+            rests=rests,
         ),
         Data(
             inputs={k: _location_and_scale(m) for k, m in inputs.items()},
             evidence={k: np.array([m.value, m.sd]) for k, m in scene.evidence().items()},
+            priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
             edges=zones,
         ),
     )
 
 
 def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
-    """Of the normal law, or of the logarithm's normal with the measured mean and sd."""
+    """Of the normal law, or of the normal whose exponential or logistic has the measured mean and sd."""
+    if m.law == "logitnormal" and m.sd > 0:  # sd to first order
+        return np.array([np.log(m.value / (1 - m.value)), m.sd / (m.value * (1 - m.value))])
     if m.law == "lognormal" and m.sd > 0:
         variance = np.log1p((m.sd / m.value) ** 2)
         return np.array([np.log(m.value) - variance / 2, np.sqrt(variance)])
@@ -131,13 +173,15 @@ def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"])
         pairs = [data.inputs[name] for name in structure.names]
         location, scale = jnp.stack(pairs, axis=1)
         x = location + scale * xi
-        x = jnp.where(_is_lognormal(structure), jnp.exp(x), x)
+        x = jnp.where(_has_law(structure, "lognormal"), jnp.exp(x), x)
+        if "logitnormal" in dict(structure.uncertain).values():
+            x = jnp.where(_has_law(structure, "logitnormal"), jax.nn.sigmoid(x), x)
         values |= dict(zip(structure.names, x, strict=True))
     return values
 
 
-def _is_lognormal(structure: Structure) -> np.ndarray:
-    return np.array([law == "lognormal" for _, law in structure.uncertain])
+def _has_law(structure: Structure, law: str) -> np.ndarray:
+    return np.array([own == law for _, own in structure.uncertain])
 
 
 def levers(x: Values) -> Float[Array, "2 2"]:
@@ -168,7 +212,7 @@ def impact_poses(x: Values) -> Float[Array, "2 3"]:
     return jnp.concatenate([centre, headings[:, None]], axis=1)
 
 
-def cars(x: Values) -> Car:
+def cars(structure: Structure, x: Values) -> Car:
     """Both vehicles as the run-out takes them, stacked."""
     columns = [
         (
@@ -180,42 +224,150 @@ def cars(x: Values) -> Car:
         for v in VEHICLES
     ]
     k2, front, rear, track = (jnp.stack(pair) for pair in zip(*columns, strict=True))
-    return Car(k2, front, rear, track)
+    return Car(k2, front, rear, track, _wheels(x) if structure.rolling else None)
+
+
+def _wheels(x: Values) -> Wheels:
+    """How both vehicles' wheels turn; locked where nothing else is said."""
+    drag = [[x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in _WHEELS] for v in VEHICLES]
+    steer = [x.get(f"steer_{v}", jnp.zeros(())) for v in VEHICLES]
+    front = jnp.array([1.0, 1.0, 0.0, 0.0])
+    return Wheels(jnp.stack([jnp.stack(row) for row in drag]), jnp.stack(steer)[:, None] * front)
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:
-    """The surfaces' friction and the edges where they run."""
+    """The surfaces' friction and the edges where they run, for both vehicles: friction is stacked."""
     inward = data.edges.inward
     shifts = [x[f"edge_{name}"] for name in structure.surfaces[1:]]
     shift = jnp.stack(shifts)[:, None] * inward if shifts else inward
     dependence = [x[f"speed_dependence_{s}"] for s in structure.surfaces]
+    friction = jnp.stack([x[f"friction_{s}"] for s in structure.surfaces])
     return Ground(
-        coefficients=jnp.stack([x[f"friction_{s}"] for s in structure.surfaces]),
+        coefficients=jnp.stack([x[f"grip_{v}"] for v in VEHICLES])[:, None] * friction,
         speed_dependence=None if structure.constant_friction else jnp.stack(dependence),
         zones=Zone(data.edges.point + shift, inward),
     )
 
 
-def rest_poses(
-    structure: Structure, data: Data, x: Values, separation: Float[Array, "6"]
-) -> Float[Array, "2 3"]:
-    """Where both vehicles come to rest after separating with these velocities."""
-    on = ground(structure, data, x)
-    run = jax.vmap(lambda pose, velocity, car: rest(pose, velocity, car, on, structure.steps))
-    return run(impact_poses(x), separation.reshape(2, 3), cars(x))
+def each_vehicle(function: Callable[..., Array], *arguments: Array, car: Car, on: Ground) -> Array:
+    """function(*arguments, car, ground) of both vehicles.
+
+    Args:
+        function: of one vehicle.
+        arguments: with a row for each.
+        car: both, stacked.
+        on: as `ground` gives it.
+    """
+    share = Ground(0, None, Zone(None, None))  # only friction differs between them
+    return jax.vmap(function, in_axes=(*(0 for _ in arguments), 0, share))(*arguments, car, on)
 
 
-RestPoses = Callable[[Structure, Data, Values, Float[Array, "6"]], Float[Array, "2 3"]]
+RestPoses = Callable[[Structure, Data, Values, Float[Array, " separation"]], Array]
 
 
-def measured_rests(data: Data, z: Float[Array, "6"]) -> Float[Array, "2 3"]:
-    """Rest poses that lie z standard deviations from those measured."""
-    value, sd = jnp.stack([data.evidence[name] for name in _RESTS], axis=1)
-    return (value + sd * z).reshape(2, 3)
+def measured_rests(
+    structure: Structure, data: Data, z: Float[Array, " rests"]
+) -> Float[Array, "2 rest"]:
+    """Rests that lie z standard deviations from those measured."""
+    value, sd = jnp.stack([data.evidence[name] for name in structure.evidence], axis=1)
+    return (value + sd * z).reshape(2, -1)
 
 
-def observe(data: Data, poses: Float[Array, "2 3"]) -> None:
-    """Compare the rest poses with those measured."""
-    for name, predicted in zip(_RESTS, poses.reshape(6), strict=True):
+def observe(structure: Structure, data: Data, rests: Float[Array, "2 rest"]) -> None:
+    """Compare the rests with those measured."""
+    for name, predicted in zip(structure.evidence, rests.ravel(), strict=True):
         value, sd = data.evidence[name]
         numpyro.sample(name, dist.Normal(predicted, sd), obs=value)
+
+
+# --- what is not measured: priors and what follows from them ------------------------------------
+
+
+def velocity_of_b(structure: Structure, data: Data) -> Float[Array, "2"]:
+    """B's velocity before impact from its prior, m/s."""
+    speed = numpyro.sample("speed_b", dist.HalfNormal(data.priors["speed_b"][0]))
+    if "direction_b" in structure.known_of_b:
+        prior = dist.Normal(*data.inputs["direction_b"])
+    else:
+        prior = dist.Uniform(-jnp.pi, jnp.pi)
+    direction = numpyro.sample("direction_b", prior)
+    v_bx = numpyro.deterministic("vbx", speed * jnp.cos(direction))
+    v_by = numpyro.deterministic("vby", speed * jnp.sin(direction))
+    return jnp.stack([v_bx, v_by])
+
+
+def approach(structure: Structure, data: Data, x: Values) -> Float[Array, "6"]:
+    """All velocities before impact: A's as measured, B's from its priors."""
+    v_b = velocity_of_b(structure, data)
+    if "omega_b" in structure.known_of_b:
+        prior = dist.Normal(*data.inputs["omega_b"])
+    else:
+        prior = dist.Normal(0.0, data.priors["omega_b"][0])
+    omega_b = numpyro.sample("omega_b", prior)
+    return jnp.append(jnp.concatenate([approach_of_a(x), v_b]), omega_b)
+
+
+def restitution(data: Data, before: Float[Array, "6"], to: Bodies) -> Float[Array, ""]:
+    """e from its prior, which falls as the closing speed rises."""
+    normal = jnp.stack([jnp.cos(to.Gamma), jnp.sin(to.Gamma)])
+    closing = jnp.abs(contact_velocity(before, to) @ normal)
+    fast, slow, over = data.priors["e"]
+    scale = fast + (slow - fast) * jnp.exp(-closing / over)
+    return numpyro.sample("e", dist.TruncatedNormal(0.0, scale, low=0.0, high=1.0))
+
+
+def moment_coefficient(data: Data) -> Float[Array, ""]:
+    """e_m from its prior."""
+    return numpyro.sample(
+        "e_m", dist.TruncatedNormal(*data.priors["e_m"], low=-1.0, high=1.0)
+    )
+
+
+def friction(
+    data: Data,
+    before: Float[Array, "6"],
+    to: Bodies,
+    e: Float[Array, ""],
+    e_m: Float[Array, ""] | float,
+) -> Float[Array, ""]:
+    """mu from its prior, which lies about the mu that just ends the sliding."""
+    critical = jnp.nan_to_num(critical_mu(before, to, e, e_m), posinf=1e9, neginf=-1e9)
+    about = critical / jnp.sqrt(1 + (critical / _MU_MOST) ** 2)
+    centre, scale = data.priors["mu"]
+    width = scale * jnp.sqrt(about**2 + _MU_LEAST**2)
+    return numpyro.sample("mu", dist.StudentT(_MU_FREEDOM, centre * about, width))
+
+
+def collide(
+    before: Float[Array, "6"], to: Bodies, coefficients: Coefficients
+) -> Float[Array, "6"]:
+    """Velocities after a planar impact, with all that is told of it.
+
+    Args:
+        before: velocities before, m/s and rad/s.
+        to: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+    """
+    after = separation(before, to, coefficients)
+    energy = audit(before, to, coefficients)
+    numpyro.deterministic("energy_lost", energy.before - energy.after)
+    numpyro.deterministic("moment_work", energy.moment)
+    numpyro.deterministic("mu_critical", critical_mu(before, to, coefficients.e, coefficients.e_m))
+    tell_motion(after, (after - before).reshape(2, 3)[:, :2])
+    return after
+
+
+def tell_motion(after: Float[Array, " separation"], delta_v: Float[Array, "2 2"]) -> None:
+    """Record velocities after the impact and each vehicle's delta-v.
+
+    Args:
+        after: of A, then B: x and y (m/s), and the yaw rate (rad/s) where the rung has one.
+        delta_v: change of velocity of A and of B, m/s.
+    """
+    names = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
+    if after.size == 4:
+        names = ("Vax", "Vay", "Vbx", "Vby")
+    for name, value in zip(names, after, strict=True):
+        numpyro.deterministic(name, value)
+    for v, change in zip(VEHICLES, delta_v, strict=True):
+        numpyro.deterministic(f"delta_v_{v}", jnp.hypot(*change))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
-from retrodict.models import parts
+from retrodict.models import RUNGS, parts
 
 from retrodict import load_scene
 from retrodict.mechanics import Car, Departures, departures
@@ -36,12 +36,13 @@ MADE_FROM[0, 0, 0] = MADE_FROM[1, 0] = True
 
 def tables() -> Departures:
     """Every solution for A and B (first axis), each road (second) and each berm (third)."""
-    structure, data = parts.of_scene(load_scene(Path(__file__).parent / "scene.toml"))
+    scene = load_scene(Path(__file__).parent / "scene.toml")
+    structure, data = RUNGS["planar-moment+wheels"].of_scene(scene)
     x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
     rests = np.array(
         [[data.evidence[f"rest_{part}_{v}"][0] for part in ("x", "y", "heading")] for v in "ab"]
     )
-    numbers = Car(*(np.asarray(value)[:, None, None] for value in parts.cars(x)[:4]))
+    numbers = Car(*(np.asarray(value)[:, None, None] for value in parts.cars(structure, x)[:4]))
     pairs = np.stack(np.meshgrid(ROAD, BERM, indexing="ij"), axis=-1)
     ground = parts.ground(structure, data, x)._replace(coefficients=pairs)
     # the scene gives the total rotation of both vehicles

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from retrodict.models.impact import E, E_M, quotients
 
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare
@@ -15,12 +16,12 @@ OWN = ("speed_b", "direction_b", "omega_b", "e", "mu", "e_m")
 
 @pytest.fixture(scope="module")
 def posterior() -> Posterior:
-    return prepare(collision(share=0.0), "planar-moment-wheels")
+    return prepare(collision(share=0.0), "planar-moment+wheels")
 
 
 def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
     """By differences of order four: derivatives of the map are only near enough to steer by."""
-    n = posterior.chart.centre.size
+    n = posterior.chart.spread.shape[1]
 
     def unknowns(w: np.ndarray) -> np.ndarray:
         sites = posterior.programs("locate", posterior.data, posterior.chart, w)[0]
@@ -39,13 +40,13 @@ def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
 
 def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> None:
     rng = np.random.default_rng(1)
-    w = jnp.array(rng.normal(size=(500, posterior.chart.centre.size)) * 4)
+    w = jnp.array(rng.normal(size=(500, posterior.chart.spread.shape[1])) * 4)
     sites, log_det, _ = posterior.programs("locate", posterior.data, posterior.chart, w)
     assert not np.isnan(np.array(log_det)).any()
-    for name, (low, high) in zip(("e", "e_m"), coordinates.BOUNDS, strict=True):
-        values = np.array(sites[name])
-        assert (values >= low).all()
-        assert (values <= high).all()
+    for level in (E, E_M):
+        values = np.array(sites[level.name])
+        assert (values >= level.low).all()
+        assert (values <= level.high).all()
 
 
 @pytest.mark.parametrize(("which", "bound", "side"), [(0, 0.0, -1), (1, 1.0, 1)], ids=["e", "e_m"])
@@ -64,7 +65,9 @@ def test_every_value_up_to_the_near_bound_is_reached(
     reached = np.array(sites[("e", "e_m")[which]])
     assert (side * np.diff(reached) > 0).all()
     assert abs(bound - reached[-1]) < wall.softness[which] / 100
-    over, under = jax.vmap(lambda q: coordinates.quotients(structure, data, chart, q))(q)
+    over, under = jax.vmap(
+        lambda q: quotients((E, E_M), *coordinates.separation_at(structure, data, chart, q))
+    )(q)
     np.testing.assert_allclose((over / under)[:, which], reached, atol=1e-6 * wall.softness[which])
 
 
@@ -86,7 +89,7 @@ def test_slope_of_squash_is_its_derivative() -> None:
 def test_the_posterior_is_near_a_standard_normal_in_its_coordinates(posterior: Posterior) -> None:
     """Importance sampling from a standard normal wastes few draws: what makes NUTS quick."""
     rng = np.random.default_rng(3)
-    w = rng.normal(size=(300, posterior.chart.centre.size))
+    w = rng.normal(size=(300, posterior.chart.spread.shape[1]))
     log_weight = np.array([0.5 * (row**2).sum() - posterior.potential(row)[0] for row in w])
     weight = np.exp(log_weight - log_weight.max())
     assert weight.sum() ** 2 / (weight**2).sum() > 0.5 * len(w)

@@ -76,6 +76,23 @@ def test_nan_fails() -> None:
     assert "e_m" in judge(tree(e_m=broken), collision()).failed
 
 
+def test_a_quantity_without_a_digit_fails() -> None:
+    """An sd of 0.2 with an error above 0.05 in either tail: rounded to units, nothing of it is left."""
+    rng = np.random.default_rng(5)
+    speed = 20 + rng.normal(0, 0.2, (4, 500)) + np.where(rng.random((4, 500)) < 0.026, 2.0, 0.0)
+    checks = judge(tree(speed_b=speed), collision())
+    assert checks.failed == ("speed_b",)
+    assert "leaves no digit of sd" in checks.reasons[0]
+    assert judge(tree(speed_b=20 + rng.normal(0, 0.2, (4, 500))), collision()).passed
+
+
+def test_coarse_quantities_are_named_until_there_are_draws_enough() -> None:
+    """2000 draws pin the limits of a normal to 0.06 sd: half a unit of 0.3, not of 0.94."""
+    draws = np.random.default_rng(6).normal(size=(4, 500))
+    assert "e" not in judge(tree(e=0.3 * draws), collision()).coarse
+    assert "e" in judge(tree(e=0.94 * draws), collision()).coarse
+
+
 def test_slow_energy_fails() -> None:
     energy = np.cumsum(np.random.default_rng(4).normal(size=(4, 500)), axis=1)
     checks = judge(tree(energy=energy), collision())

@@ -46,7 +46,7 @@ def test_exact_methods_agree_with_nuts(method: str, reference: Outcome) -> None:
 def test_tempering_finds_the_evidence_that_importance_sampling_finds(reference: Outcome) -> None:
     found = reconstruct(SCENE, method="smc", seed=4).idata["sample_stats"].attrs
     posterior = prepare(SCENE, DEFAULT_RUNG)
-    n = posterior.chart.centre.size
+    n = posterior.size
     w = np.random.default_rng(0).standard_normal((20_000, n))
     weight = np.exp(posterior.log_density(w) - stats.norm.logpdf(w).sum(axis=1))
     assert found["log_evidence"] == pytest.approx(np.log(weight.mean()), abs=0.2)

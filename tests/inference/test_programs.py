@@ -11,7 +11,7 @@ from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare
 from tests.scenes import collision
 
-RUNG = "planar-moment-wheels"
+RUNG = "planar-moment+wheels"
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(posterior: Pos
         sites, log_det, _ = coordinates.locate(structure, data, chart, w)
         return -log_density(RUNGS[RUNG].model, (structure, data), {}, sites)[0] - log_det
 
-    rng, n = np.random.default_rng(0), chart.centre.size
+    rng, n = np.random.default_rng(0), chart.spread.shape[1]
     apart, h = [], 0.02
     for w in rng.normal(size=(20, n)):
         value, gradient = posterior.potential(w)

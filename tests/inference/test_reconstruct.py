@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from retrodict.inference import Interrupted, Unanswerable, sheet
-from retrodict.inference.methods import chains
+from retrodict.inference.methods import METHODS, Draws, Method, Task, chains
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
@@ -74,7 +74,7 @@ def test_predictions_lie_where_the_trajectories_end(outcome: Outcome) -> None:
 def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
     """An independent route to the same posterior: weighted draws from a Student-t (5) at the mode."""
     posterior = prepare(SCENE, DEFAULT_RUNG)
-    programs, n = posterior.programs, posterior.chart.centre.size
+    programs, n = posterior.programs, posterior.size
     rng = np.random.default_rng(7)
     w = rng.normal(size=(4000, n)) / np.sqrt(rng.chisquare(5, size=(4000, 1)) / 5)
     density = jax.jit(jax.vmap(lambda w: programs.log_density(w, posterior.data, posterior.chart)))
@@ -107,16 +107,39 @@ def test_same_seed_same_draws_other_seed_others(outcome: Outcome) -> None:
     assert not np.array_equal(again, other)
 
 
-def test_unknown_turns_are_found_and_withheld_where_others_fit_too() -> None:
-    """B turned twice and a bit; its rest heading alone also fits thrice, with less weight."""
-    heading = SCENE.rest["b"].heading
-    wrapped = replace(heading, value=heading.value - 4 * np.pi)
-    rest = SCENE.rest | {"b": replace(SCENE.rest["b"], heading=wrapped, turns_known=False)}
-    found = reconstruct(replace(SCENE, rest=rest), draws=50, warmup=100)
-    assert found.scene.rest["b"].heading.value == pytest.approx(heading.value)
-    assert not found.checks.passed
-    reason = next(r for r in found.checks.reasons if "rotations" in r)
-    assert reason.index("B +743 deg") < reason.index("B +1103 deg")
+def _failing(name: str) -> Method:
+    """A method whose draws are those of Laplace's approximation, and at fault."""
+
+    def draw(task: Task) -> Draws:
+        return replace(METHODS["laplace"].draw(task), faults=(f"{name} is stuck",))
+
+    return replace(METHODS[name], draw=draw)
+
+
+def test_a_method_that_fails_hands_over_to_another_and_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(METHODS, "nuts", _failing("nuts"))
+    found = reconstruct(SCENE)
+    assert found.checks.passed, found.checks.reasons
+    assert found.settings["method"] == "importance"
+    assert found.checks.pareto_k is not None
+    assert "the method nuts failed: nuts is stuck" in found.notes[0]
+
+
+def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("nuts", "importance"):
+        monkeypatch.setitem(METHODS, name, _failing(name))
+    found = reconstruct(SCENE)
+    assert found.settings["method"] == "nuts"
+    assert found.checks.reasons == ("nuts is stuck",)
+    assert "importance was tried too, and failed: importance is stuck" in found.notes[-1]
+
+
+def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
+    found = reconstruct(SCENE, method="importance", draws=250)
+    assert found.settings["draws"] == 500
+    assert "not one digit of the 95 % limits" in found.notes[0]
 
 
 def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
@@ -126,6 +149,15 @@ def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
     monkeypatch.setattr(sheet, "_guesses", lambda *_: np.full((128, 3), np.nan))
     with pytest.raises(Unanswerable, match="vehicle A: no velocities after the impact"):
         reconstruct(SCENE)
+
+
+@pytest.mark.parametrize("method", sorted(set(METHODS) - {"nuts"}))
+def test_resume_is_refused_by_name_where_there_are_no_chains(method: str, tmp_path: Path) -> None:
+    file = tmp_path / "chains.npz"
+    file.write_bytes(b"of a run of nuts")
+    with pytest.raises(ValueError, match=f"the method {method} has no chains to go on with"):
+        reconstruct(SCENE, method=method, resume=file)
+    assert file.read_bytes() == b"of a run of nuts"
 
 
 def test_interrupt_keeps_the_draws_says_so_and_resumes(

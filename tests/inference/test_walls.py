@@ -26,19 +26,19 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
     @jax.vmap
     def weigh(q: jax.Array) -> tuple[jax.Array, parts.Values]:
         sites = coordinates.solve_back(structure, data, chart, q)
-        x = parts.from_standard(structure, data, q[6:])
+        after, x = coordinates.separation_at(structure, data, chart, q)
         scale = coordinates.friction_scale(structure, data, x)
-        velocities, slopes = coordinates.reduced(structure, chart, q)
+        slopes = coordinates.reduced(structure, chart, q)[1]
         log_det = 6 * jnp.log(scale) + jnp.linalg.slogdet(slopes)[1].sum()
         bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
-        log_det += inverse_log_det(scale * velocities, approach_a, bodies)[2]
+        log_det += inverse_log_det(after, approach_a, bodies)[2]
         inside = (sites["e"] > 0) & (sites["e"] < 1) & (jnp.abs(sites["e_m"]) < 1)
         held = {**sites, "e": jnp.clip(sites["e"], 1e-9, 1), "e_m": jnp.clip(sites["e_m"], -1, 1)}
         joint, _ = log_density(RUNGS[DEFAULT_RUNG].model, (structure, data), {}, held)
         return jnp.where(inside, joint + log_det - jnp.log(sites["speed_b"]), -jnp.inf), sites
 
     wide, count = 1.15, 20_000
-    w = wide * np.random.default_rng(1).standard_normal((count, chart.centre.size))
+    w = wide * np.random.default_rng(1).standard_normal((count, chart.spread.shape[1]))
     log_weight, sites = weigh(jnp.array(chart.centre + w @ np.asarray(chart.spread).T))
     log_weight = np.asarray(log_weight) + (w**2).sum(axis=1) / (2 * wide**2)
     weight = np.exp(log_weight - log_weight.max())

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from retrodict.report.rounding import decimals_of, told, told_range, told_with_sd
+from retrodict.report.rounding import told, told_range, told_with_sd
 
 
 @pytest.mark.parametrize(
@@ -27,17 +27,8 @@ def test_a_value_is_rounded_to_two_digits_of_its_uncertainty(value, sd, text):
     assert told_with_sd(value, sd) == text
 
 
-@pytest.mark.parametrize(
-    ("sd", "digits", "decimals"),
-    [(0.89, 2, 2), (0.89, 1, 1), (0.96, 1, 0), (9.4, 2, 1), (95.0, 2, 0), (1234.0, 2, -2)],
-)
-def test_decimals_keep_so_many_digits(sd, digits, decimals):
-    assert decimals_of(sd, digits) == decimals
-
-
-@pytest.mark.parametrize("sd", [0.0, -1.0, math.inf, math.nan, None])
-def test_no_uncertainty_asks_for_no_decimals(sd):
-    assert decimals_of(sd) is None
+def test_fewer_decimals_are_taken_off_both_numbers():
+    assert told_with_sd(19.164, 0.8864, 1) == "19.2 ± 0.9"
 
 
 def test_an_interval_uses_the_decimals_of_the_uncertainty():

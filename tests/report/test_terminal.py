@@ -18,7 +18,7 @@ def line_of(text, start):
 
 
 @pytest.mark.parametrize(
-    ("units", "told"), [("si", "19.16 ± 0.89"), ("us", "42.9 ± 2.0")]
+    ("units", "told"), [("si", "19.2 ± 0.9"), ("us", "42.9 ± 2.0")]
 )  # fmt: skip
 def test_results_are_printed_in_the_units_asked_for(outcome, units, told):
     line = line_of(printed(outcome, units), "speed of B before impact")
@@ -36,7 +36,7 @@ def test_a_good_run_says_that_its_checks_passed(outcome):
 def test_a_failed_run_is_marked_and_gives_its_reasons(failing):
     text = printed(failing)
     assert "NOT TO BE RELIED ON" in text
-    assert "19.16 ± 0.89†" in line_of(text, "speed of B before impact")
+    assert "19.2 ± 0.9†" in line_of(text, "speed of B before impact")
     assert "R-hat of e_m is 1.050" in text
     line = line_of(text, "impact moment coefficient")
     assert line.count("withheld") == 5
@@ -45,7 +45,7 @@ def test_a_failed_run_is_marked_and_gives_its_reasons(failing):
 
 def test_every_interval_fits_on_a_narrow_terminal(outcome):
     text = printed(outcome, width=80)
-    for wanted in ("50 %: 18.36 to 19.55", "90 %: 17.72 to 20.63", "95 %: 17.53 to 21.04"):
+    for wanted in ("50 %: 18 to 20", "90 %: 18 to 21", "95 %: 18 to 21"):
         assert wanted in text
     assert max(map(len, text.splitlines())) <= 80
     assert "…" not in text  # no label is cut

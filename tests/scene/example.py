@@ -4,6 +4,7 @@ SCENE = """\
 schema = 1
 title = "Two cars on a bend"
 notes = ["a remark", "another"]
+question = ["mu", "speed_b"]
 
 [vehicles.A]
 name = "sedan"
@@ -16,6 +17,14 @@ track = "1.54 m"
 length = "5.2 m"
 width = "1.8 m"
 impact_centre = { distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }
+grip = "1.02 ± 0.04"
+steer = "3 ± 2 deg"
+
+[vehicles.A.wheels]
+front_left = "locked"
+front_right = "rolling"
+rear_left = "0.3 ± 0.1"
+rear_right = { value = 0.2, sd = 0.05, source = "rubbed" }
 
 [vehicles.A.impact]
 heading = "180 ± 2 deg"
@@ -53,7 +62,18 @@ speed_dependence = "0.002 ± 0.001 s/m"
 edge = { point = ["0 m", "4 m"], direction = "90 deg", side = "left", uncertainty = "0.2 m" }
 
 [surfaces.road]
+kind = "dry asphalt"
 friction = "0.50 ± 0.03"
+
+[priors.speed_b]
+scale = "40 mph"
+source = "a survey"
+
+[priors.e]
+fast = 0.2
+slow = 0.6
+over = "12 mph"
+source = "bumper beams met"
 """
 
 

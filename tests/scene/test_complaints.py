@@ -88,6 +88,38 @@ WRONG = [
     ('"5.2 m"', '"5.2 ± 0.1 m"', f"{A}.length", "5.2 ± 0.1", 'like "5.2 m"'),
     ('["0 m", "4 m"]', '["0 m", "4 ± 1 m"]', "surfaces.berm.edge.point[1]", "4 ± 1",
      "goes into its key uncertainty"),
+    # the question
+    ('["mu", "speed_b"]', '"mu"', "question", '"mu"', 'like ["speed_b"]'),
+    ('["mu", "speed_b"]', "[]", "question", "[]", 'like ["speed_b"]'),
+    ('["mu", "speed_b"]', '["speed"]', "question", '"speed"', 'cannot be asked; write one or more'),
+    ('["mu", "speed_b"]', "[[1]]", "question", "[", "cannot be asked; write one or more"),
+    # wheels and grip
+    ('"1.02 ± 0.04"', '"5 ± 0.04"', f"{A}.grip", "5", "between 0.2 and 2"),
+    ('front_left = "locked"', 'front_left = "lockt"', f"{A}.wheels.front_left", "lockt", '"rolling"'),
+    ('front_left = "locked"', "front_left = 1.2", f"{A}.wheels.front_left", "1.2", "between 0 and 1"),
+    ('front_left = "locked"', "left = 1", f"{A}.wheels.left", "1", 'did you mean "rear_left"'),
+    ('front_left = "locked"', "", f"{A}.wheels.front_left", "", 'write front_left = "locked"'),
+    ('"0.3 ± 0.1"', '"0.3 ± 0.22"', f"{A}.wheels.rear_left", "0.22", 'like "0.3 ± 0.1"'),
+    ('"0.3 ± 0.1"', '"1 ± 0.1"', f"{A}.wheels.rear_left", "1 ±", "value (1 - value)"),
+    ('"0.3 ± 0.1"', '"0.3 m"', f"{A}.wheels.rear_left", "m", "without a unit"),
+    ('mass = "1778 kg"', 'mass = "1778 kg"\nwheels = "free"', f"{B}.wheels", '"free"',
+     'write "locked", or each wheel: wheels = {'),
+    ('mass = "1778 kg"', 'mass = "1778 kg"\nsteer = "2 deg"', f"{B}.steer", '"2 deg"',
+     "locked wheels do not steer"),
+    ('"3 ± 2 deg"', '"3 ± 2"', f"{A}.steer", '"3 ± 2"', "deg"),
+    # kinds of surface
+    ('"dry asphalt"', '"tarmac"', "surfaces.road.kind", '"tarmac"', '"wet asphalt"'),
+    ('"dry asphalt"', "[1]", "surfaces.road.kind", "[1]", '"wet asphalt"'),
+    # priors
+    ('"40 mph"', '"40"', "priors.speed_b.scale", '"40"', 'write "40 m/s"'),
+    ('"40 mph"', '"40 ± 1 mph"', "priors.speed_b.scale", "40 ±", "no uncertainty is used here"),
+    ('"40 mph"', '"400 m/s"', "priors.speed_b.scale", "400", "between 0.1 and 150 m/s"),
+    ('scale = "40 mph"', "", "priors.speed_b.scale", "", 'write scale = "40 m/s"'),
+    ('source = "a survey"', "", "priors.speed_b.source", "", "missing; write source ="),
+    ("[priors.speed_b]", "[priors.speed]", "priors.speed", "{", 'did you mean "speed_b"'),
+    ('fast = 0.2\nslow = 0.6\nover = "12 mph"', "", "priors.e", "{", "write one or more of fast"),
+    ("fast =", "high =", "priors.e.high", "0.2", "known here: source, fast, slow, over"),
+    ("[priors.speed_b]", "[priors]\nmu = 1\n[priors.speed_b]", "priors.mu", "1", "write mu = { scale"),
     # contradictions
     ('"2.85 m"', '"3.85 m"', f"{A}.wheelbase", '"3.85 m"', "add up to 2.85 m"),
     ('"35 deg"', '"200 deg"', f"{A}.rest.rotation", '"200 deg"', "differ by 35 deg"),
@@ -172,9 +204,9 @@ def test_a_long_or_hostile_value_is_clipped_and_escaped():
 
 
 TOML = [
-    ('"1857 ± 37 kg"', "1857 kg", "line 7, column 13 = ", '"mass = 1857 kg"', "stand in quotes"),
-    ("[surfaces.berm]", "[surfaces.road]\n[surfaces.road]", "line 48", "surfaces.road", "once"),
-    ("track =", 'mass = "3 kg"\ntrack =', "line 12", "mass", "once"),
+    ('"1857 ± 37 kg"', "1857 kg", "line 8, column 13 = ", '"mass = 1857 kg"', "stand in quotes"),
+    ("[surfaces.berm]", "[surfaces.road]\n[surfaces.road]", "line 57", "surfaces.road", "once"),
+    ("track =", 'mass = "3 kg"\ntrack =', "line 13", "mass", "once"),
     ("schema = 1", "schema = " + "9" * 5000, "line 1 = ", "schema = 9", "2000 characters"),
     ("schema = 1", "schema = [\n" + "9" * 1999 + "]", "schema", "[a whole", "write schema = 1"),
     ("schema = 1", "schema = " + "[" * 1500 + "]" * 400, "", "", "nested too deeply"),
@@ -202,7 +234,7 @@ def test_files_that_cannot_be_read_are_problems_too(tmp_path):
     cases = [
         (tmp_path / "none.toml", "no such file"),
         (tmp_path, "is a folder"),
-        (latin, "line 7 is not UTF-8"),
+        (latin, "line 8 is not UTF-8"),
         (huge, "longer than"),
         ("\0", "write the path"),
         ("x" * 5000, "path"),

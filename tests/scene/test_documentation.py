@@ -8,8 +8,9 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from retrodict.scene import parse_scene
-from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.defaults import DEFAULTS, FRICTION
 from retrodict.scene.kinds import Kind
+from retrodict.scene.priors import default_priors
 from retrodict.scene.schema import SceneEntry, VehicleAEntry, VehicleBEntry
 
 PAGE = (Path(__file__).parents[2] / "docs" / "scene-file.md").read_text(encoding="utf-8")
@@ -71,3 +72,12 @@ def test_every_example_in_the_schema_is_itself_accepted():
                     measured = kind.read(kind.example)
                     assert measured.assumed == ""
     assert kinds >= 8
+
+
+def test_every_friction_and_prior_is_told_with_grade_and_source():
+    for kind, friction in FRICTION.items():
+        row = f"{friction.value:g} ± {friction.sd:g} | {friction.grade} | {friction.source}"
+        assert f'| `"{kind}"` | {row} |' in PAGE
+    for name, prior in default_priors().items():
+        row = f"{prior.text} | {prior.grade} | {prior.reason} | {prior.source}"
+        assert f"| `{name}` | {row} |" in PAGE

@@ -94,6 +94,12 @@ def sound(scene: Scene) -> None:
         if measured.law == "lognormal":
             assert measured.value > 0, name
             assert measured.sd <= measured.value, name
+        if measured.law == "logitnormal":
+            assert 0 <= measured.value <= 1, name
+            assert measured.sd <= measured.value * (1 - measured.value), name
+    assert scene.question
+    for prior in scene.priors.values():
+        assert all(math.isfinite(number) for number in prior.numbers), prior.text
 
 
 @settings(max_examples=300)

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from retrodict.scene import SceneError, load_scene, parse_scene
-from retrodict.scene.quantities import describe
+from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Measured
 from tests.scene.example import SCENE, changed, without
 
@@ -35,6 +35,11 @@ def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
         "speed_a": (20.1168, 0.89408, "normal"),
         "direction_a": (181 * DEGREE, 2 * DEGREE, "normal"),
         "omega_a": (0, DEGREE, "normal"),
+        "grip_a": (1.02, 0.04, "lognormal"),
+        "drag_front_left_a": (1, 0, "logitnormal"),
+        "drag_rear_left_a": (0.3, 0.1, "logitnormal"),
+        "drag_rear_right_a": (0.2, 0.05, "logitnormal"),
+        "steer_a": (3 * DEGREE, 2 * DEGREE, "normal"),
         "impact_x": (0.1, 0.3, "normal"),
         "impact_y": (-0.2, 0.3, "normal"),
         "Gamma": (-8.9 * DEGREE, 3 * DEGREE, "normal"),
@@ -56,7 +61,8 @@ def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
 
 
 def test_missing_uncertainties_and_values_are_assumed_and_say_so():
-    scene = parse_scene(without("speed_dep", "direction", "yaw_rate", "length", "width"), "bend")
+    silent = without("speed_dep", "direction", "yaw_rate", "length", "width", "steer")
+    scene = parse_scene(silent.replace('friction = "0.50 ± 0.03"', ""), "bend")
     inertia = 1778 * (0.49 * 2.75) ** 2
     assumed = {
         "mass_b": (1778, 0.02 * 1778, "sd", "2 %"),
@@ -67,6 +73,10 @@ def test_missing_uncertainties_and_values_are_assumed_and_say_so():
         "impact_angle_b": (60 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
         "heading_b": (8 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
         "direction_a": (math.pi, 0, "value", "heading at impact"),
+        "grip_b": (1, 0.05, "value", "5 % (grade B"),
+        "drag_front_right_a": (0.03, 0.02, "value", "0.03 of the friction (grade B"),
+        "steer_a": (0, 0, "value", "straight ahead"),
+        "friction_road": (0.75, 0.07, "value", "dry asphalt: 0.75 ± 0.07 (grade B"),
         "omega_a": (0, 2 * DEGREE, "value", "2 deg/s"),
         "speed_dependence_road": (0, 0, "value", "does not depend"),
         "speed_dependence_berm": (0, 0, "value", "does not depend"),
@@ -81,6 +91,45 @@ def test_missing_uncertainties_and_values_are_assumed_and_say_so():
     a, b = scene.vehicles["a"], scene.vehicles["b"]
     assert (a.length, a.width) == pytest.approx((1.35 + 1.5 + 1.9, 1.54 + 0.25))
     assert b.name == "vehicle B"
+
+
+def test_a_vehicle_whose_wheels_are_locked_has_no_inputs_for_them():
+    scene = parse_scene(SCENE, "bend")
+    assert scene.vehicles["b"].wheels is None
+    assert not [n for n in scene.inputs() if n.endswith("_b") and n.startswith(("drag", "steer"))]
+    said = changed(('mass = "1778 kg"', 'mass = "1778 kg"\nwheels = "locked"'))
+    assert parse_scene(said, "bend").inputs() == scene.inputs()
+
+
+def test_the_question_is_told_in_one_order_and_is_all_unless_written():
+    assert parse_scene(SCENE, "bend").question == ("speed_b", "mu")
+    assert parse_scene(without("question"), "bend").question == ("speed_b", "e", "e_m", "mu")
+
+
+def test_friction_that_is_written_counts_whatever_the_kind():
+    road = parse_scene(SCENE, "bend").surfaces[0]
+    assert close(road.friction, 0.5, 0.03)
+
+
+@pytest.mark.parametrize(
+    ("kind", "low", "high"),
+    [
+        ("dry asphalt", 0.72, 0.78),
+        ("wet asphalt", 0.45, 0.55),
+        ("dry concrete", 0.75, 0.90),
+        ("wet concrete", 0.50, 0.60),
+        ("gravel", 0.35, 0.70),
+        ("dry soil", 0.50, 0.60),
+        ("packed snow", 0.20, 0.35),
+        ("ice", 0.05, 0.15),
+    ],
+)
+def test_friction_of_a_kind_covers_what_was_published(kind, low, high):
+    text = changed(('kind = "dry asphalt"\nfriction = "0.50 ± 0.03"', f'kind = "{kind}"'))
+    friction = parse_scene(text, "bend").surfaces[0].friction
+    assert low <= friction.value <= high
+    assert friction.value - 2 * friction.sd <= low
+    assert high <= friction.value + 2 * friction.sd
 
 
 def test_nothing_is_known_of_the_approach_of_b_unless_written():
@@ -173,10 +222,14 @@ def test_bounds_themselves_are_accepted():
 
 def test_every_quantity_of_a_scene_has_a_label():
     scene = parse_scene(SCENE, "bend")
-    for name in scene.inputs() | scene.evidence():
+    names = [*scene.inputs(), *scene.evidence(), "impulse_x", "impulse_y"]
+    labels = set()
+    for name in names:
         label, dimension = describe(name)
-        assert label
-        assert dimension
+        labels.add(label)
+        assert unit_of(dimension, "us").worth > 0
+    assert len(labels) == len(names)
+    assert unit_of("impulse", "us").worth == pytest.approx(0.45359237 * 9.80665)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])

@@ -4,12 +4,14 @@ A rest pose measured to a hand's breadth pins the velocities after the impact to
 sheet, so neither the paper's unknowns nor their whitening makes an easy target. Sampled instead is
 q = (z_a, z_b, xi): how many standard deviations each rest pose misses its measurement by, and the
 measured inputs as standard normal deviates. A quadratic in q, fitted to run-outs beforehand, gives
-velocities after the impact; the paper's closed-form inverse gives B's approach and e, mu, e_m. Any
-smooth bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
+velocities after the impact; the impact model's closed-form inverse gives its unknowns. Any smooth
+bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
 
 e and e_m have hard bounds, and a posterior often leans on them (e near 0 is normal in hard
-crashes). `bend` moves q along two directions, those that change e and e_m with the least change of
-all else, so that the bounds lie at infinity and every point within them is reached.
+crashes). `bend` moves q along a direction for each, that changes it with the least change of all
+else, so that the bounds lie at infinity and every point within them is reached. A simpler impact
+model holds some of these levels fixed (e_m = 1, no sliding left): then q is moved to where they are
+so, and its coordinates are fewer than its entries.
 """
 
 from __future__ import annotations
@@ -22,11 +24,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from retrodict.mechanics import Coefficients, approach_and_coefficients, inverse_log_det, undo
-from retrodict.models import parts
+from retrodict.models import RUNGS, parts
+from retrodict.models.impact import Level, quotients
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
-BOUNDS = np.array([[0.0, 1.0], [-1.0, 1.0]])  # of e and e_m
 
 _ROUNDS = 10  # of Broyden's method along the bend
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
@@ -43,16 +44,16 @@ class Sheet(NamedTuple):
     """A quadratic from (z, shaping inputs) to velocities over sqrt(friction).
 
     Args:
-        constant: shape (3,).
-        linear: shape (3, k).
-        quadratic: shape (3, k, k), symmetric.
+        constant: velocities, shape (v,).
+        linear: shape (v, k).
+        quadratic: shape (v, k, k), symmetric.
     """
 
-    constant: Float[Numbers, "3"]
-    linear: Float[Numbers, "3 k"]
-    quadratic: Float[Numbers, "3 k k"]
+    constant: Float[Numbers, " v"]
+    linear: Float[Numbers, "v k"]
+    quadratic: Float[Numbers, "v k k"]
 
-    def __call__(self, x: Float[Array, " k"]) -> Float[Array, "3"]:
+    def __call__(self, x: Float[Array, " k"]) -> Float[Array, " v"]:
         """Its value at x."""
         s = saturated(x)
         return (
@@ -71,21 +72,21 @@ def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any
 
 
 class Wall(NamedTuple):
-    """How q is bent so that e (first) and e_m (second) stay within bounds.
+    """How q is bent so that the impact model's levels stay within bounds, or where they are held.
 
     Args:
-        level: of both at the centre, shape (2,).
-        gradient: of both in q there, shape (2, q).
-        along: for each a direction that moves it at rate 1 there and not the other, shape (2, q).
-        softness: over which a bound is approached, shape (2,).
-        divisor: closing speed and spin by the force alone at the centre, shape (2,).
+        level: of each at the centre, shape (m,).
+        gradient: of each in q there, shape (m, q).
+        along: for each a direction that moves it at rate 1 there and no other, shape (m, q).
+        softness: over which a bound is approached, shape (m,).
+        divisor: what each is divided by at the centre, shape (m,).
     """
 
-    level: Float[Numbers, "2"]
-    gradient: Float[Numbers, "2 q"]
-    along: Float[Numbers, "2 q"]
-    softness: Float[Numbers, "2"]
-    divisor: Float[Numbers, "2"]
+    level: Float[Numbers, " m"]
+    gradient: Float[Numbers, "m q"]
+    along: Float[Numbers, "m q"]
+    softness: Float[Numbers, " m"]
+    divisor: Float[Numbers, " m"]
 
 
 class Chart(NamedTuple):
@@ -95,18 +96,30 @@ class Chart(NamedTuple):
         sheets: the quadratics for A and B.
         wall: the bend.
         centre: q at w = 0, shape (q,).
-        spread: q's change per w, shape (q, q), lower triangular.
+        spread: q's change per w, shape (q, w); no column changes a fixed level, to first order.
+        log_volume: log |det| of the spread and the directions of the fixed levels together.
     """
 
     sheets: tuple[Sheet, Sheet]
     wall: Wall
     centre: Float[Numbers, " q"]
-    spread: Float[Numbers, "q q"]
+    spread: Float[Numbers, "q w"]
+    log_volume: Float[Numbers, ""]
+
+
+def levels_of(structure: parts.Structure) -> tuple[Level, ...]:
+    """What the impact model bounds or holds fixed."""
+    return RUNGS[structure.rung].impact.levels
+
+
+def length(structure: parts.Structure) -> int:
+    """Number of entries of q."""
+    return len(structure.evidence) + len(structure.uncertain)
 
 
 def size(structure: parts.Structure) -> int:
-    """Number of sampled coordinates."""
-    return 6 + len(structure.uncertain)
+    """Number of sampled coordinates, the entries of w."""
+    return length(structure) - sum(level.fixed for level in levels_of(structure))
 
 
 def shaping_inputs(structure: parts.Structure, vehicle: str) -> list[int]:
@@ -129,38 +142,37 @@ def friction_scale(
 
 def reduced(
     structure: parts.Structure, chart: Chart, q: Q
-) -> tuple[Float[Array, "6"], Float[Array, "2 3 3"]]:
+) -> tuple[Float[Array, " separation"], Float[Array, "2 v v"]]:
     """Velocities after the impact over sqrt(friction) at q, and each vehicle's slopes by its z."""
     velocities, slopes = [], []
+    v = len(structure.rests)
     for sheet, x in zip(chart.sheets, _sheet_arguments(structure, q), strict=True):
         velocities.append(sheet(x))
-        tame = 1 - (saturated(x[:3]) / REACH) ** 2
-        bent = 2 * times(sheet.quadratic, saturated(x))[:, :3] * tame
-        slopes.append(jnp.asarray(sheet.linear)[:, :3] + bent)
+        tame = 1 - (saturated(x[:v]) / REACH) ** 2
+        bent = 2 * times(sheet.quadratic, saturated(x))[:, :v] * tame
+        slopes.append(jnp.asarray(sheet.linear)[:, :v] + bent)
     return jnp.concatenate(velocities), jnp.stack(slopes)
 
 
 def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"]]:
     """(z, shaping inputs) of each vehicle."""
+    z, xi = _split(structure, q)
     shaping = [np.array(shaping_inputs(structure, v), dtype=int) for v in "ab"]
-    return [jnp.concatenate([q[3 * i : 3 * i + 3], q[6 + s]]) for i, s in enumerate(shaping)]
+    return [jnp.concatenate([own, xi[s]]) for own, s in zip(z.reshape(2, -1), shaping, strict=True)]
 
 
-def quotients(
+def _split(structure: parts.Structure, q: Q) -> tuple[Array, Array]:
+    """z and xi of q."""
+    n = len(structure.evidence)
+    return q[:n], q[n:]
+
+
+def separation_at(
     structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
-    """What e and e_m are quotients of at q, which is closer to linear in q than they are.
-
-    Returns:
-        (-opening velocity, spin kept) and (closing velocity, spin by the force alone), m/s and rad/s.
-    """
-    x = parts.from_standard(structure, data, q[6:])
-    velocities = friction_scale(structure, data, x) * reduced(structure, chart, q)[0]
-    found = undo(velocities, parts.approach_of_a(x), parts.bodies(x))
-    return (
-        jnp.stack([-found.opening, found.spin]),
-        jnp.stack([found.closing, found.free_spin]),
-    )
+) -> tuple[Float[Array, " separation"], parts.Values]:
+    """Velocities after the impact, and measured inputs, at q."""
+    x = parts.from_standard(structure, data, _split(structure, q)[1])
+    return friction_scale(structure, data, x) * reduced(structure, chart, q)[0], x
 
 
 def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
@@ -179,42 +191,56 @@ def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels)
 
 def bend(
     structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> tuple[Q, Float[Array, "2"], Float[Array, ""]]:
-    """Move q along the walls' directions to where e and e_m are their levels at q, squashed.
+) -> tuple[Q, dict[str, Array], Float[Array, ""]]:
+    """Move q along the walls' directions to where each level is what it was, squashed, or held.
 
-    A level is what e or e_m is at q, but never far from linear in q, so that it passes every bound;
-    away from the bounds bent q is nearly q itself. Broyden's method finds how far to move. Values are
-    exact; derivatives are those of the bend were e and e_m linear in q, near enough to steer by.
+    A bounded level is what e or e_m is at q, but never far from linear in q, so that it passes every
+    bound; away from the bounds bent q is nearly q itself. Broyden's method finds how far to move.
+    Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
+    steer by.
 
     Returns:
-        Bent q, e and e_m there, and log |d bent / d q|; minus infinity where no such point was found.
+        Bent q, the bounded levels there by name, and log |d bent / d q|, in which a fixed level
+        stands for the coordinate along its direction; minus infinity where no such point was found.
     """
+    levels = levels_of(structure)
+    if not levels:
+        return q, {}, jnp.zeros(())
     wall = Wall(*map(jnp.asarray, chart.wall))
+    count = len(levels)
+    free = [i for i, level in enumerate(levels) if not level.fixed]
+    bounds = np.array([(level.low, level.high) for level in levels]).T
     fixed = jax.lax.stop_gradient(q)
 
-    def at(t: Float[Array, "2"]) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
-        return quotients(structure, data, chart, fixed + t @ wall.along)
+    def at(t: Float[Array, " m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+        return quotients(levels, *separation_at(structure, data, chart, fixed + t @ wall.along))
 
     # central differences: automatic ones take as long to compile as all the rest, and these err by 1e-9
     nudges = jnp.diag(_STEP * wall.softness)
-    around = jnp.concatenate([jnp.zeros((1, 2)), nudges, -nudges])
+    around = jnp.concatenate([jnp.zeros((1, count)), nudges, -nudges])
 
     def values_and_slope(
-        t: Float[Array, "2"], floored: bool
-    ) -> tuple[Float[Array, "2"], Float[Array, "2 2"]]:
-        """e and e_m at t, and their slopes by t."""
+        t: Float[Array, " m"], floored: bool
+    ) -> tuple[Float[Array, " m"], Float[Array, "m m"]]:
+        """The levels at t, and their slopes by t."""
         over, under = jax.vmap(at)(t + around)
         values = over / (_floored(under / wall.divisor) * wall.divisor if floored else under)
-        return values[0], ((values[1:3] - values[3:]) / (2 * _STEP * wall.softness[:, None])).T
+        rise = values[1 : count + 1] - values[count + 1 :]
+        return values[0], (rise / (2 * _STEP * wall.softness[:, None])).T
 
-    zero = jnp.zeros(2)
+    zero = jnp.zeros(count)
     linear = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
     values, slope = values_and_slope(zero, floored=True)
     apart = (values - jax.lax.stop_gradient(linear)) / (_TRUSTED * wall.softness)
     level = linear + _TRUSTED * wall.softness * jnp.tanh(apart)
     trust = 1 - jnp.tanh(apart[:, None]) ** 2
-    slope_before = _log_det(trust * slope + (1 - trust) * jnp.eye(2))
-    target = squash(level, wall.softness, *BOUNDS.T)
+    slope_before = trust * slope + (1 - trust) * jnp.eye(count)
+    target = jnp.stack(
+        [
+            squash(level[i], wall.softness[i], *bounds[:, i]) if i in free else jnp.array(at_)
+            for i, at_ in enumerate(bounds[0])
+        ]
+    )
     aim = jax.lax.stop_gradient(target)
 
     Carry = tuple[Array, Array, Array, Array]
@@ -234,16 +260,17 @@ def bend(
     (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
     found, slope = values_and_slope(t, floored=False)
     solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
-    log_det = (
-        log_squash_slope(level, wall.softness, *BOUNDS.T).sum() + slope_before - _log_det(slope)
-    )
+    log_det = _log_det([[slope_before[i, j] for j in free] for i in free]) - _log_det(slope)
+    for i in free:
+        log_det += log_squash_slope(level[i], wall.softness[i], *bounds[:, i])
     move = target - level
     bent = q + (move + t - jax.lax.stop_gradient(move)) @ wall.along
-    return bent, target, jnp.where(solved, log_det, -jnp.inf)
+    reached = {levels[i].name: target[i] for i in free}
+    return bent, reached, jnp.where(solved, log_det, -jnp.inf)
 
 
 def locate(
-    structure: parts.Structure, data: parts.Data, chart: Chart, w: Q
+    structure: parts.Structure, data: parts.Data, chart: Chart, w: Float[Array, " w"]
 ) -> tuple[parts.Values, Float[Array, ""], Q]:
     """The model's unknowns at w, and log |d unknowns / d w|.
 
@@ -251,56 +278,45 @@ def locate(
         structure: of the scene.
         data: its numbers.
         chart: the numbers of the bijection.
-        w: a point of the sampled space, shape (q,).
+        w: a point of the sampled space, shape (w,).
 
     Returns:
         A value for each of the model's sample sites, the log determinant, and q.
     """
     q = jnp.asarray(chart.centre) + times(chart.spread, w)
-    q, (e, e_m), log_det = bend(structure, data, chart, q)
-    x = parts.from_standard(structure, data, q[6:])
-    scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, chart, q)
-    log_det += jnp.log(jnp.diag(chart.spread)).sum() + 6 * jnp.log(scale)
-    log_det += jnp.log(jnp.abs(_det_3(slopes[0]) * _det_3(slopes[1])))
-
-    approach_b, c, log_inverse = inverse_log_det(
-        scale * velocities, parts.approach_of_a(x), parts.bodies(x)
-    )
-    sites = _sites(structure, data, q, approach_b, c._replace(e=e, e_m=e_m))
-    return sites, log_det + log_inverse - jnp.log(sites["speed_b"]), q
+    q, reached, log_det = bend(structure, data, chart, q)
+    slopes = reduced(structure, chart, q)[1]
+    separation, x = separation_at(structure, data, chart, q)
+    log_det += chart.log_volume
+    log_det += separation.size * jnp.log(friction_scale(structure, data, x))
+    log_det += _log_det(slopes[0]) + _log_det(slopes[1])
+    sites, log_inverse = _sites(structure, data, q, separation, x)
+    log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
+    return sites | reached, log_det, q
 
 
 def solve_back(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> parts.Values:
     """The model's unknowns at q = (z, xi) by the sheets and the closed form, without bounds."""
-    x = parts.from_standard(structure, data, q[6:])
-    velocities = friction_scale(structure, data, x) * reduced(structure, chart, q)[0]
-    found = approach_and_coefficients(velocities, parts.approach_of_a(x), parts.bodies(x))
-    return _sites(structure, data, q, *found)
+    return _sites(structure, data, q, *separation_at(structure, data, chart, q))[0]
 
 
 def _sites(
     structure: parts.Structure,
     data: parts.Data,
     q: Q,
-    approach_b: Float[Array, "3"],
-    coefficients: Coefficients,
-) -> parts.Values:
-    """A value for each of the model's sample sites."""
-    v_bx, v_by, omega_b = approach_b
+    separation: Float[Array, " separation"],
+    x: parts.Values,
+) -> tuple[parts.Values, Float[Array, ""]]:
+    """A value for each of the model's sample sites, and log |d sites / d separation|."""
+    sites, log_det = RUNGS[structure.rung].impact.unknowns(separation, x)
+    v_bx, v_by = sites.pop("velocity_b")
     direction = jnp.arctan2(v_by, v_bx)
     if "direction_b" in structure.known_of_b:
         middle = data.inputs["direction_b"][0]
         direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
-    e, mu, e_m = map(jnp.asarray, coefficients)
-    return ({"measured": q[6:]} if structure.uncertain else {}) | {
-        "speed_b": jnp.sqrt(v_bx**2 + v_by**2),
-        "direction_b": direction,
-        "omega_b": omega_b,
-        "e": e,
-        "mu": mu,
-        "e_m": e_m,
-    }
+    if structure.uncertain:
+        sites["measured"] = _split(structure, q)[1]
+    return sites | {"speed_b": jnp.sqrt(v_bx**2 + v_by**2), "direction_b": direction}, log_det
 
 
 def _floored(ratio: Float[Array, "*any"]) -> Float[Array, "*any"]:
@@ -308,9 +324,14 @@ def _floored(ratio: Float[Array, "*any"]) -> Float[Array, "*any"]:
     return _FLOOR * jax.nn.softplus(ratio / _FLOOR)
 
 
-def _log_det(m: Float[Array, "2 2"]) -> Float[Array, ""]:
-    return jnp.log(jnp.abs(m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]))
-
-
-def _det_3(m: Float[Array, "3 3"]) -> Float[Array, ""]:
-    return jnp.dot(m[:, 0], jnp.cross(m[:, 1], m[:, 2]))
+def _log_det(m: Any) -> Float[Array, ""]:
+    """log |det| of a matrix of up to three rows, written out: LAPACK's calls cannot be kept on disk."""
+    rows = len(m)
+    if rows == 1:
+        det = m[0][0]
+    elif rows == 2:
+        det = m[0][0] * m[1][1] - m[0][1] * m[1][0]
+    else:
+        a, b, c = jnp.asarray(m).T
+        det = jnp.dot(a, jnp.cross(b, c))
+    return jnp.log(jnp.abs(det))

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference.digits import decimals_of, monte_carlo_errors
 from retrodict.inference.outcome import Checks
-from retrodict.scene.quantities import REPORTED, describe
+from retrodict.scene.quantities import REPORTED, describe, unit_of
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -23,6 +24,9 @@ _OFTEN = 0.01  # share of draws from which on an odd outcome is told
 def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Checks:
     """Check draws (Vehtari et al. 2021: R-hat, bulk and tail ESS; Betancourt 2016: E-BFMI).
 
+    A number is printed to the digits of which its Monte Carlo error is below half a unit; where not
+    one is left of its standard deviation, the quantity fails.
+
     Args:
         idata: with groups posterior, posterior_predictive, observed_data, constant_data and
             sample_stats.
@@ -34,17 +38,20 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     """
     import arviz_stats  # slow to import; `reconstruct` does it while programs compile
 
-    posterior = idata["posterior"].to_dataset()[list(REPORTED)]
+    everything = idata["posterior"].to_dataset()
+    names = [name for name in REPORTED if name in everything]  # a simpler rung tells of fewer
+    posterior = everything[names]
     stats = idata["sample_stats"].to_dataset()
     divergences = int(stats["diverging"].sum()) if "diverging" in stats else None
     rhat = _by_name(arviz_stats.rhat(posterior))
     bulk = _by_name(arviz_stats.ess(posterior, method="bulk"))
     tail = _by_name(arviz_stats.ess(posterior, method="tail"))
+    sd, error = _by_name(posterior.std(ddof=1)), _by_name(monte_carlo_errors(posterior)[1])
     bfmi = _bfmi(np.asarray(stats["energy"])) if "energy" in stats else None
 
     found = list(reasons)
     failed = []
-    for name in REPORTED:
+    for name in names:
         faults = []
         if not rhat[name] <= MAX_RHAT:
             faults.append(f"R-hat {rhat[name]:.3f} is above {MAX_RHAT}")
@@ -52,6 +59,10 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
             faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")
         if not tail[name] >= MIN_ESS:
             faults.append(f"tail effective sample size {tail[name]:.0f} is below {MIN_ESS:.0f}")
+        if _nothing_left(name, sd[name], error[name]):
+            faults.append(
+                f"Monte Carlo error {error[name]:.2g} leaves no digit of sd {sd[name]:.2g}"
+            )
         if faults:
             failed.append(name)
             found.append(f"{describe(name)[0]}: {', '.join(faults)}")
@@ -69,15 +80,28 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         reasons=tuple(found),
         failed=tuple(failed),
         flags=_flags(idata, scene),
+        coarse=tuple(
+            n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)
+        ),
     )
 
 
+def _nothing_left(name: str, sd: float, error: float) -> bool:
+    """Whether the standard deviation is printed as zero, in units of either kind."""
+    for units in ("si", "us"):
+        worth = unit_of(describe(name)[1], units).worth
+        decimals = decimals_of(sd / worth, error=error / worth)
+        if decimals is not None and round(sd / worth, decimals) == 0:
+            return True
+    return False
+
+
 def _by_name(dataset: xr.Dataset) -> dict[str, float]:
-    return {name: float(dataset[name]) for name in REPORTED}
+    return {str(name): float(value) for name, value in dataset.items()}
 
 
-def _draws(idata: xr.DataTree, group: str, name: str) -> np.ndarray:
-    return np.asarray(idata[group].to_dataset()[name])
+def _draws(idata: xr.DataTree, name: str) -> np.ndarray:
+    return np.asarray(idata["posterior"].to_dataset()[name])
 
 
 def _bfmi(energy: np.ndarray) -> float:
@@ -91,22 +115,23 @@ def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
     """Findings about the scene: odd physics, and measurements that disagree with the rest."""
     posterior = idata["posterior"]
     flags = []
-    mu, critical = _draws(idata, "posterior", "mu"), _draws(idata, "posterior", "mu_critical")
-    reversed_ = float(np.mean(mu / critical > 1))
-    if reversed_ > _OFTEN:
-        flags.append(
-            f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
-            "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
-        )
-    fed = float(np.mean(_draws(idata, "posterior", "moment_work") > 0))
-    if fed > _OFTEN:
-        flags.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
-    gained = float(np.mean(_draws(idata, "posterior", "energy_lost") < 0))
-    if gained > _OFTEN:
-        flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
+    if "mu" in posterior:
+        reversed_ = float(np.mean(_draws(idata, "mu") / _draws(idata, "mu_critical") > 1))
+        if reversed_ > _OFTEN:
+            flags.append(
+                f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
+                "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
+            )
+    if "energy_lost" in posterior:
+        fed = float(np.mean(_draws(idata, "moment_work") > 0))
+        if fed > _OFTEN:
+            flags.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
+        gained = float(np.mean(_draws(idata, "energy_lost") < 0))
+        if gained > _OFTEN:
+            flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
     told = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]
     predicted = idata["posterior_predictive"]
-    told += [(n, m, predicted[n]) for n, m in scene.evidence().items()]
+    told += [(n, m, predicted[n]) for n, m in scene.evidence().items() if n in predicted]
     for name, m, draws in told:
         shift = (float(draws.mean()) - m.value) / m.sd
         if abs(shift) > _SURPRISE:

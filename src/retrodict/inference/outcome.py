@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-__all__ = ["Card", "Checks", "Outcome"]
+__all__ = ["Card", "Checks", "Mode", "Outcome"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +32,8 @@ class Checks:
         failed: reported quantities that failed a check of their own.
         flags: findings about the scene (energy gained, reversed sliding, a surprising item of
             evidence), which do not fail the draws.
+        coarse: reported quantities of which the draws do not bear out one whole digit of the
+            standard deviation: more draws would print more.
     """
 
     divergences: int | None
@@ -43,6 +45,26 @@ class Checks:
     failed: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
     pareto_k: float | None = None
+    coarse: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A solution that the draws were mixed from, or that stands beside them.
+
+    Args:
+        weight: its share of the posterior.
+        error: standard error of the weight; NaN where it is Laplace's approximation.
+        values: the reported quantities at its mode, SI units and radians.
+        turns: whole turns added to the rest heading of each vehicle of unknown rotation.
+        sampled: whether the draws hold it.
+    """
+
+    weight: float
+    error: float
+    values: dict[str, float]
+    turns: dict[str, int] = field(default_factory=dict)
+    sampled: bool = True
 
 
 @dataclass(frozen=True)
@@ -64,6 +86,8 @@ class Outcome:
         complete: False when the run was interrupted.
         notes: how the run helped itself.
         unfinished: writes what an interrupted run needs to go on.
+        modes: the solutions found, the first of them the scene's; `mode` in sample_stats counts them
+            where the draws are of several.
     """
 
     scene: Scene
@@ -77,3 +101,4 @@ class Outcome:
     complete: bool = True
     notes: tuple[str, ...] = field(default=())
     unfinished: Callable[[Path], None] | None = field(default=None, repr=False)
+    modes: tuple[Mode, ...] = ()

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from retrodict.inference import coordinates, sheet
-from retrodict.inference.coordinates import BOUNDS, Chart, Wall
+from retrodict.inference.coordinates import Chart, Wall
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import Programs, in_chunks, programs_for
-from retrodict.models import parts
+from retrodict.models import RUNGS, parts
 from retrodict.scene.records import Scene
 
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
@@ -37,6 +37,11 @@ class Posterior:
     log_evidence: float
     unresolved: float
 
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.chart.spread.shape[1]
+
     def potential(self, w: np.ndarray) -> tuple[float, np.ndarray]:
         """Minus the log density, and its gradient, at w."""
         value, gradient = self.programs("potential", w, self.data, self.chart)
@@ -60,40 +65,39 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     Raises:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
-    structure, data = parts.of_scene(scene)
+    structure, data = RUNGS[rung].of_scene(scene)
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
-        programs = programs_for(rung, structure)
+        programs = programs_for(structure)
         separation = sheet.shoot(programs, data)
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)
         if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
             break
         structure = replace(structure, steps=2 * structure.steps)
-    n = coordinates.size(structure)
-    centre, spread = np.zeros(n), np.eye(n)
+    n = coordinates.length(structure)
+    chart = _chart(programs, data, sheets, np.zeros(n), np.eye(n))
     # walls and whitening depend on the mode and it on them: twice is enough
     for _ in range(3):
-        chart = _chart(programs, data, sheets, centre, spread)
         mode, value = _mode(programs, data, chart)
-        centre = centre + spread @ mode
-        spread = spread @ _spread_at(programs, data, chart, mode)
-    if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
-        raise Unanswerable("the posterior's curvature is not finite near the measured scene")
-    # lower triangular, by QR: squaring the spread first would lose half the digits
-    R = np.linalg.qr(spread.T, mode="r")
-    chart = _chart(programs, data, sheets, centre, (R * np.sign(np.diag(R))[:, None]).T)
+        centre = np.asarray(programs("bent", data, chart, mode))
+        spread = chart.spread @ _spread_at(programs, data, chart, mode)
+        if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
+            raise Unanswerable("the posterior's curvature is not finite near the measured scene")
+        chart = _chart(programs, data, sheets, centre, spread)
     return Posterior(programs, data, chart, error, -value, unresolved)
 
 
 def blank_chart(structure: parts.Structure) -> Chart:
     """A chart of the right shapes and no meaning, to compile programs for."""
-    sizes = [3 + len(coordinates.shaping_inputs(structure, v)) for v in "ab"]
-    sheets = [coordinates.Sheet(np.zeros(3), np.zeros((3, k)), np.zeros((3, k, k))) for k in sizes]
-    n = coordinates.size(structure)
-    zero = np.zeros((2, n))
-    wall = Wall(np.zeros(2), zero, zero, np.ones(2), np.ones(2))
-    return Chart((sheets[0], sheets[1]), wall, np.zeros(n), np.zeros((n, n)))
+    v = len(structure.rests)
+    sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in "ab"]
+    sheets = [coordinates.Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes]
+    n, m = coordinates.length(structure), len(coordinates.levels_of(structure))
+    nowhere = np.zeros((m, n))
+    wall = Wall(np.zeros(m), nowhere, nowhere, np.ones(m), np.ones(m))
+    spread = np.zeros((n, coordinates.size(structure)))
+    return Chart((sheets[0], sheets[1]), wall, np.zeros(n), spread, np.zeros(()))
 
 
 def _chart(
@@ -103,14 +107,35 @@ def _chart(
     centre: np.ndarray,
     spread: np.ndarray,
 ) -> Chart:
-    """Coordinates about `centre`, with walls along the directions cheapest in `spread`."""
+    """Coordinates about `centre`, with walls along the directions cheapest in `spread`.
+
+    Args:
+        programs: of the structure.
+        data: the scene's numbers.
+        sheets: as `sheet.fit` gives them.
+        centre: q at w = 0.
+        spread: q's change by deviates of the posterior about there, shape (q, any).
+    """
+    levels = coordinates.levels_of(programs.structure)
     chart = blank_chart(programs.structure)._replace(sheets=sheets)
-    level, divisor, gradient = map(np.asarray, programs("levels", data, chart, centre))
-    metric = spread @ spread.T
-    along = np.linalg.inv(gradient @ metric @ gradient.T) @ gradient @ metric
-    sd = np.sqrt(np.einsum("ij,jk,ik->i", gradient, metric, gradient))
-    softness = np.clip(sd, 1e-4, np.diff(BOUNDS)[:, 0] / 12)
-    return Chart(sheets, Wall(level, gradient, along, softness, divisor), centre, spread)
+    held = np.array([level.fixed for level in levels], dtype=bool)
+    G, along, wall = np.zeros((0, centre.size)), np.zeros((0, centre.size)), chart.wall
+    if levels:
+        level, divisor, G = map(np.asarray, programs("levels", data, chart, centre))
+        along = np.linalg.pinv(G).T  # of held levels: the shortest way, for q counts in deviates
+        spread = spread - along[held].T @ (G[held] @ spread)
+        metric, free = spread @ spread.T, G[~held]
+        along[~held] = np.linalg.inv(free @ metric @ free.T) @ free @ metric
+        sd = np.where(held, np.linalg.norm(G, axis=1), np.linalg.norm(G @ spread, axis=1))
+        widest = [np.inf if one.fixed else (one.high - one.low) / 12 for one in levels]
+        wall = Wall(level, G, along, np.clip(sd, 1e-4, widest), divisor)
+    # along axes of q where nothing is held; lower triangular, by QR: squaring the spread first would
+    # lose half the digits
+    keep = np.linalg.svd(G[held])[2][held.sum() :].T if held.any() else np.eye(centre.size)
+    R = np.linalg.qr((keep.T @ spread).T, mode="r")
+    spread = keep @ (R * np.sign(np.diag(R))[:, None]).T
+    volume = np.linalg.slogdet(np.concatenate([spread, along[held].T], axis=1))[1]
+    return Chart(sheets, wall, centre, spread, np.array(volume))
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:
@@ -125,7 +150,7 @@ def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarra
 
     best = minimize(
         potential,
-        np.zeros(chart.centre.size),
+        np.zeros(chart.spread.shape[1]),
         jac=True,
         method="BFGS",
         options={"gtol": 1e-3, "maxiter": 400},

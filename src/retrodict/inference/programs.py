@@ -25,8 +25,8 @@ from numpyro.infer.hmc import hmc
 from numpyro.infer.util import ParamInfo, log_density
 
 from retrodict.inference import coordinates, executables
-from retrodict.mechanics import run_out
 from retrodict.models import RUNGS, parts
+from retrodict.models.impact import quotients
 
 BATCH = 512  # run-outs per call of `rests`
 CHUNK = 500  # draws per call of `simulate`
@@ -40,7 +40,7 @@ _MAX_TREE_DEPTH = 6
 _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
 
 # run a few times each: compiling them well would take longer than they do
-_SELDOM = ("inputs", "levels", "locate", "solve_back", "propagate", "simulate", "prior", "paths")
+_SELDOM = ("inputs", "levels", "bent", "locate", "solve_back", "propagate", "simulate", "prior", "paths")
 _QUICKLY = {"xla_backend_optimization_level": 0}
 
 # XLA compiles outside Python's lock, so two programs compile at once
@@ -60,10 +60,10 @@ class Tempering(NamedTuple):
 class Programs:
     """Everything of a posterior that is compiled."""
 
-    def __init__(self, rung: str, structure: parts.Structure) -> None:
-        self.rung = rung
+    def __init__(self, structure: parts.Structure) -> None:
         self.structure = structure
-        self.model = RUNGS[rung].model
+        self.rung = RUNGS[structure.rung]
+        self.model = self.rung.model
         self.compile_seconds = 0.0  # tracing, and waiting for the compiler
         self._programs: dict[str, Future[Any]] = {}
         self._anew: dict[str, Callable[[], Future[Any]]] = {}
@@ -84,8 +84,8 @@ class Programs:
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
 
         def rest_poses(structure: parts.Structure, data: parts.Data, *at: Any) -> Array:
-            exact = parts.rest_poses(structure, data, *jax.lax.stop_gradient(at))
-            sheet = parts.measured_rests(data, q[:6])
+            exact = self.rung.run_out.rest_poses(structure, data, *jax.lax.stop_gradient(at))
+            sheet = parts.measured_rests(structure, data, q[: len(structure.evidence)])
             return sheet + jax.lax.stop_gradient(exact - sheet)
 
         given = {"rest_poses": rest_poses}
@@ -99,22 +99,25 @@ class Programs:
             x = parts.from_standard(self.structure, data, deviates)
             friction = x[f"friction_{self.structure.surfaces[0]}"]
             scale = coordinates.friction_scale(self.structure, data, x)
-            return parts.impact_poses(x), jnp.asarray(parts.cars(x).k2), friction, scale
+            k2 = jnp.asarray(parts.cars(self.structure, x).k2)
+            return parts.impact_poses(x), k2, friction, scale
 
         return jax.vmap(one)(xi)
 
     def _rests(self, data: parts.Data, separation: Array, xi: Array) -> Array:
         def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
-            return parts.rest_poses(self.structure, data, x, V)
+            return self.rung.run_out.rest_poses(self.structure, data, x, V)
 
         return jax.vmap(one)(separation, xi)
 
     def _levels(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
-        """e and e_m at q by the sheets, what they are divided by, and their slopes by q."""
+        """The levels at q by the sheets, what they are divided by, and their slopes by q."""
+        levels = self.rung.impact.levels
 
         def value(q: Array) -> tuple[Array, tuple[Array, Array]]:
-            over, under = coordinates.quotients(self.structure, data, chart, q)
+            at = coordinates.separation_at(self.structure, data, chart, q)
+            over, under = quotients(levels, *at)
             return over / under, (over / under, under)
 
         slopes, (values, divisor) = jax.jacfwd(value, has_aux=True)(q)
@@ -168,10 +171,7 @@ class Programs:
         def one(values: parts.Values, V: Array) -> Array:
             deviates = values.get("measured", jnp.zeros(0))
             x = parts.from_standard(self.structure, data, deviates)
-            on = parts.ground(self.structure, data, x)
-            steps = self.structure.steps
-            run = jax.vmap(lambda pose, V, car: run_out(pose, V, car, on, steps).pose)
-            return run(parts.impact_poses(x), V.reshape(2, 3), parts.cars(x))
+            return self.rung.run_out.paths(self.structure, data, x, V)
 
         return jax.vmap(one)(sites, separation)
 
@@ -209,6 +209,7 @@ class Programs:
             "potential": jax.value_and_grad(self.potential),
             "locate": lambda data, chart, w: in_batch(s, data, chart, w),
             "levels": self._levels,
+            "bent": lambda data, chart, w: coordinates.locate(s, data, chart, w)[2],
             "weigh": jax.vmap(
                 lambda data, chart, w: -self.potential(w, data, chart), in_axes=(None, None, 0)
             ),
@@ -337,7 +338,7 @@ class Programs:
         """Loaded elsewhere where it is kept; else traced here and now, and compiled elsewhere."""
         if name in self._programs:
             return
-        path = executables.path_of(self.rung, self.structure, name)
+        path = executables.path_of(self.structure, name)
         if path and path.exists():
             self._programs[name] = _COMPILERS.submit(executables.load, path)
             self._anew[name] = lambda: self._compile(name, lower, path)
@@ -405,6 +406,6 @@ def in_chunks(function: Callable[[Any], Any], values: Any) -> Any:
 
 
 @lru_cache(maxsize=16)
-def programs_for(rung: str, structure: parts.Structure) -> Programs:
-    """The programs of a rung and structure, made once a session."""
-    return Programs(rung, structure)
+def programs_for(structure: parts.Structure) -> Programs:
+    """The programs of a structure, made once a session."""
+    return Programs(structure)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -15,25 +15,24 @@ import jax
 import numpy as np
 
 from retrodict.inference import gate
-from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.methods.nuts import FIRST_TRY
-from retrodict.inference.outcome import Outcome
-from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart, prepare
+from retrodict.inference.modes import Solution, mixed, solutions, weighed, with_rivals
+from retrodict.inference.outcome import Checks, Mode, Outcome
+from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart
 from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
 from retrodict.models import RUNGS, parts
 from retrodict.scene.quantities import describe, si_symbol
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DEFAULT_RUNG = "planar-moment-wheels"
+DEFAULT_RUNG = "planar-moment+wheels"
 PATHS = 60
-_OTHER_TURNS = 1e-3  # weight from which on another number of turns stands in the way of an answer
-_TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
 _NEARLY = 1.1  # R-hat up to which more draws may help
 _WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
+_INSTEAD = {"nuts": "importance", "importance": "nuts"}  # what helps where a method fails
 
 Progress = Callable[[str, int, int], None]  # stage, done, of all
 
@@ -67,72 +66,74 @@ def reconstruct(
         The outcome; marked incomplete when interrupted with some draws already kept.
 
     Raises:
-        ValueError: no rung or method has that name, or `resume` is of another run.
+        ValueError: no rung or method has that name, the method has no chains to resume, or `resume`
+            is of another run.
         Unanswerable: a rest pose cannot be reached, or the posterior has no finite mode.
         Interrupted: stopped before any draw was kept.
     """
     begin = time.perf_counter()
     tell = progress or (lambda stage, done, total: None)
-    card, chosen = _named(RUNGS, "model", model).card, _named(METHODS, "method", method)
+    rung, chosen = _named(RUNGS, "model", model), _named(METHODS, "method", method)
+    if resume is not None and not chosen.resumes:
+        able = ", ".join(name for name, m in METHODS.items() if m.resumes)
+        raise ValueError(
+            f"{resume}: the method {method} has no chains to go on with: give the method that was "
+            f"interrupted ({able}), or start anew"
+        )
     draws = chosen.draws if draws is None else draws
     tell("finding where the posterior lies", 0, 1)
-    programs = programs_for(model, parts.of_scene(scene)[0])
+    programs = programs_for(rung.of_scene(scene)[0])
     compiled_before = programs.compile_seconds
-    _compile_ahead(programs, scene, method, warmup)
-    posterior, scene, faults = _settle_turns(scene, model)
-    if not posterior.unresolved <= RESOLVED:
-        faults = (
-            *faults,
-            f"the run-outs are resolved to {posterior.unresolved:.2f} standard deviations of the rest "
-            f"poses only, {RESOLVED} is asked: a vehicle spins too long for its run-out to be followed",
-        )
+    _compile_ahead(programs, rung.of_scene(scene)[1], method, warmup)
+    found = solutions(scene, model)
+    scene = found[0].scene
+    faults = _unresolved(found)
+    modes, unsettled = weighed(found, seed)
+    faults += unsettled
+    if chosen.exact and method != "smc":  # which starts from everywhere
+        modes = with_rivals(found, modes, seed)
+        faults += tuple(_told_apart(mode, modes[0]) for mode in modes[len(found) :])
     tell("finding where the posterior lies", 1, 1)
 
     sampling = 0.0
 
-    def timed(draw: Callable[[], Draws]) -> Draws:
+    def timed(draw: Callable[[], list[Draws]]) -> list[Draws]:
         nonlocal sampling
         tell("sampling", 0, 1)
         start, before = time.perf_counter(), programs.compile_seconds
         drawn = draw()
         sampling += time.perf_counter() - start - (programs.compile_seconds - before)
+        tell("predicting", 0, 1)
         return drawn
 
-    task = Task(
-        posterior,
-        chains,
-        draws,
-        warmup,
-        seed,
-        lambda done, total: tell("sampling", done, total),
-        resume,
-    )
-    drawn = timed(lambda: chosen.draw(task))
-    notes = [*drawn.notes]
-    if not chosen.exact:
-        notes.append(f"{chosen.title}: an approximation; compare it with the method nuts")
+    def told(done: int, total: int) -> None:
+        tell("sampling", done, total)
 
-    tell("predicting", 0, 1)
-    idata = _tree(posterior, scene, drawn, seed)
-    checks = gate.judge(idata, scene, (*faults, *drawn.faults))
-    again = drawn.complete and checks.max_rhat < _NEARLY and checks.failed
-    if drawn.more and again and draws >= _WORTH_MORE:
-        notes.append(
-            f"after {draws} draws a chain {'; '.join(checks.reasons[len(faults) :])}; the run told of "
-            "here went on to twice as many"
-        )
-        draws *= 2
-        drawn = timed(drawn.more)
-        idata = _tree(posterior, scene, drawn, seed)
-    faults = (*faults, *drawn.faults)
-    if not drawn.complete:
-        faults = (*faults, f"interrupted: {drawn.w.shape[1]} of {draws} draws a chain were kept")
+    task = Task(found[0].posterior, chains, draws, warmup, seed, told, resume)
+    run = _run(method, found, modes, task, faults, timed)
+    own = run.checks.reasons[len(faults) :]
+    instead = _INSTEAD.get(method)
+    if instead and own and run.complete and draws >= _WORTH_MORE:
+        tried = replace(task, draws=max(draws, METHODS[instead].draws), resume=None)
+        other = _run(instead, found, modes, tried, faults, timed)
+        failed = other.checks.reasons[len(faults) :]
+        if failed:
+            run.notes.append(f"the method {instead} was tried too, and failed: {'; '.join(failed)}")
+        else:
+            why = f"the method {method} failed: {'; '.join(own)}; the run told of here is by {instead}"
+            run, method = other, instead
+            run.notes.insert(0, why)
+    if len(found) > 1:
+        run.notes.append(_told_rotations(found, modes))
+    if not METHODS[method].exact:
+        title = METHODS[method].title
+        run.notes.append(f"{title}: an approximation; compare it with the method nuts")
     tell("predicting", 1, 1)
     return Outcome(
         scene=scene,
-        card=card,
-        idata=idata,
-        checks=gate.judge(idata, scene, faults),
+        card=rung.card(scene),
+        idata=run.idata,
+        checks=run.checks,
         seconds={
             "total": time.perf_counter() - begin,
             "compile": programs.compile_seconds - compiled_before,
@@ -140,25 +141,134 @@ def reconstruct(
         },
         versions=_versions(),
         seed=seed,
-        settings={"method": method, "chains": chains, "draws": draws, "warmup": warmup},
-        complete=drawn.complete,
-        notes=tuple(notes),
-        unfinished=drawn.unfinished,
+        settings={"method": method, "chains": chains, "draws": run.draws, "warmup": warmup},
+        complete=run.complete,
+        notes=tuple(run.notes),
+        unfinished=run.unfinished,
+        modes=tuple(modes),
     )
 
 
-def _compile_ahead(programs: Programs, scene: Scene, method: str, warmup: int) -> None:
+@dataclass(frozen=True)
+class _Run:
+    """What a method made of all solutions.
+
+    Args:
+        idata: the draws, mixed.
+        checks: the verdict on them.
+        draws: asked for of each chain.
+        complete: False when interrupted.
+        notes: how it helped itself.
+        unfinished: writes interrupted chains to a file.
+    """
+
+    idata: xr.DataTree
+    checks: Checks
+    draws: int
+    complete: bool
+    notes: list[str]
+    unfinished: Callable[[Path], None] | None
+
+
+def _run(
+    method: str,
+    found: list[Solution],
+    modes: list[Mode],
+    task: Task,
+    faults: tuple[str, ...],
+    timed: Callable[[Callable[[], list[Draws]]], list[Draws]],
+) -> _Run:
+    """Draws of every solution by a method, which goes on to twice as many where that may help."""
+    draws, complete, notes = task.draws, True, []
+
+    def draw_all() -> list[Draws]:
+        drawn: list[Draws] = []
+        for solution in found:
+            drawn.append(METHODS[method].draw(replace(task, posterior=solution.posterior)))
+            if not drawn[-1].complete:
+                break
+        return drawn
+
+    def judged(drawn: list[Draws]) -> tuple[xr.DataTree, Checks]:
+        known = faults + tuple(fault for each in drawn for fault in each.faults)
+        trees = [_tree(s, d, task.seed) for s, d in zip(found, drawn, strict=False)]
+        if len(trees) > 1:  # a chain that is stuck in one solution would be hidden by the others
+            for solution, tree in zip(found, trees, strict=False):
+                own = gate.judge(tree, solution.scene).reasons
+                known += tuple(f"{solution.rotations()}: {reason}" for reason in own)
+        if not all(each.complete for each in drawn):
+            kept = min(each.w.shape[1] for each in drawn)
+            known += (f"interrupted: {kept} of {draws} draws a chain were kept",)
+        idata = mixed(trees, modes, task.seed)
+        return idata, gate.judge(idata, found[0].scene, known)
+
+    drawn = timed(draw_all)
+    idata, checks = judged(drawn)
+    notes += [note for each in drawn for note in each.notes]
+    complete = all(each.complete for each in drawn)
+    short = complete and checks.max_rhat < _NEARLY and (checks.failed or checks.coarse)
+    if short and draws >= _WORTH_MORE and all(each.more for each in drawn):
+        lacking = [*checks.reasons[len(faults) :]]
+        if checks.coarse:
+            names = ", ".join(describe(name)[0] for name in checks.coarse)
+            lacking.append(f"not one digit of the 95 % limits was sure of {names}")
+        notes.append(
+            f"after {draws} draws a chain {'; '.join(lacking)}; the run told of here went on to "
+            "twice as many"
+        )
+        draws *= 2
+        drawn = timed(lambda: [each.more() for each in drawn if each.more])
+        idata, checks = judged(drawn)
+        complete = all(each.complete for each in drawn)
+    unfinished = drawn[0].unfinished if len(found) == 1 else None
+    return _Run(idata, checks, draws, complete, notes, unfinished)
+
+
+def _unresolved(found: list[Solution]) -> tuple[str, ...]:
+    worst = max(solution.posterior.unresolved for solution in found)
+    if worst <= RESOLVED:
+        return ()
+    return (
+        f"the run-outs are resolved to {worst:.2f} standard deviations of the rest poses only, "
+        f"{RESOLVED} is asked: a vehicle spins too long for its run-out to be followed",
+    )
+
+
+def _told_apart(rival: Mode, sampled: Mode) -> str:
+    speeds = (f"{mode.values['speed_b']:.3g}" for mode in (rival, sampled))
+    return (
+        f"the evidence fits another solution (weight {rival.weight:.1%}), with a speed of B of "
+        f"{' m/s instead of '.join(speeds)} m/s, that was not sampled: measurements may conflict; "
+        "the method smc looks for all solutions"
+    )
+
+
+def _told_rotations(found: list[Solution], modes: list[Mode]) -> str:
+    listed = "; ".join(
+        f"{s.rotations()} (weight {m.weight:.1%} ± {m.error:.1%})"
+        for s, m in zip(found, modes, strict=False)
+    )
+    return (
+        f"the rest headings fit several total rotations: {listed}; draws of each are mixed by "
+        "their weights: write each vehicle's rotation into its [vehicles.X.rest] where it is known"
+    )
+
+
+def _compile_ahead(programs: Programs, data: parts.Data, method: str, warmup: int) -> None:
     """Have what will be needed compiled side by side, in the order it will be needed."""
-    structure, data = parts.of_scene(scene)
+    structure = programs.structure
     chart = blank_chart(structure)
-    n = chart.centre.size
-    separation, xi = np.zeros((BATCH, 6)), np.zeros((BATCH, len(structure.uncertain)))
+    n = chart.spread.shape[1]
+    separation = np.zeros((BATCH, len(structure.evidence)))
+    xi = np.zeros((BATCH, len(structure.uncertain)))
     programs.expect("inputs", data, xi)
     programs.expect("rests", data, separation, xi)
-    finer = programs_for(programs.rung, replace(structure, steps=4 * structure.steps))
+    finer = programs_for(replace(structure, steps=4 * structure.steps))
     finer.expect("rests", data, separation, xi)
     programs.expect("potential", np.zeros(n), data, chart)
-    programs.expect("levels", data, chart, chart.centre)
+    if programs.rung.impact.levels:
+        programs.expect("levels", data, chart, chart.centre)
+    programs.expect("bent", data, chart, np.zeros(n))
     draws = np.zeros((CHUNK, n))
     programs.expect("locate", data, chart, draws)
     if method == "nuts":
@@ -182,72 +292,11 @@ def _prior_keys(seed: int) -> jax.Array:
     return jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
 
 
-def _settle_turns(scene: Scene, model: str) -> tuple[Posterior, Scene, tuple[str, ...]]:
-    """The posterior at the number of turns that fits best; a fault where others fit too."""
-    unknown = [v for v in VEHICLES if not scene.rest[v].turns_known]
-    if not unknown:
-        return prepare(scene, model), scene, ()
-    tried: dict[tuple[int, ...], tuple[Posterior, Scene] | None] = {}
-
-    def log_evidence(turns: tuple[int, ...]) -> float:
-        if turns not in tried:
-            turned = _turned(scene, dict(zip(unknown, turns, strict=True)))
-            try:
-                tried[turns] = prepare(turned, model), turned
-            except Unanswerable:
-                tried[turns] = None
-        found = tried[turns]
-        return -np.inf if found is None else found[0].log_evidence
-
-    # one vehicle at a time, twice over: all pairs would take minutes
-    best = (0,) * len(unknown)
-    for i in [*range(len(unknown))] * len(unknown):
-        best = max((_with(best, i, count) for count in _TURNS), key=log_evidence)
-    if tried[best] is None:
-        prepare(scene, model)  # raises the reason
-    weights = {turns: float(np.exp(log_evidence(turns) - log_evidence(best))) for turns in tried}
-    whole = sum(weights.values())
-    rivals = sorted((-w / whole, turns) for turns, w in weights.items() if w / whole > _OTHER_TURNS)
-    posterior, turned = tried[best]  # type: ignore[misc]  # not None: see above
-    if len(rivals) == 1:
-        return posterior, turned, ()
-
-    def told(turns: tuple[int, ...]) -> str:
-        rotations = []
-        for v, count in zip(unknown, turns, strict=True):
-            turn = scene.rest[v].heading.value - scene.vehicles[v].heading.value
-            rotations.append(f"{v.upper()} {np.degrees(turn) + 360 * count:+.0f} deg")
-        return ", ".join(rotations)
-
-    listed = "; ".join(f"{told(turns)} (weight {-w:.1%})" for w, turns in rivals[:4])
-    return (
-        posterior,
-        turned,
-        (
-            f"the rest headings fit several total rotations: {listed}; only the first was "
-            "sampled: write each vehicle's rotation into its [vehicles.X.rest]",
-        ),
-    )
-
-
-def _with(turns: tuple[int, ...], i: int, count: int) -> tuple[int, ...]:
-    return (*turns[:i], count, *turns[i + 1 :])
-
-
-def _turned(scene: Scene, turns: dict[str, int]) -> Scene:
-    """The scene with whole turns added to rest headings."""
-    rest = dict(scene.rest)
-    for v, count in turns.items():
-        heading = rest[v].heading
-        heading = replace(heading, value=heading.value + 2 * np.pi * count)
-        rest[v] = replace(rest[v], heading=heading)
-    return replace(scene, rest=rest)
-
-
-def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.DataTree:
+def _tree(solution: Solution, drawn: Draws, seed: int) -> xr.DataTree:
     """Draws as an ArviZ DataTree, named, with units."""
     import xarray as xr
 
+    posterior, scene = solution.posterior, solution.scene
     programs, data = posterior.programs, posterior.data
     chains, draws, n = drawn.w.shape
     rng = np.random.default_rng([seed, 1])
@@ -267,7 +316,8 @@ def _tree(posterior: Posterior, scene: Scene, drawn: Draws, seed: int) -> xr.Dat
         }
         return _labelled(chosen, ("chain", "draw"))
 
-    evidence = scene.evidence()
+    every = scene.evidence()
+    evidence = {name: every[name] for name in programs.structure.evidence}
 
     def noisy(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         return {
@@ -311,7 +361,8 @@ def _trajectories(posterior: Posterior, sites: dict, told: dict) -> xr.Dataset:
     count = len(sites["speed_b"])
     index = np.linspace(0, count - 1, PATHS).astype(int)
     columns = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
-    V = np.stack([told[name][index] for name in columns], axis=1)
+    known = sites | told
+    V = np.stack([known[name][index] for name in columns if name in known], axis=1)
     chosen = {k: v[index] for k, v in sites.items()}
     path = posterior.programs("paths", posterior.data, chosen, V)
     return xr.Dataset(

@@ -18,7 +18,8 @@ from retrodict.mechanics.runout import GRAVITY
 from retrodict.models import parts
 
 _ROUNDS = 4
-_STEP = np.array([1e-4, 1e-4, 1e-4])  # of Vx, Vy, Omega in difference quotients
+_STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
+_TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
 
 
 def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
@@ -29,28 +30,32 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         data: its numbers, taken at their measured values.
 
     Returns:
-        (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s.
+        (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where the
+        rung has none.
 
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
     """
+    size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
     poses, k2, friction, _ = (np.asarray(a)[0] for a in programs("inputs", data, xi))
-    target, sd = _evidence(data)
-    grip, k = friction * GRAVITY, np.sqrt(k2)
-    starts = BATCH // 4
-    V = np.stack([_guesses(target[v] - poses[v], grip, k[v], starts) for v in range(2)], axis=1)
+    target, sd = _evidence(programs, data)
+    grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
+    starts = BATCH // (size + 1)
+    V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
     best = np.full((2,), np.inf)
-    found = np.zeros((2, 3))
+    found = np.zeros((2, size))
+    weight = _TURNING[:size]
     damping = np.ones((starts, 2, 1))
     previous, cost_before = V.copy(), np.full((starts, 2), np.inf)
     for _ in range(14):
-        # four run-outs a start: where it ends, and where with each velocity nudged
-        nudged = np.repeat(V[:, None], 4, axis=1)
-        for j in range(3):
-            nudged[:, j + 1, :, j] += _STEP[j]
-        ends = np.asarray(programs("rests", data, nudged.reshape(BATCH, 6), xi))
-        ends = ends.reshape(starts, 4, 2, 3)
+        # run-outs of a start: where it ends, and where with each velocity nudged
+        nudged = np.repeat(V[:, None], size + 1, axis=1)
+        for j in range(size):
+            nudged[:, j + 1, :, j] += _STEP
+        batch = np.resize(nudged.reshape(-1, 2 * size), (BATCH, 2 * size))
+        ends = np.asarray(programs("rests", data, batch, xi))[: starts * (size + 1)]
+        ends = ends.reshape(starts, size + 1, 2, size)
         miss = (ends[:, 0] - target) / sd
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
         worse = ~(cost <= cost_before)
@@ -61,15 +66,14 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         if np.all(best < 1e-6):
             break
         damping = np.where(worse[..., None], damping / 4, np.minimum(damping * 2, 1))
-        J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP[:, None, None] * sd), 1, -1)
+        J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP * sd), 1, -1)
         J = np.nan_to_num(J, posinf=0.0, neginf=0.0)
         ridge = J.swapaxes(-1, -2) @ J
-        ridge += 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None] * np.eye(
-            3
-        ) + 1e-12 * np.eye(3)
+        relative = 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None]
+        ridge += (relative + 1e-12) * np.eye(size)
         step = -np.linalg.solve(ridge, J.swapaxes(-1, -2) @ np.nan_to_num(miss)[..., None])[..., 0]
-        limit = 0.3 * np.linalg.norm(V * [1, 1, 1.4], axis=-1, keepdims=True) + 0.5
-        length = np.linalg.norm(step * [1, 1, 1.4], axis=-1, keepdims=True)
+        limit = 0.3 * np.linalg.norm(V * weight, axis=-1, keepdims=True) + 0.5
+        length = np.linalg.norm(step * weight, axis=-1, keepdims=True)
         step *= np.minimum(1, limit / np.maximum(length, 1e-12))
         # a start that got worse goes back and tries a shorter step
         V_next = np.where(worse[..., None], (V + 3 * previous) / 4, V + damping * step)
@@ -83,7 +87,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
                 f"(the nearest run-out misses by {np.sqrt(best[v]):.1f} standard deviations); "
                 "check its rest position, heading and rotation, and the friction"
             )
-    return found.reshape(6)
+    return found.ravel()
 
 
 def fit(
@@ -102,10 +106,11 @@ def fit(
         last round: their velocities after the impact and deviates of the inputs.
     """
     structure = programs.structure
-    n = coordinates.size(structure)
+    n, size = coordinates.length(structure), len(structure.rests)
     sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
-    xi = sample[:, 6:]
-    target, sd = _evidence(data)
+    xi = sample[:, 2 * size :]
+    target, sd = _evidence(programs, data)
+    mine = [slice(size * v, size * (v + 1)) for v in range(2)]
     scale = np.asarray(programs("inputs", data, xi)[3])
     shaping = [coordinates.shaping_inputs(structure, v) for v in "ab"]
     sheets = _linear(programs, data, separation)
@@ -113,22 +118,22 @@ def fit(
     for _ in range(_ROUNDS):
         V = np.concatenate(
             [
-                scale[:, None] * _value(sheets[v], sample[:, 3 * v : 3 * v + 3], xi[:, shaping[v]])
+                scale[:, None] * _value(sheets[v], sample[:, mine[v]], xi[:, shaping[v]])
                 for v in range(2)
             ],
             axis=1,
         )
         z = (np.asarray(programs("rests", data, V, xi)) - target) / sd
         for v in range(2):
-            wanted, got, velocity = (a[:, 3 * v : 3 * v + 3] for a in (sample, z.reshape(-1, 6), V))
-            error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / 3)
+            wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
+            error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
             A = _terms(got, xi[:, shaping[v]])
             # run-outs that miss by far say little of the sheet where the posterior lies
             weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / 6) ** 2)
             weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
             if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
                 sheets[v] = _least_squares(A, velocity / scale[:, None], weight)
-    for_a, for_b = (_as_sheet(c, 3 + len(s)) for c, s in zip(sheets, shaping, strict=True))
+    for_a, for_b = (_as_sheet(c, size + len(s)) for c, s in zip(sheets, shaping, strict=True))
     return (for_a, for_b), error, (V, xi)
 
 
@@ -146,8 +151,8 @@ def unresolved(
         What nine tenths of the run-outs' coordinates stay below, against four times the steps.
     """
     s = programs.structure
-    finer = programs_for(programs.rung, replace(s, steps=4 * s.steps))
-    _, sd = _evidence(data)
+    finer = programs_for(replace(s, steps=4 * s.steps))
+    _, sd = _evidence(programs, data)
     moved = np.asarray(finer("rests", data, *run_outs)) - np.asarray(
         programs("rests", data, *run_outs)
     )
@@ -173,11 +178,13 @@ def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarr
     ridge = 1e-4 * np.eye(A.shape[1])
     # one thread: beside the compiler's, BLAS's own threads wait for each other for seconds
     with threadpool_limits(1, user_api="blas"):
-        return np.linalg.lstsq(np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), 3))]))[0]
+        return np.linalg.lstsq(
+            np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), y.shape[1]))])
+        )[0]
 
 
 def _as_sheet(coefficients: np.ndarray, k: int) -> coordinates.Sheet:
-    quadratic = np.zeros((3, k, k))
+    quadratic = np.zeros((coefficients.shape[1], k, k))
     rows, columns = np.triu_indices(k)
     quadratic[:, rows, columns] = coefficients[1 + k :].T
     quadratic = (quadratic + quadratic.swapaxes(1, 2)) / 2
@@ -187,48 +194,48 @@ def _as_sheet(coefficients: np.ndarray, k: int) -> coordinates.Sheet:
 def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> list[np.ndarray]:
     """First sheets: linear in the rest pose and the inputs, by difference quotients."""
     structure = programs.structure
-    p = len(structure.uncertain)
-    _, sd = _evidence(data)
+    p, size = len(structure.uncertain), len(structure.rests)
+    _, sd = _evidence(programs, data)
     V, xi = np.tile(separation, (BATCH, 1)), np.zeros((BATCH, p))
-    for j in range(3):
-        V[1 + j, j] += _STEP[j]
-        V[1 + j, 3 + j] += _STEP[j]
+    for j in range(size):
+        V[1 + j, [j, size + j]] += _STEP
     h = 0.01
     for j in range(p):
-        xi[4 + j, j] = h
+        xi[1 + size + j, j] = h
     ends = np.asarray(programs("rests", data, V, xi))
     sheets = []
     for v, vehicle in enumerate("ab"):
         shape = coordinates.shaping_inputs(structure, vehicle)
-        J_V = ((ends[1:4, v] - ends[0, v]) / _STEP[:, None]).T
-        J_xi = ((ends[4 : 4 + p, v] - ends[0, v]) / h).T[:, shape]
+        own = separation[size * v : size * (v + 1)]
+        J_V = ((ends[1 : 1 + size, v] - ends[0, v]) / _STEP).T
+        J_xi = ((ends[1 + size : 1 + size + p, v] - ends[0, v]) / h).T[:, shape]
         back = np.linalg.pinv(J_V)
-        k = 3 + len(shape)
-        sheet = np.zeros((1 + k + k * (k + 1) // 2, 3))
-        sheet[0] = separation[3 * v : 3 * v + 3]
-        sheet[1:4] = (back * sd[v]).T
-        sheet[4 : 4 + len(shape)] = -(back @ J_xi).T
+        k = size + len(shape)
+        sheet = np.zeros((1 + k + k * (k + 1) // 2, size))
+        sheet[0] = own
+        sheet[1 : 1 + size] = (back * sd[v]).T
+        sheet[1 + size : 1 + k] = -(back @ J_xi).T
         # the friction's square root stands outside the sheet: take its slope out again
         name = f"friction_{structure.surfaces[0]}"
         if name in structure.names:
             i = structure.names.index(name)
             slope = 0.5 * float(data.inputs[name][1])
-            sheet[4 + shape.index(i)] -= slope * separation[3 * v : 3 * v + 3]
+            sheet[1 + size + shape.index(i)] -= slope * own
         sheets.append(sheet)
     return sheets
 
 
-def _evidence(data: parts.Data) -> tuple[np.ndarray, np.ndarray]:
-    """Measured rest poses and their standard deviations, shape (2, 3) each."""
-    pairs = np.array(
-        [[data.evidence[f"rest_{part}_{v}"] for part in ("x", "y", "heading")] for v in "ab"]
-    )
-    return pairs[..., 0], pairs[..., 1]
+def _evidence(programs: Programs, data: parts.Data) -> tuple[np.ndarray, np.ndarray]:
+    """Measured rests and their standard deviations, a row each for A and B."""
+    pairs = np.array([data.evidence[name] for name in programs.structure.evidence])
+    value, sd = pairs.T.reshape(2, 2, -1)
+    return value, sd
 
 
 def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.ndarray:
     """Starting velocities: sliding that far while turning that much, faster and slower."""
-    dx, dy, turn = displacement
+    dx, dy = displacement[:2]
+    turn = displacement[2] if displacement.size == 3 else 0.0
     far = np.hypot(dx, dy)
     # energy to slide and to turn, spread over both; a spinning car slides further for its speed
     speed = np.sqrt(2 * grip * max(far, 0.05))
@@ -236,7 +243,7 @@ def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.
     a, b, c = (g.ravel()[:count] for g in np.meshgrid(*_GRID, indexing="ij"))
     angle = np.arctan2(dy, dx) + c
     guesses = np.stack([a * speed * np.cos(angle), a * speed * np.sin(angle), b * spin], axis=1)
-    return np.resize(guesses, (count, 3))
+    return np.resize(guesses[:, : displacement.size], (count, displacement.size))
 
 
 _GRID = (

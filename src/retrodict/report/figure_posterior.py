@@ -11,10 +11,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from retrodict.inference.digits import decimals_of
 from retrodict.report import drawing
-from retrodict.report.findings import draws
+from retrodict.report.findings import draws, scaled, statistics
 from retrodict.report.results import is_withheld, marked
-from retrodict.report.rounding import decimals_of, told, told_range
+from retrodict.report.rounding import told, told_range
 from retrodict.scene.quantities import REPORTED, Units
 
 if TYPE_CHECKING:
@@ -75,9 +76,13 @@ def _panel(axes: Axes, outcome: Outcome, name: str, units: Units) -> None:
     axes.set_xlabel(f"{unit.symbol}" if unit.symbol else "dimensionless")
     label = REPORTED[name][0]
     axes.set_title(label[0].upper() + label[1:].replace("e_m", r"$\mathbf{e_m}$"))
-    decimals = decimals_of(float(values.std()))
+    errors = statistics(outcome, (name,))[name]
+    decimals, of_limits = (
+        decimals_of(float(values.std()), error=scaled(errors[key], unit.worth))
+        for key in ("error_middle", "error_limits")
+    )
     median = f"{told(float(np.median(values)), decimals)} {unit.symbol}".rstrip()
-    lines = [median, f"90 %: {told_range((low, high), decimals)}"]
+    lines = [median, f"90 %: {told_range((low, high), of_limits)}"]
     withheld = is_withheld(outcome, name)
     shown = [marked(outcome, line, withheld) for line in (lines[:1] if withheld else lines)]
     axes.text(

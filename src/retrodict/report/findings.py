@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import xarray as xr
 
+from retrodict.inference.digits import monte_carlo_errors
 from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.quantities import REPORTED, Unit, Units, describe, unit_of
@@ -178,8 +179,9 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
         names: of variables in the posterior group.
 
     Returns:
-        For each name: mean, sd, median, hdi_50, hdi_90, hdi_95, ess_bulk, ess_tail, rhat and
-        mcse_mean in SI units; None where not finite or where the variable is missing.
+        For each name: mean, sd, median, hdi_50, hdi_90, hdi_95, ess_bulk, ess_tail, rhat,
+        mcse_mean, error_middle and error_limits (`monte_carlo_errors`) in SI units;
+        None where not finite or where the variable is missing.
     """
     # arviz_stats takes a while to import, and a summary is not always asked for
     from arviz_stats import ess, hdi, mcse, rhat
@@ -189,7 +191,9 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
     there = [name for name in names if name in posterior.data_vars]
     blank = dict.fromkeys(("mean", "sd", "median"))
     blank_intervals = {f"hdi_{level}": [None, None] for level in LEVELS}
-    blank_checks = dict.fromkeys(("ess_bulk", "ess_tail", "rhat", "mcse_mean"))
+    blank_checks = dict.fromkeys(
+        ("ess_bulk", "ess_tail", "rhat", "mcse_mean", "error_middle", "error_limits")
+    )
     found: dict[str, dict[str, Any]] = {
         name: {**blank, **blank_intervals, **blank_checks} for name in names
     }
@@ -197,6 +201,7 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
         return found
     data = posterior[there]
     with np.errstate(all="ignore"):
+        middle, limits = monte_carlo_errors(data)
         measures = {
             "mean": data.mean(),
             "sd": data.std(ddof=1),
@@ -205,6 +210,8 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
             "ess_tail": ess(data, method="tail"),
             "rhat": rhat(data, method="rank"),
             "mcse_mean": mcse(data, method="mean"),
+            "error_middle": middle,
+            "error_limits": limits,
         }
         intervals = {level: hdi(data, prob=level / 100, method="nearest") for level in LEVELS}
     for name in there:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from retrodict.inference.digits import decimals_of
 from retrodict.report.findings import DERIVED, LEVELS, scaled, statistics, told_as
-from retrodict.report.rounding import decimals_of, told, told_range, told_with_sd
+from retrodict.report.rounding import told, told_range, told_with_sd
 from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
 
 if TYPE_CHECKING:
@@ -27,9 +28,8 @@ class ResultRow:
         median, mean: texts, the latter with ± sd.
         intervals: texts by level in per cent.
         rhat, ess_bulk, ess_tail: texts.
-        monte_carlo_error: of the mean, text in the printed unit.
-        last_digit: worth of the last printed digit, text.
-        digit_holds: whether the Monte Carlo error is smaller than it.
+        monte_carlo_error: of the 95 % limits, text in the printed unit.
+        last_digit: worth of the last digit printed of them, text.
         withheld: whether the numbers were held back.
     """
 
@@ -44,7 +44,6 @@ class ResultRow:
     ess_tail: str
     monte_carlo_error: str
     last_digit: str
-    digit_holds: bool
     withheld: bool
 
 
@@ -54,7 +53,7 @@ def result_rows(
     names: tuple[str, ...] = tuple(REPORTED),
     found: dict[str, dict[str, Any]] | None = None,
 ) -> list[ResultRow]:
-    """The results as they are printed, rounded to their uncertainty.
+    """The results as they are printed, to two digits of their uncertainty or what the draws bear out.
 
     When the run failed every number bears a mark; those of a quantity that failed checks of its
     own, and of what follows from it, are withheld.
@@ -72,14 +71,15 @@ def result_rows(
     for name, numbers in (found or statistics(outcome, names)).items():
         label, unit = told_as(name, units)
         shown = {key: scaled(value, unit.worth) for key, value in numbers.items()}
-        decimals = decimals_of(shown["sd"])
-        digit = None if decimals is None else 10.0**-decimals
-        error = shown["mcse_mean"]
+        decimals = decimals_of(shown["sd"], error=shown["error_middle"])
+        error = shown["error_limits"]  # the larger: intervals may have a decimal less
+        of_limits = decimals_of(shown["sd"], error=error)
+        digit = None if of_limits is None else 10.0**-of_limits
         withheld = is_withheld(outcome, name)
         texts = {
             "median": told(shown["median"], decimals),
-            "mean": told_with_sd(shown["mean"], shown["sd"]),
-            **{str(level): told_range(shown[f"hdi_{level}"], decimals) for level in LEVELS},
+            "mean": told_with_sd(shown["mean"], shown["sd"], decimals),
+            **{str(level): told_range(shown[f"hdi_{level}"], of_limits) for level in LEVELS},
         }
         texts = {key: marked(outcome, text, withheld) for key, text in texts.items()}
         rows.append(
@@ -94,8 +94,7 @@ def result_rows(
                 ess_bulk=told(numbers["ess_bulk"], 0),
                 ess_tail=told(numbers["ess_tail"], 0),
                 monte_carlo_error=told(error, decimals_of(error)),
-                last_digit=told(digit, decimals),
-                digit_holds=error is not None and digit is not None and error < digit,
+                last_digit=told(digit, of_limits),
                 withheld=withheld,
             )
         )
@@ -136,9 +135,11 @@ def answer(outcome: Outcome, units: Units = "si") -> str:
     middle, between = [], []
     for unit in all_units:
         # one digit of the uncertainty: a sentence is quoted without its table
-        decimals = decimals_of(numbers["sd"] / unit.worth, digits=1)
-        low, high = (told(bound / unit.worth, decimals) for bound in numbers["hdi_95"])
-        middle.append(f"{told(numbers['median'] / unit.worth, decimals)} {unit.symbol}")
+        shown = {key: scaled(value, unit.worth) for key, value in numbers.items()}
+        decimals = decimals_of(shown["sd"], digits=1, error=shown["error_middle"])
+        of_limits = decimals_of(shown["sd"], digits=1, error=shown["error_limits"])
+        low, high = (told(bound, of_limits) for bound in shown["hdi_95"])
+        middle.append(f"{told(shown['median'], decimals)} {unit.symbol}")
         between.append(f"{low} and {high} {unit.symbol}")
     return (
         f"{who} was travelling at about {_first_and_rest(middle)} before impact; given the model "

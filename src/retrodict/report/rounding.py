@@ -4,27 +4,10 @@ from __future__ import annotations
 
 import math
 
+from retrodict.inference.digits import decimals_of
+
 NOTHING = "–"
 _MINUS = "\N{MINUS SIGN}"
-
-
-def decimals_of(sd: float | None, digits: int = 2) -> int | None:
-    """Decimals that leave an uncertainty with so many significant digits (JCGM 100:2008, 7.2.6).
-
-    Args:
-        sd: the standard uncertainty, in the unit to be printed.
-        digits: significant digits kept of it.
-
-    Returns:
-        Decimals, negative for tens and up; None where there is no uncertainty to round to.
-    """
-    if sd is None or not math.isfinite(sd) or sd <= 0:
-        return None
-    places = digits - 1 - math.floor(math.log10(sd))
-    # 0.0996 rounds up to 0.100, which is a digit more than was asked for
-    if math.floor(math.log10(round(sd, places))) > math.floor(math.log10(sd)):
-        places -= 1
-    return places
 
 
 def told(value: float | None, decimals: int | None) -> str:
@@ -47,17 +30,18 @@ def told(value: float | None, decimals: int | None) -> str:
     return text.replace("-", _MINUS)
 
 
-def told_with_sd(value: float | None, sd: float | None) -> str:
-    """A value ± its standard uncertainty, both to the latter's two significant digits.
+def told_with_sd(value: float | None, sd: float | None, decimals: int | None = None) -> str:
+    """A value ± its standard uncertainty, both to the same decimals.
 
     Args:
         value: in the unit to be printed.
         sd: its standard uncertainty; 0 for an exact value, which is told alone.
+        decimals: from `decimals_of`; None leaves the uncertainty two significant digits.
 
     Returns:
         The text, such as "18.9 ± 1.2".
     """
-    decimals = decimals_of(sd)
+    decimals = decimals_of(sd) if decimals is None else decimals
     if value is None or not math.isfinite(value):
         return NOTHING
     if decimals is None:

@@ -6,12 +6,24 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from retrodict.scene.defaults import DEFAULTS
-from retrodict.scene.records import Approach, Contact, Edge, Measured, Rest, Scene, Surface, Vehicle
+from retrodict.scene.defaults import DEFAULTS, FRICTION
+from retrodict.scene.priors import Prior, default_priors, overridden
+from retrodict.scene.records import (
+    Approach,
+    Contact,
+    Edge,
+    Measured,
+    Rest,
+    Scene,
+    Surface,
+    Vehicle,
+    Wheels,
+)
 from retrodict.scene.schema import (
     ApproachAEntry,
     ApproachBEntry,
     EdgeEntry,
+    PriorsEntry,
     RestEntry,
     SceneEntry,
     SurfaceEntry,
@@ -52,6 +64,8 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
         contact=Contact(*entry.impact.point, entry.impact.contact_line),
         surfaces=tuple(_surface(*item) for item in surfaces),
         notes=tuple(entry.notes),
+        question=entry.question,
+        priors=_priors(entry.priors),
     )
 
 
@@ -85,6 +99,27 @@ def _vehicle(letter: str, entry: VehicleEntry, complain: Complain) -> Vehicle:
         heading=entry.impact.heading,
         length=length,
         width=width,
+        grip=entry.grip or _assumed_grip(),
+        wheels=_wheels(entry),
+    )
+
+
+def _assumed_grip() -> Measured:
+    spread = DEFAULTS["grip"]
+    return Measured(1.0, spread.of(1.0), "lognormal", f"assumed: 1 ± {spread}", "value")
+
+
+def _wheels(entry: VehicleEntry) -> Wheels | None:
+    wheels = entry.wheels
+    if wheels is None:
+        return None
+    ahead = Measured(0.0, source="assumed: the front wheels point straight ahead", assumed="value")
+    return Wheels(
+        front_left=wheels.front_left,
+        front_right=wheels.front_right,
+        rear_left=wheels.rear_left,
+        rear_right=wheels.rear_right,
+        steer=entry.steer or ahead,
     )
 
 
@@ -167,7 +202,13 @@ def _surface(name: str, entry: SurfaceEntry) -> Surface:
     dependence = entry.speed_dependence or Measured(
         0.0, source="assumed: friction does not depend on speed", assumed="value"
     )
-    return Surface(name, entry.friction, dependence, _edge(entry.edge) if entry.edge else None)
+    friction = entry.friction or _friction_of(entry.kind or "")
+    return Surface(name, friction, dependence, _edge(entry.edge) if entry.edge else None)
+
+
+def _friction_of(kind: str) -> Measured:
+    table = FRICTION[kind]
+    return Measured(table.value, table.sd, "lognormal", f"assumed of {kind}: {table}", "value")
 
 
 def _edge(entry: EdgeEntry) -> Edge:
@@ -180,3 +221,14 @@ def _edge(entry: EdgeEntry) -> Edge:
         side=entry.side,
         offset=Measured(0.0, sd, source=entry.uncertainty.source if entry.uncertainty else ""),
     )
+
+
+def _priors(entry: PriorsEntry) -> dict[str, Prior]:
+    priors = default_priors()
+    for name, written in entry:
+        if written is not None:
+            numbers = {key: m for key, m in written if isinstance(m, Measured)}
+            sources = [written.source, *(m.source for m in numbers.values() if m.source)]
+            values = {key: m.value for key, m in numbers.items()}
+            priors[name] = overridden(name, values, "; ".join(sources))
+    return priors

@@ -16,7 +16,7 @@ class Default:
     Args:
         quantity: what it is for, in words.
         value: the figure: one standard deviation, unless `quantity` says otherwise.
-        unit: "%", "m", "deg", "deg/s", or "wheelbases".
+        unit: "%", "m", "deg", "deg/s", "wheelbases", or "of the friction".
         grade: A, read in a source; B, derived from figures read; C, judgement.
         source: where it comes from and why.
     """
@@ -38,8 +38,29 @@ class Default:
             "m": 1.0,
             "deg": radians(1),
             "deg/s": radians(1),
+            "of the friction": 1.0,
         }
         return self.value * worth[self.unit]
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceFriction:
+    """The friction assumed of a kind of surface.
+
+    Args:
+        value: sliding friction of a car's tyres, mean.
+        sd: one standard deviation.
+        grade: as of a `Default`.
+        source: what was read.
+    """
+
+    value: float
+    sd: float
+    grade: Grade
+    source: str
+
+    def __str__(self) -> str:
+        return f"{self.value:g} ± {self.sd:g} (grade {self.grade}: {self.source})"
 
 
 _HEADING = "judgement: with tyre marks; allow 8 deg without marks"
@@ -128,6 +149,30 @@ DEFAULTS: dict[str, Default] = {
         "C",
         "judgement: placed from gouges and a change of the tyre marks; no published figure known",
     ),
+    "grip": Default(
+        "factor of the friction for the tyres of one vehicle (that factor is assumed to be 1)",
+        5,
+        "%",
+        "B",
+        "between vehicles on one surface the friction's standard deviation is about 0.04, on 0.75: "
+        "derived from the averages of skid tests, 0.72 to 0.78 on dry asphalt",
+    ),
+    "rolling_drag": Default(
+        "braking force of a rolling wheel (a value)",
+        0.03,
+        "of the friction",
+        "B",
+        "rolling resistance of 0.01 (new) to 0.02 (worn) of the load on asphalt (Carvill, Mechanical "
+        "Engineer's Data Handbook), over friction of 0.5 to 0.8",
+    ),
+    "rolling_drag_sd": Default(
+        "braking force of a rolling wheel, uncertainty",
+        0.02,
+        "of the friction",
+        "C",
+        "judgement: a dragging brake or bearing; write your own for a wheel in gear or rubbing on "
+        "bent metal",
+    ),
     "length": Default(
         "overhang beyond both axles, for drawing (a value)",
         1.9,
@@ -141,5 +186,47 @@ DEFAULTS: dict[str, Default] = {
         "m",
         "C",
         "judgement: a passenger car",
+    ),
+}
+
+FRICTION: dict[str, SurfaceFriction] = {
+    "dry asphalt": SurfaceFriction(
+        0.75,
+        0.07,
+        "B",
+        "later tests average 0.72 to 0.78 (Mechanical Forensics, Friction Table Update), clean dry "
+        "paving 0.6 to 0.8 (Kentucky research report 178)",
+    ),
+    "wet asphalt": SurfaceFriction(
+        0.50, 0.07, "B", "0.50 (Noon 1994), 0.45 to 0.55 (a tyre maker), about 0.5 (m-smac)"
+    ),
+    "dry concrete": SurfaceFriction(
+        0.80, 0.08, "B", "0.75 (Noon 1994), 0.80 to 0.90 (a tyre maker)"
+    ),
+    "wet concrete": SurfaceFriction(
+        0.57, 0.07, "B", "0.60 (Noon 1994), 0.50 to 0.60 (a tyre maker)"
+    ),
+    "gravel": SurfaceFriction(
+        0.50,
+        0.15,
+        "B",
+        "0.35 (Noon 1994), 0.60 to 0.70 (a tyre maker, dry crushed stone): sources disagree by a "
+        "factor of two",
+    ),
+    "dry soil": SurfaceFriction(0.55, 0.08, "B", "0.50 to 0.60 (a tyre maker)"),
+    "wet grass": SurfaceFriction(0.20, 0.06, "B", "0.20 (Noon 1994), alone"),
+    "packed snow": SurfaceFriction(
+        0.30,
+        0.06,
+        "B",
+        "0.35 at -6 °C (vehicle traction experiments), 0.20 to 0.25 (Noon 1994), 0.25 to 0.35 (a "
+        "tyre maker)",
+    ),
+    "ice": SurfaceFriction(
+        0.12,
+        0.05,
+        "B",
+        "0.09 at -6 °C (vehicle traction experiments), 0.10 to 0.15 (Noon 1994), 0.05 to 0.15 (a "
+        "tyre maker); black or wet ice up to 0.6 elsewhere",
     ),
 }

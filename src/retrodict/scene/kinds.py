@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import GetCoreSchemaHandler
+from pydantic import Field, GetCoreSchemaHandler, ValidatorFunctionWrapHandler, WrapValidator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from retrodict.scene import units
 from retrodict.scene.defaults import DEFAULTS
-from retrodict.scene.records import Measured
+from retrodict.scene.records import Law, Measured
 
 
 def fault(mend: str, at: str = "") -> PydanticCustomError:
@@ -37,7 +37,7 @@ class Kind:
     low: float
     high: float
     example: str
-    law: Literal["normal", "lognormal"] = "normal"
+    law: Law = "normal"
     uncertainty: Literal["optional", "required", "refused"] = "optional"
     default: str = ""
     advice: str = ""
@@ -89,6 +89,15 @@ class Kind:
         if self.law == "lognormal" and sd is not None and sd > reading.value:
             said = "default uncertainty is" if assumed else "uncertainty is"
             raise fault(f'its {said} over 100 %; write a smaller one, like "{self.example}"')
+        if (
+            self.law == "logitnormal"
+            and sd is not None
+            and sd > reading.value * (1 - reading.value)
+        ):
+            raise fault(
+                "its uncertainty is over value (1 - value), too wide for a share between 0 and 1; "
+                f'write a smaller one, like "{self.example}"'
+            )
         return Measured(reading.value, sd or 0.0, self.law, source, "sd" if assumed else "")
 
     @property
@@ -177,6 +186,31 @@ Friction = Annotated[
         advice="0.03 suits two or more skid tests, 0.05 one test, 0.07 a table",
     ),
 ]
+Grip = Annotated[Measured, Kind(units.NUMBER, 0.2, 2, "1 ± 0.05", "lognormal", default="grip")]
+
+
+def _wheel(raw: object, read: ValidatorFunctionWrapHandler) -> Measured:
+    if raw == "locked":
+        return Measured(1.0, 0.0, "logitnormal", "locked")
+    if raw == "rolling":
+        drag, spread = DEFAULTS["rolling_drag"], DEFAULTS["rolling_drag_sd"]
+        source = f"rolling; assumed: {drag}; uncertainty assumed: {spread}"
+        return Measured(drag.value, spread.value, "logitnormal", source, "value")
+    if isinstance(raw, str) and not any(c.isdigit() for c in raw):
+        raise fault(
+            'write "locked", "rolling", or its braking force over the friction, like "0.3 ± 0.1"'
+        )
+    measured: Measured = read(raw)
+    return measured
+
+
+Wheel = Annotated[
+    Measured,
+    Kind(units.NUMBER, 0, 1, "0.3 ± 0.1", "logitnormal"),
+    WrapValidator(_wheel),
+    Field(examples=['"locked"']),
+]
+Steer = Annotated[Measured, Kind(units.ANGLE, -90, 90, "0 ± 2 deg")]
 SpeedDependence = Annotated[Measured, Kind(units.INVERSE_SPEED, 0, 0.2, "0.002 s/m")]
 _EDGE = "that of the edge goes into its key uncertainty"
 EdgeCoordinate = Annotated[
@@ -197,4 +231,20 @@ EdgeUncertainty = Annotated[
         uncertainty="refused",
         advice="it is itself one standard deviation",
     ),
+]
+_SPREAD = "it tells a prior"
+SpeedScale = Annotated[
+    Measured, Kind(units.SPEED, 0.1, 150, "40 m/s", uncertainty="refused", advice=_SPREAD)
+]
+YawRateScale = Annotated[
+    Measured, Kind(units.YAW_RATE, 0.1, 2000, "1 rad/s", uncertainty="refused", advice=_SPREAD)
+]
+NumberScale = Annotated[
+    Measured, Kind(units.NUMBER, 0.001, 10, "0.2", uncertainty="refused", advice=_SPREAD)
+]
+MuCentre = Annotated[
+    Measured, Kind(units.NUMBER, -5, 5, "0.95", uncertainty="refused", advice=_SPREAD)
+]
+MomentCentre = Annotated[
+    Measured, Kind(units.NUMBER, -1, 1, "1", uncertainty="refused", advice=_SPREAD)
 ]

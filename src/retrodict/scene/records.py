@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
+from retrodict.scene.priors import Prior, default_priors
+
 VEHICLES = ("a", "b")
+UNKNOWNS = ("speed_b", "e", "e_m", "mu")  # what a scene's question may ask, in this order
+Law = Literal["normal", "lognormal", "logitnormal"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,16 +19,38 @@ class Measured:
     Args:
         value: the best estimate, SI units or radians.
         sd: one standard deviation, same unit; 0 for a quantity taken as exact.
-        law: error law; "lognormal" (with this mean and sd) for quantities that cannot be negative.
+        law: error law; "lognormal" (with this mean and sd) for quantities that cannot be negative;
+            "logitnormal" for shares between 0 and 1: logit normal about logit(value) with scale
+            sd / (value (1 - value)), by the delta method, so value is the median, and sd that of
+            the law to first order. A share without an uncertainty may be exactly 0 or 1.
         source: who measured it and how, or where an assumed uncertainty comes from.
         assumed: "sd" where the uncertainty is a default, "value" where the value is one too.
     """
 
     value: float
     sd: float = 0.0
-    law: Literal["normal", "lognormal"] = "normal"
+    law: Law = "normal"
     source: str = ""
     assumed: Literal["", "sd", "value"] = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Wheels:
+    """How a vehicle's wheels turn after the impact.
+
+    Args:
+        front_left: braking force over the available friction: 1 locked, 0 free.
+        front_right: likewise, and so the other two.
+        rear_left: likewise.
+        rear_right: likewise.
+        steer: angle of the front wheels from the heading, counter-clockwise, rad.
+    """
+
+    front_left: Measured
+    front_right: Measured
+    rear_left: Measured
+    rear_right: Measured
+    steer: Measured
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +59,8 @@ class Vehicle:
 
     The impact centre is given by its distance from the centre of gravity and its angle, counted
     counter-clockwise from straight ahead. `heading` is the heading at impact, counter-clockwise
-    from the x axis.
+    from the x axis. `grip` is a factor of the surfaces' friction for this vehicle's tyres. `wheels`
+    is None where all were locked after the impact.
     """
 
     name: str
@@ -47,6 +74,8 @@ class Vehicle:
     heading: Measured
     length: float
     width: float
+    grip: Measured = Measured(1.0, law="lognormal")
+    wheels: Wheels | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +155,8 @@ class Scene:
         contact: where and along which line they touched.
         surfaces: road first, then those with edges.
         notes: remarks of the scene's author, printed in the report.
+        question: which of `UNKNOWNS` are asked, in their order.
+        priors: of the unknowns, by name; see `default_priors`.
     """
 
     title: str
@@ -137,17 +168,23 @@ class Scene:
     contact: Contact
     surfaces: tuple[Surface, ...]
     notes: tuple[str, ...] = ()
+    question: tuple[str, ...] = UNKNOWNS
+    priors: dict[str, Prior] = field(default_factory=default_priors)
 
     def inputs(self) -> dict[str, Measured]:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
         flat: dict[str, Measured] = {}
         for v in VEHICLES:
-            for part, names in ((self.vehicles[v], None), (self.approach[v], _APPROACH_NAMES)):
-                for field in fields(part):
-                    value = getattr(part, field.name)
+            vehicle = self.vehicles[v]
+            for part, names in (
+                (vehicle, {}),
+                (vehicle.wheels, _WHEEL_NAMES),
+                (self.approach[v], _APPROACH_NAMES),
+            ):
+                for each in fields(part) if part is not None else ():
+                    value = getattr(part, each.name)
                     if isinstance(value, Measured):
-                        name = names[field.name] if names else field.name
-                        flat[f"{name}_{v}"] = value
+                        flat[f"{names.get(each.name, each.name)}_{v}"] = value
         flat |= {
             "impact_x": self.contact.x,
             "impact_y": self.contact.y,
@@ -169,4 +206,7 @@ class Scene:
         }
 
 
-_APPROACH_NAMES = {"speed": "speed", "direction": "direction", "yaw_rate": "omega"}
+_APPROACH_NAMES = {"yaw_rate": "omega"}
+_WHEEL_NAMES = {
+    wheel: f"drag_{wheel}" for wheel in ("front_left", "front_right", "rear_left", "rear_right")
+}

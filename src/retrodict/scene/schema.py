@@ -14,6 +14,8 @@ from pydantic import (
     model_validator,
 )
 
+from retrodict.scene.defaults import FRICTION
+from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
     AxleDistance,
     ContactLine,
@@ -22,11 +24,15 @@ from retrodict.scene.kinds import (
     EdgeDirection,
     EdgeUncertainty,
     Friction,
+    Grip,
     Heading,
     ImpactAngle,
     ImpactCoordinate,
     ImpactDistance,
     Mass,
+    MomentCentre,
+    MuCentre,
+    NumberScale,
     OutlineLength,
     OutlineWidth,
     RestCoordinate,
@@ -34,11 +40,16 @@ from retrodict.scene.kinds import (
     Rotation,
     Speed,
     SpeedDependence,
+    SpeedScale,
+    Steer,
     Track,
+    Wheel,
     YawInertia,
     YawRate,
+    YawRateScale,
     fault,
 )
+from retrodict.scene.records import UNKNOWNS
 
 
 def _line(limit: int) -> BeforeValidator:
@@ -64,6 +75,34 @@ def _pattern_name(raw: object) -> str:
 def _sought(raw: object) -> None:
     raise fault("leave it out: the speed of B is what is sought")
 
+
+def _asked(raw: object) -> tuple[str, ...]:
+    names = ", ".join(f'"{name}"' for name in UNKNOWNS)
+    if not isinstance(raw, list) or not raw:
+        raise fault(f'write a list of what is asked, like ["speed_b"], of {names}')
+    for name in raw:
+        if name not in UNKNOWNS:
+            raise fault(f"{shown(name)} cannot be asked; write one or more of {names}")
+    return tuple(name for name in UNKNOWNS if name in raw)
+
+
+def _known_surface(raw: object) -> object:
+    if not isinstance(raw, str) or raw not in FRICTION:
+        kinds = ", ".join(f'"{kind}"' for kind in FRICTION)
+        raise fault(f"no friction is known for it; write one of {kinds}, or friction")
+    return raw
+
+
+def _by_wheel(raw: object) -> object:
+    if raw != "locked" and not isinstance(raw, dict):
+        raise fault(f'write "locked", or each wheel: wheels = {_WHEELS}')
+    return None if raw == "locked" else raw
+
+
+_WHEELS = (
+    '{ front_left = "locked", front_right = "rolling", '
+    'rear_left = "rolling", rear_right = "0.3 ± 0.1" }'
+)
 
 Title = Annotated[str, _line(200)]
 Note = Annotated[str, _line(1000)]
@@ -113,6 +152,15 @@ class RestEntry(_Table):
     rotation: Rotation | None = None
 
 
+class WheelsEntry(_Table):
+    """`wheels` of a vehicle: how each turned after the impact."""
+
+    front_left: Wheel
+    front_right: Wheel
+    rear_left: Wheel
+    rear_right: Wheel
+
+
 class VehicleEntry(_Table):
     """What `[vehicles.A]` and `[vehicles.B]` have in common."""
 
@@ -125,6 +173,9 @@ class VehicleEntry(_Table):
     track: Track
     length: OutlineLength | None = None
     width: OutlineWidth | None = None
+    grip: Grip | None = None
+    wheels: Annotated[WheelsEntry | None, BeforeValidator(_by_wheel)] = None
+    steer: Steer | None = None
     impact_centre: ImpactCentreEntry = Field(
         examples=['{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }']
     )
@@ -139,6 +190,14 @@ class VehicleEntry(_Table):
             for key in ("cg_to_front_axle", "cg_to_rear_axle"):
                 if getattr(self, key) is None:
                     raise fault(f'missing; write {key} = "1.35 m", or the wheelbase', key)
+        return self
+
+    @model_validator(mode="after")
+    def _what_steers_rolls(self) -> VehicleEntry:
+        if self.steer is not None and self.wheels is None:
+            raise fault(
+                f"locked wheels do not steer; leave it out, or add wheels = {_WHEELS}", "steer"
+            )
         return self
 
 
@@ -186,10 +245,89 @@ class EdgeEntry(_Table):
 class SurfaceEntry(_Table):
     """`[surfaces.NAME]`: what the vehicles slid over."""
 
-    friction: Friction
+    kind: Annotated[str, BeforeValidator(_known_surface)] | None = Field(
+        None, examples=['"dry asphalt"']
+    )
+    friction: Friction | None = None
     speed_dependence: SpeedDependence | None = None
     edge: EdgeEntry | None = Field(
         None, examples=['{ point = ["0 m", "4 m"], direction = "0 deg", side = "left" }']
+    )
+
+    @model_validator(mode="after")
+    def _friction_is_known(self) -> SurfaceEntry:
+        if self.friction is None and self.kind is None:
+            mend = 'missing; write friction = "0.50 ± 0.03", or kind = "dry asphalt"'
+            raise fault(mend, "friction")
+        return self
+
+
+class PriorEntry(_Table):
+    """What every override of a prior has."""
+
+    source: Annotated[str, _line(200)] = Field(examples=['"survey of speeds on this road"'])
+
+    @model_validator(mode="after")
+    def _overrides_something(self) -> PriorEntry:
+        keys = [key for key in type(self).model_fields if key != "source"]
+        if all(getattr(self, key) is None for key in keys):
+            raise fault(f"overrides nothing; write one or more of {', '.join(keys)}")
+        return self
+
+
+class SpeedPriorEntry(PriorEntry):
+    """`[priors.speed_b]` and `[priors.impulse]`: how large a speed, or change of it, may be."""
+
+    scale: SpeedScale
+
+
+class YawRatePriorEntry(PriorEntry):
+    """`[priors.omega_b]` and `[priors.Omega]`: how large a yaw rate may be."""
+
+    scale: YawRateScale
+
+
+class RestitutionPriorEntry(PriorEntry):
+    """`[priors.e]`: its scale in fast and in slow impacts, and the closing speed between them."""
+
+    fast: NumberScale | None = None
+    slow: NumberScale | None = None
+    over: SpeedScale | None = None
+
+
+class MuPriorEntry(PriorEntry):
+    """`[priors.mu]`: of the share of its critical value."""
+
+    centre: MuCentre | None = None
+    scale: NumberScale | None = None
+
+
+class MomentPriorEntry(PriorEntry):
+    """`[priors.e_m]`."""
+
+    centre: MomentCentre | None = None
+    scale: NumberScale | None = None
+
+
+class PriorsEntry(_Table):
+    """`[priors]`: what is assumed of the unknowns, in place of the defaults."""
+
+    speed_b: SpeedPriorEntry | None = Field(
+        default=None, examples=['{ scale = "40 m/s", source = "…" }']
+    )
+    omega_b: YawRatePriorEntry | None = Field(
+        default=None, examples=['{ scale = "1 rad/s", source = "…" }']
+    )
+    e: RestitutionPriorEntry | None = Field(
+        default=None, examples=['{ fast = 0.13, source = "…" }']
+    )
+    mu: MuPriorEntry | None = Field(default=None, examples=['{ scale = 0.2, source = "…" }'])
+    e_m: MomentPriorEntry | None = Field(default=None, examples=['{ scale = 0.5, source = "…" }'])
+    impulse: SpeedPriorEntry | None = Field(
+        default=None, examples=['{ scale = "20 m/s", source = "…" }']
+    )
+    Omega: YawRatePriorEntry | None = Field(
+        default=None, examples=['{ scale = "5 rad/s", source = "…" }']
     )
 
 
@@ -207,6 +345,9 @@ class SceneEntry(_Table):
     schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])
     title: Title = Field(examples=['"Two cars on a bend"'])
     notes: list[Note] = Field([], max_length=50, examples=['["one remark", "another"]'])
+    question: Annotated[tuple[str, ...], BeforeValidator(_asked)] = Field(
+        UNKNOWNS, examples=['["speed_b"]']
+    )
     vehicles: VehiclesEntry = Field(examples=["{ A = { … }, B = { … } }"])
     impact: ImpactEntry = Field(
         examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }']
@@ -214,3 +355,4 @@ class SceneEntry(_Table):
     surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_edge)] = Field(
         max_length=20, examples=['{ road = { friction = "0.50 ± 0.03" } }']
     )
+    priors: PriorsEntry = Field(PriorsEntry(), examples=["{ speed_b = { … } }"])

@@ -19,16 +19,18 @@ class Method:
             approximations, of which the report says so.
         draws: kept of each chain unless told otherwise.
         draw: does it.
+        resumes: whether it has chains that an interrupted run can go on with.
     """
 
     title: str
     exact: bool
     draws: int
     draw: Callable[[Task], Draws]
+    resumes: bool = False
 
 
 METHODS = {
-    "nuts": Method("No-U-Turn sampler", True, 500, nuts.draw),
+    "nuts": Method("No-U-Turn sampler", True, 500, nuts.draw, resumes=True),
     "importance": Method(
         "importance sampling, Student-t proposal, Pareto-smoothed", True, 750, importance.draw
     ),

@@ -51,7 +51,7 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     posterior, chains, warmup = task.posterior, task.chains, task.warmup
     arguments = (posterior.data, posterior.chart)
     start, advance = posterior.programs.sampler(warmup, target_accept, *arguments)
-    n = posterior.chart.centre.size
+    n = posterior.size
     records: list[list[dict[str, np.ndarray]]]
     if after is None:
         keys = jax.random.split(jax.random.key(task.seed), chains)

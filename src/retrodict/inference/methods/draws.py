@@ -24,7 +24,7 @@ class Task:
         warmup: iterations before them, where a method has any.
         seed: of the random numbers; same seed, same machine, same draws.
         progress: called as the work goes on.
-        resume: a file of interrupted chains to go on with, of a method that has chains.
+        resume: a file of interrupted chains to go on with; None of a method without chains.
     """
 
     posterior: Posterior

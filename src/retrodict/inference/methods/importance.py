@@ -2,25 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import gammaln
 
 from retrodict.inference.methods.draws import Draws, Task
 from retrodict.inference.methods.weights import judged, resampled, smoothed
+from retrodict.inference.posterior import Posterior
 
 _FREEDOM = 20  # degrees of freedom: tails heavier than a normal's, at little cost in the middle
+_FOR_EVIDENCE = 2000  # draws
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Log of the mean weight.
+
+    Args:
+        value: of the log evidence.
+        error: its standard error.
+        faults: for which it must not be relied on.
+    """
+
+    value: float
+    error: float
+    faults: tuple[str, ...]
 
 
 def draw(task: Task) -> Draws:
     """Draw from the proposal, weigh by the posterior, resample."""
     posterior, (chains, draws) = task.posterior, (task.chains, task.draws)
-    n = posterior.chart.centre.size
     rng = np.random.default_rng(task.seed)
-    scale = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (chains * draws, 1)))
-    w = scale * rng.standard_normal((chains * draws, n))
-    log_proposal = -(_FREEDOM + n) / 2 * np.log1p(np.sum(w**2, axis=1) / _FREEDOM)
-    log_weight = posterior.log_density(w) - log_proposal
+    w, log_weight = _weighed(posterior, chains * draws, rng)
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare
     shares = weights.reshape(chains, draws)
@@ -29,8 +43,39 @@ def draw(task: Task) -> Draws:
     )
     task.progress(1, 1)
     return Draws(
-        w[index].reshape(chains, draws, n),
+        w[index].reshape(chains, draws, -1),
         {"log_weight": log_weight.reshape(chains, draws)},
         **judged(k),
         more=lambda: draw(replace(task, draws=2 * draws)),
     )
+
+
+def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
+    """The evidence of a posterior, by the mean of its importance weights.
+
+    Args:
+        posterior: whose evidence it is.
+        rng: of the draws.
+
+    Returns:
+        The evidence; at fault where the weights have no variance to judge it by.
+    """
+    _, log_weight = _weighed(posterior, _FOR_EVIDENCE, rng)
+    weights, k = smoothed(log_weight)
+    highest = log_weight.max()
+    value = highest + np.log(np.mean(np.exp(log_weight - highest)))
+    error = np.sqrt(max(np.sum(weights**2) - 1 / weights.size, 0.0))
+    return Evidence(float(value), float(error), judged(k)["faults"])
+
+
+def _weighed(
+    posterior: Posterior, count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draws from the proposal, and the logs of their weights."""
+    n = posterior.size
+    scale = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (count, 1)))
+    w = scale * rng.standard_normal((count, n))
+    log_proposal = -(_FREEDOM + n) / 2 * np.log1p(np.sum(w**2, axis=1) / _FREEDOM)
+    log_proposal += gammaln((_FREEDOM + n) / 2) - gammaln(_FREEDOM / 2)
+    log_proposal -= n / 2 * np.log(_FREEDOM * np.pi)
+    return w, posterior.log_density(w) - log_proposal

@@ -15,7 +15,7 @@ from retrodict.inference.methods.weights import judged, pareto_k
 def draw(task: Task) -> Draws:
     """Draw from the normal approximation."""
     rng = np.random.default_rng(task.seed)
-    n = task.posterior.chart.centre.size
+    n = task.posterior.size
     w = rng.standard_normal((task.chains, task.draws, n))
     log_weight = task.posterior.log_density(w.reshape(-1, n)) + np.sum(w.reshape(-1, n) ** 2, 1) / 2
     k = pareto_k(log_weight)

@@ -20,7 +20,7 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before all of a run's stages were done.
     """
-    posterior, n = task.posterior, task.posterior.chart.centre.size
+    posterior, n = task.posterior, task.posterior.size
     start, advance = posterior.programs.tempering(task.draws, posterior.data, posterior.chart)
     particles, evidence = [], []
     faults: tuple[str, ...] = ()
@@ -42,9 +42,9 @@ def draw(task: Task) -> Draws:
     except KeyboardInterrupt:
         if not particles:
             raise Interrupted("stopped before any draws were kept") from None
-    w = np.stack(particles)
+    w = np.stack(particles).reshape(len(particles), task.draws, n)
     return Draws(
-        w.reshape(len(particles), task.draws, n),
+        w,
         {},
         complete=len(particles) == task.chains,
         faults=faults,
@@ -52,5 +52,11 @@ def draw(task: Task) -> Draws:
             "log_evidence": float(np.mean(evidence)),
             "log_evidence_sd": float(np.std(evidence, ddof=1)) if len(evidence) > 1 else np.nan,
         },
-        more=lambda: draw(replace(task, draws=2 * task.draws)),
+        more=lambda: _as_many_again(task, w),
     )
+
+
+def _as_many_again(task: Task, w: np.ndarray) -> Draws:
+    """Runs beside those that there are: twice the particles would be another program to compile."""
+    others = draw(replace(task, seed=task.seed + 2**31))
+    return replace(others, w=np.concatenate([w[: len(others.w)], others.w], axis=1), more=None)

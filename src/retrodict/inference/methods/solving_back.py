@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from retrodict.inference.coordinates import length
+from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.draws import Draws, Task
 
 
@@ -22,5 +24,11 @@ def linear(task: Task) -> Draws:
 
 
 def _measurements(task: Task) -> np.ndarray:
-    n = task.posterior.chart.centre.size
+    structure = task.posterior.programs.structure
+    n = length(structure)
+    if n > task.posterior.size:
+        raise Unanswerable(
+            f"this method solves back as many unknowns as there are measurements, and the model "
+            f"{structure.rung} has fewer: use planar-moment or momentum, or another method"
+        )
     return np.random.default_rng(task.seed).standard_normal((task.chains, task.draws, n))

@@ -1,4 +1,4 @@
-"""The rung's density against one written out with SciPy, and its parts."""
+"""The fullest rung's density against one written out with SciPy, and the parts of all."""
 
 import math
 
@@ -9,23 +9,25 @@ from numpyro.infer.util import log_density
 from retrodict.models import RUNGS, parts
 from scipy import stats
 
-from retrodict.mechanics import Coefficients, separation
+from retrodict.mechanics import Coefficients, contact_velocity, critical_mu, separation
 from tests.scenes import collision
+
+RUNG = RUNGS["planar-moment+wheels"]
 
 
 def test_density_is_priors_times_likelihood() -> None:
     """numpyro's joint against scipy.stats, term by term."""
     scene = collision(share=0.02)
-    structure, data = parts.of_scene(scene)
+    structure, data = RUNG.of_scene(scene)
     xi = np.random.default_rng(2).normal(size=len(structure.uncertain)) * 0.5
     x = parts.from_standard(structure, data, jnp.array(xi))
     own = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.35, "e_m": 0.7}
     sites = {"measured": jnp.array(xi)} | own
-    found, _ = log_density(RUNGS["planar-moment-wheels"].model, (structure, data), {}, sites)
+    found, _ = log_density(RUNG.model, (structure, data), {}, sites)
 
     expected = stats.halfnorm(scale=30).logpdf(19.0) - math.log(2 * math.pi)
-    expected += stats.norm(0, 1).logpdf(0.3) + stats.norm(0, 1).logpdf(0.35) - math.log(2)
-    expected += stats.truncnorm(0, 5, scale=0.2).logpdf(0.1)
+    expected += stats.norm(0, 1).logpdf(0.3)
+    expected += stats.truncnorm(-4, 0, loc=1, scale=0.5).logpdf(0.7)
     expected += stats.norm.logpdf(xi).sum()
     for deviate, name in zip(xi, structure.names, strict=True):
         measured, value = scene.inputs()[name], float(x[name])
@@ -40,16 +42,24 @@ def test_density_is_priors_times_likelihood() -> None:
             law = stats.norm(measured.value, measured.sd)
         assert law.cdf(value) == pytest.approx(stats.norm.cdf(deviate))
     v_b = 19.0 * np.array([math.cos(-0.2), math.sin(-0.2)])
-    before = jnp.array([*parts.approach_of_a(x), *v_b, 0.3])
-    after = separation(before, parts.bodies(x), Coefficients(0.1, 0.35, 0.7))
-    poses = np.array(parts.rest_poses(structure, data, x, after)).ravel()
+    before, to = jnp.array([*parts.approach_of_a(x), *v_b, 0.3]), parts.bodies(x)
+    normal = np.array([np.cos(to.Gamma), np.sin(to.Gamma)])
+    closing = abs(float(contact_velocity(before, to) @ normal))
+    scale = 0.13 + (0.55 - 0.13) * math.exp(-closing / 5)
+    expected += stats.truncnorm(0, 1 / scale, scale=scale).logpdf(0.1)
+    critical = float(critical_mu(before, to, 0.1, 0.7))
+    about = critical / math.sqrt(1 + critical**2 / 4)
+    wide = 0.2 * math.hypot(about, 0.1)
+    expected += stats.t(4, 0.95 * about, wide).logpdf(0.35)
+    after = separation(before, to, Coefficients(0.1, 0.35, 0.7))
+    poses = np.array(RUNG.run_out.rest_poses(structure, data, x, after)).ravel()
     for pose, measured in zip(poses, scene.evidence().values(), strict=True):
         expected += stats.norm(measured.value, measured.sd).logpdf(pose)
     assert float(found) == pytest.approx(float(expected), rel=1e-10)
 
 
 def test_vehicles_touch_at_the_impact_centre() -> None:
-    structure, data = parts.of_scene(collision())
+    structure, data = RUNG.of_scene(collision())
     x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
     centre = np.array(parts.impact_poses(x))[:, :2] + np.array(parts.levers(x))
     np.testing.assert_allclose(
@@ -59,13 +69,13 @@ def test_vehicles_touch_at_the_impact_centre() -> None:
 
 def test_lever_arms_of_the_example_are_the_recovered_ones() -> None:
     """d1..d4 = 1.636, 0.653, 0.205, 2.079 m."""
-    structure, data = parts.of_scene(collision(share=0.0))
+    structure, data = RUNG.of_scene(collision(share=0.0))
     x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
     np.testing.assert_allclose(parts.bodies(x)[4:8], (1.636, 0.653, 0.205, 2.079), atol=1e-12)
 
 
 def test_scenes_that_differ_in_numbers_share_a_structure() -> None:
     other = collision(rest=((-3.0, 2.0, 3.7), (9.0, -12.0, 12.6)))
-    assert parts.of_scene(collision())[0] == parts.of_scene(other)[0]
-    assert parts.of_scene(collision())[0] != parts.of_scene(collision(share=0.0))[0]
-    assert hash(parts.of_scene(collision())[0]) == hash(parts.of_scene(other)[0])
+    assert RUNG.of_scene(collision())[0] == RUNG.of_scene(other)[0]
+    assert RUNG.of_scene(collision())[0] != RUNG.of_scene(collision(share=0.0))[0]
+    assert hash(RUNG.of_scene(collision())[0]) == hash(RUNG.of_scene(other)[0])

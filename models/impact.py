@@ -1,0 +1,135 @@
+"""What an impact model is: its story, and what leads back from velocities after it to its unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from retrodict.models import parts
+
+from retrodict.mechanics import (
+    Bodies,
+    Coefficients,
+    contact_velocity,
+    inverse_log_det,
+    separation,
+    undo,
+)
+from retrodict.models.card import Card
+
+Separation = Float[Array, " separation"]
+
+
+class Level(NamedTuple):
+    """A quotient of functions of the motion that the impact model bounds, or holds fixed.
+
+    Args:
+        name: of the quantity, a sample site where it is bounded.
+        low: bound.
+        high: bound; the same as `low` where the model holds the quantity there.
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the model holds it."""
+        return self.low == self.high
+
+
+@dataclass(frozen=True)
+class Impact:
+    """An impact model.
+
+    Args:
+        card: what it is, in words.
+        story: samples the unknowns and gives the velocities after the impact; arguments are
+            structure, data and the measured inputs.
+        answers: which of the quantities asked for it infers.
+        levels: what it bounds or holds fixed.
+        unknowns: velocities after the impact and inputs -> a value for each sample site but the
+            direction of B, which stands as "velocity_b", and log |d sites / d velocities|.
+        priors: names of the priors it uses, in `Scene.priors`.
+        fullness: what it lets free beyond momentum.
+    """
+
+    card: Card
+    story: Callable[[parts.Structure, parts.Data, parts.Values], Separation]
+    answers: tuple[str, ...]
+    levels: tuple[Level, ...]
+    unknowns: Callable[[Separation, parts.Values], tuple[parts.Values, Float[Array, ""]]]
+    priors: tuple[str, ...]
+    fullness: frozenset[str]
+
+
+E, E_M = Level("e", 0.0, 1.0), Level("e_m", -1.0, 1.0)
+NO_MOMENT = Level("e_m", 1.0, 1.0)
+NO_SLIP = Level("slip", 0.0, 0.0)
+
+
+def quotients(
+    levels: Sequence[Level], after: Separation, x: parts.Values
+) -> tuple[Float[Array, " levels"], Float[Array, " levels"]]:
+    """What each level is a quotient of, which is closer to linear in the motion than it is.
+
+    Args:
+        levels: which.
+        after: velocities after the impact.
+        x: measured inputs.
+
+    Returns:
+        Numerators and denominators: for e (-opening, closing velocity), for e_m (spin kept, spin by
+        the force alone), for slip (the sliding left, 1); m/s and rad/s.
+    """
+    to = parts.bodies(x)
+    found = undo(after, parts.approach_of_a(x), to)
+    pairs = {
+        "e": (-found.opening, found.closing),
+        "e_m": (found.spin, found.free_spin),
+        "slip": (contact_velocity(after, to) @ _tangent(to), jnp.ones(())),
+    }
+    over, under = zip(*(pairs[level.name] for level in levels), strict=True)
+    return jnp.stack(over), jnp.stack(under)
+
+
+def planar_unknowns(
+    levels: Sequence[Level],
+) -> Callable[[Separation, parts.Values], tuple[parts.Values, Float[Array, ""]]]:
+    """How velocities after a planar impact lead back to its unknowns.
+
+    Args:
+        levels: of the impact model.
+    """
+    fixed = {level.name: level.low for level in levels if level.fixed}
+
+    def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Array, ""]]:
+        to, approach_a = parts.bodies(x), parts.approach_of_a(x)
+        approach_b, found, log_det = inverse_log_det(after, approach_a, to)
+        e_m = jnp.asarray(fixed.get("e_m", found.e_m))
+        sites = {"velocity_b": approach_b[:2], "omega_b": approach_b[2], "e": found.e}
+        if "slip" in fixed:  # held instead of mu: one stands for the other in the determinant
+            before = jnp.concatenate([approach_a, approach_b])
+
+            def slip(mu: Array) -> Array:
+                end = separation(before, to, Coefficients(found.e, mu, e_m))
+                return contact_velocity(end, to) @ _tangent(to)
+
+            slope = jax.jvp(slip, (found.mu,), (jnp.ones(()),))[1]
+            log_det += jnp.log(jnp.abs(slope))
+        else:
+            sites["mu"] = found.mu
+        if "e_m" not in fixed:
+            sites["e_m"] = found.e_m
+        return sites, log_det
+
+    return unknowns
+
+
+def _tangent(to: Bodies) -> Float[Array, "2"]:
+    return jnp.stack([-jnp.sin(to.Gamma), jnp.cos(to.Gamma)])

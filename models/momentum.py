@@ -1,0 +1,60 @@
+"""Momentum alone (SAE 770014 eqs 19, 20): B's velocity from that of A and both after the impact."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+import numpyro
+import numpyro.distributions as dist
+from jaxtyping import Array, Float
+from retrodict.models import parts
+from retrodict.models.card import Card
+from retrodict.models.impact import Impact, Separation
+
+
+def story(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Separation:
+    """An impulse of any size and direction, and any yaw rates after it."""
+    m_a, m_b = x["mass_a"], x["mass_b"]
+    v_a, v_b = parts.approach_of_a(x)[:2], parts.velocity_of_b(structure, data)
+    impulse = dist.Normal(0.0, m_a * data.priors["impulse"][0])
+    P = jnp.stack([numpyro.sample("impulse_x", impulse), numpyro.sample("impulse_y", impulse)])
+    V_a, V_b = v_a + P / m_a, v_b - P / m_b  # eqs 19, 20
+    if "heading" in structure.rests:
+        spin = dist.Normal(0.0, data.priors["Omega"][0])
+        Omega_a, Omega_b = numpyro.sample("Omega_a", spin), numpyro.sample("Omega_b", spin)
+        after = jnp.stack([*V_a, Omega_a, *V_b, Omega_b])
+    else:
+        after = jnp.concatenate([V_a, V_b])
+    parts.tell_motion(jnp.concatenate([V_a, V_b]), jnp.stack([P / m_a, -P / m_b]))
+    return after
+
+
+def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Array, ""]]:
+    """The unknowns that lead to these velocities after the impact."""
+    m_a, m_b = x["mass_a"], x["mass_b"]
+    V_a, V_b = after.reshape(2, -1)
+    P = m_a * (V_a[:2] - parts.approach_of_a(x)[:2])
+    sites = {"velocity_b": V_b[:2] + P / m_b, "impulse_x": P[0], "impulse_y": P[1]}
+    if V_a.size == 3:
+        sites |= {"Omega_a": V_a[2], "Omega_b": V_b[2]}
+    return sites, 2 * jnp.log(m_a)
+
+
+IMPACT = Impact(
+    card=Card(
+        name="momentum",
+        title="momentum alone",
+        equations=("momentum along x and y: SAE 770014 eqs 19, 20",),
+        assumptions=(
+            "the impact is short: vehicles do not move and tyres do nothing while it lasts",
+            "impulse and yaw rates after the impact may be anything: no coefficient of the impact "
+            "is used or found",
+        ),
+        left_out=("restitution, friction and moment of the contact; where the vehicles touched",),
+    ),
+    story=story,
+    answers=("speed_b",),
+    levels=(),
+    unknowns=unknowns,
+    priors=("speed_b", "impulse", "Omega"),
+    fullness=frozenset(),
+)

@@ -1,0 +1,31 @@
+"""What a run-out model is: how it sees a scene, and where it brings the vehicles to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from retrodict.models import parts
+from retrodict.models.card import Card
+from retrodict.scene.records import Scene
+
+
+@dataclass(frozen=True)
+class RunOut:
+    """A run-out model.
+
+    Args:
+        card: what it is, in words.
+        rests: what of a rest pose it explains.
+        seen: the scene with what this model leaves out taken out.
+        rest_poses: structure, data, inputs and velocities after the impact -> rests of A and B.
+        paths: likewise, each from impact to rest.
+        fullness: what it holds beyond a sliding point.
+    """
+
+    card: Card
+    rests: tuple[str, ...]
+    seen: Callable[[Scene], Scene]
+    rest_poses: parts.RestPoses
+    paths: parts.RestPoses
+    fullness: frozenset[str]

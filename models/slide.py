@@ -1,0 +1,60 @@
+"""The simplest run-out: a point that slides straight to rest, v² = 2 mu g d."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from retrodict.models import parts, spin
+from retrodict.models.card import Card
+from retrodict.models.run_out import RunOut
+
+from retrodict.mechanics.runout import GRAVITY, ROWS
+
+
+def rest_poses(
+    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "4"]
+) -> Float[Array, "2 2"]:
+    """Where both vehicles come to rest after separating with these velocities."""
+    return parts.each_vehicle(
+        lambda start, velocity, car, on: (
+            start + velocity * jnp.hypot(*velocity) / (2 * GRAVITY * on.coefficients[0])
+        ),
+        *(parts.impact_poses(x)[:, :2], after.reshape(2, 2)),
+        car=parts.cars(structure, x),
+        on=parts.ground(structure, data, x),
+    )
+
+
+def paths(
+    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "4"]
+) -> Float[Array, "2 steps 3"]:
+    """How they get there, straight and without yaw: x, y and heading at each step."""
+    start = parts.impact_poses(x)
+    end = rest_poses(structure, data, x, after)
+    share = jnp.linspace(0.0, 1.0, ROWS)[:, None]
+    between = jax.vmap(lambda a, b: a + share * (b - a))(start[:, :2], end)
+    heading = jnp.broadcast_to(start[:, None, 2:], (2, ROWS, 1))
+    return jnp.concatenate([between, heading], axis=-1)
+
+
+RUN_OUT = RunOut(
+    card=Card(
+        name="slide",
+        title="a straight slide to rest",
+        equations=("run-out: v² = 2 μ g d along the straight line from impact to rest",),
+        assumptions=(
+            "each vehicle slides straight, as if it did not yaw: right for one that does not, and "
+            "the slower the more it spins, as a spinning vehicle's wheels slide aside",
+            "the road is plane, level and of one friction, at all speeds and for both vehicles",
+            "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
+            "cannot be negative) about what was measured, and independent of one another",
+        ),
+        left_out=("yaw, and the rest headings as evidence; other surfaces; rolling wheels; slopes",),
+    ),
+    rests=("x", "y"),
+    seen=spin.seen,
+    rest_poses=rest_poses,
+    paths=paths,
+    fullness=frozenset(),
+)

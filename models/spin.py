@@ -1,0 +1,47 @@
+"""The run-out of a rigid body on four locked wheels over one surface."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from retrodict.models import wheels
+from retrodict.models.card import Card
+from retrodict.models.run_out import RunOut
+from retrodict.scene.records import Measured, Scene
+
+
+def seen(scene: Scene) -> Scene:
+    """The scene with its road everywhere, one friction at all speeds, and all wheels locked."""
+    road = replace(scene.surfaces[0], speed_dependence=Measured(0.0))
+    vehicles = {
+        v: replace(vehicle, wheels=None, grip=Measured(1.0))
+        for v, vehicle in scene.vehicles.items()
+    }
+    return replace(scene, vehicles=vehicles, surfaces=(road,))
+
+
+RUN_OUT = RunOut(
+    card=Card(
+        name="spin",
+        title="a skid to rest on four locked wheels over one surface",
+        equations=(
+            "run-out: planar rigid body on four locked wheels with static loads, one friction "
+            "against the slip of each wheel, in the spirit of Ellis, which SAE 770014 cites",
+        ),
+        assumptions=(
+            "all four wheels of both vehicles are locked, or slide as if they were, from impact to rest",
+            "the road is plane, level and of one friction, at all speeds and for both vehicles",
+            "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
+            "cannot be negative) about what was measured, and independent of one another",
+        ),
+        left_out=(
+            "other surfaces, rolling wheels, differences of tyres; load transfer, pitch and roll; "
+            "slopes",
+        ),
+    ),
+    rests=("x", "y", "heading"),
+    seen=seen,
+    rest_poses=wheels.rest_poses,
+    paths=wheels.paths,
+    fullness=frozenset({"yaw"}),
+)

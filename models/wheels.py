@@ -1,0 +1,60 @@
+"""The fullest run-out: a rigid body on four wheels, locked or rolling, over surfaces with edges."""
+
+from __future__ import annotations
+
+from jaxtyping import Array, Float
+from retrodict.models import parts
+from retrodict.models.card import Card
+from retrodict.models.run_out import RunOut
+
+from retrodict.mechanics import rest, run_out
+
+
+def rest_poses(
+    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
+) -> Float[Array, "2 3"]:
+    """Where both vehicles come to rest after separating with these velocities."""
+    return parts.each_vehicle(
+        lambda pose, velocity, car, on: rest(pose, velocity, car, on, structure.steps),
+        *(parts.impact_poses(x), after.reshape(2, 3)),
+        car=parts.cars(structure, x),
+        on=parts.ground(structure, data, x),
+    )
+
+
+def paths(
+    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
+) -> Float[Array, "2 steps 3"]:
+    """How they get there: x, y and heading at each step."""
+    return parts.each_vehicle(
+        lambda pose, velocity, car, on: run_out(pose, velocity, car, on, structure.steps).pose,
+        *(parts.impact_poses(x), after.reshape(2, 3)),
+        car=parts.cars(structure, x),
+        on=parts.ground(structure, data, x),
+    )
+
+
+RUN_OUT = RunOut(
+    card=Card(
+        name="wheels",
+        title="a skid to rest on four wheels over the surfaces of the scene",
+        equations=(
+            "run-out: planar rigid body on four wheels with static loads, friction f exp(−c v) "
+            "against the slip of each wheel, in the spirit of Ellis, which SAE 770014 cites",
+        ),
+        assumptions=(
+            "wheels keep their state from impact to rest; those of which the scene says nothing are "
+            "locked, or slide as if they were",
+            "the road is plane and level; a surface's friction is shared by both vehicles but for a "
+            "factor of each one's tyres",
+            "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
+            "cannot be negative) about what was measured, and independent of one another",
+        ),
+        left_out=("steering or braking in between; load transfer, pitch and roll; slopes",),
+    ),
+    rests=("x", "y", "heading"),
+    seen=lambda scene: scene,
+    rest_poses=rest_poses,
+    paths=paths,
+    fullness=frozenset({"yaw", "wheels"}),
+)

@@ -1,0 +1,284 @@
+"""Several solutions of one scene: found, weighed by their evidence, and mixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.methods.importance import log_evidence
+from retrodict.inference.outcome import Mode
+from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.programs import CHUNK
+from retrodict.scene.quantities import REPORTED
+from retrodict.scene.records import VEHICLES, Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RIVAL = 1e-3  # weight from which on another mode counts
+_TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
+_STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which modes are sought
+_APART = 3.0  # standard deviations: nearer than this it is the same mode
+_STILL = 1.0  # slope per standard deviation below which a search has arrived
+
+_OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A scene at one number of turns to rest.
+
+    Args:
+        posterior: of the scene.
+        scene: with whole turns added to the rest headings.
+        turns: added, of the vehicles whose rotation is unknown.
+    """
+
+    posterior: Posterior
+    scene: Scene
+    turns: dict[str, int]
+
+    def rotations(self) -> str:
+        """The total rotations to rest, in words; nothing where all were stated."""
+        told = []
+        for v in self.turns:
+            turn = self.scene.rest[v].heading.value - self.scene.vehicles[v].heading.value
+            told.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
+        return ", ".join(told)
+
+
+def solutions(scene: Scene, rung: str) -> list[Solution]:
+    """The scene at every number of turns that fits.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+
+    Returns:
+        Solutions of more weight than RIVAL by Laplace's approximation, the best first.
+
+    Raises:
+        Unanswerable: no number of turns leads to the rest poses, or none has a finite mode.
+    """
+    unknown = [v for v in VEHICLES if not scene.rest[v].turns_known]
+    if not unknown:
+        return [Solution(prepare(scene, rung), scene, {})]
+    tried: dict[tuple[int, ...], Solution | None] = {}
+
+    def evidence(turns: tuple[int, ...]) -> float:
+        if turns not in tried:
+            added = dict(zip(unknown, turns, strict=True))
+            turned = _turned(scene, added)
+            try:
+                tried[turns] = Solution(prepare(turned, rung), turned, added)
+            except Unanswerable:
+                tried[turns] = None
+        found = tried[turns]
+        return -np.inf if found is None else found.posterior.log_evidence
+
+    # one vehicle at a time, twice over: all pairs would take minutes
+    best = (0,) * len(unknown)
+    for i in [*range(len(unknown))] * len(unknown):
+        best = max(((*best[:i], count, *best[i + 1 :]) for count in _TURNS), key=evidence)
+    fitting = sorted((s for s in tried.values() if s), key=lambda s: -s.posterior.log_evidence)
+    if not fitting:
+        prepare(scene, rung)  # raises the reason
+    weights = shares(np.array([s.posterior.log_evidence for s in fitting]))
+    return [s for s, weight in zip(fitting, weights, strict=True) if weight > RIVAL]
+
+
+def weighed(found: list[Solution], seed: int) -> tuple[list[Mode], tuple[str, ...]]:
+    """What each solution weighs among all, by the evidence that importance sampling finds.
+
+    Args:
+        found: the solutions.
+        seed: of the draws.
+
+    Returns:
+        A mode for each, and faults where a weight does not settle.
+    """
+    middle = np.zeros(found[0].posterior.size)
+    if len(found) == 1:
+        return [Mode(1.0, 0.0, _told_at(found[0].posterior, middle), found[0].turns)], ()
+    evidence = [log_evidence(s.posterior, np.random.default_rng([seed, 2])) for s in found]
+    weights = shares(np.array([e.value for e in evidence]))
+    variances = np.array([e.error**2 for e in evidence])
+    # of log w_i = log Z_i - log sum Z_j, to first order
+    relative = np.sqrt((1 - 2 * weights) * variances + weights**2 @ variances)
+    faults = tuple(
+        f"{s.rotations()}: its weight is not settled: {fault}"
+        for s, e in zip(found, evidence, strict=True)
+        for fault in e.faults
+    )
+    modes = [
+        Mode(float(w), float(w * r), _told_at(s.posterior, middle), s.turns)
+        for s, w, r in zip(found, weights, relative, strict=True)
+    ]
+    return modes, faults
+
+
+def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree:
+    """Draws of several solutions in one, each as often as its weight asks.
+
+    Every draw is taken at its place in the chains of the solution that chance gives it, and
+    `sample_stats/mode` says which.
+
+    Args:
+        trees: draws of each solution, with the same chains.
+        modes: their weights and turns, in the same order; what follows them is left out.
+        seed: of the chance.
+
+    Returns:
+        One tree; its rest headings are counted as those of the first solution.
+    """
+    import xarray as xr
+
+    if len(trees) == 1:
+        return trees[0]
+    sizes = trees[0]["posterior"].sizes
+    draws = min(tree["posterior"].sizes["draw"] for tree in trees)
+    rng = np.random.default_rng([seed, 3])
+
+    def chosen(group: str, which: xr.DataArray) -> xr.Dataset:
+        layers = [_counted(tree[group].to_dataset(), modes[0], m) for tree, m in pairs]
+        steps = min((layer.sizes["step"] for layer in layers if "step" in layer.sizes), default=0)
+        if steps:  # solutions may be run out in different steps
+            layers = [
+                layer.isel(step=np.linspace(0, layer.sizes["step"] - 1, steps).astype(int))
+                for layer in layers
+            ]
+        cut = {dim: which.sizes[dim] for dim in which.dims}
+        layers = [layer.isel({dim: slice(size) for dim, size in cut.items()}) for layer in layers]
+        places = {dim: xr.DataArray(np.arange(size), dims=dim) for dim, size in cut.items()}
+        return xr.concat(layers, "which", combine_attrs="override").isel(which=which, **places)
+
+    modes = modes[: len(trees)]
+    pairs = list(zip(trees, modes, strict=True))
+    weights = np.array([m.weight for m in modes])
+    weights /= weights.sum()
+    shape, runs = (sizes["chain"], draws), trees[0]["trajectories"].sizes["run"]
+    which = xr.DataArray(rng.choice(len(modes), shape, p=weights), dims=("chain", "draw"))
+    groups = {name: tree.to_dataset() for name, tree in trees[0].children.items()}
+    groups |= {name: chosen(name, which) for name in _OF_DRAWS}
+    of_runs = xr.DataArray(rng.choice(len(modes), runs, p=weights), dims="run")
+    groups["trajectories"] = chosen("trajectories", of_runs)
+    groups["sample_stats"] = groups["sample_stats"].assign(mode=which)
+    attrs = [tree["sample_stats"].attrs for tree in trees]
+    if "pareto_k" in attrs[0]:
+        groups["sample_stats"].attrs["pareto_k"] = max(a["pareto_k"] for a in attrs)
+    return xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
+
+
+def with_rivals(found: list[Solution], modes: list[Mode], seed: int) -> list[Mode]:
+    """Beside the solutions, other modes at the same numbers of turns, which their draws do not reach.
+
+    Args:
+        found: the solutions.
+        modes: what they weigh, in the same order.
+        seed: of the search.
+
+    Returns:
+        The modes of the solutions, then each rival of more weight than RIVAL; its weight, and what it
+        takes from theirs, are Laplace's.
+    """
+    kept, others = [], []
+    for solution, mode in zip(found, modes, strict=True):
+        near = rivals(solution.posterior, seed)
+        share = mode.weight / (1 + sum(odds for odds, _ in near))
+        kept.append(replace(mode, weight=share))
+        for odds, w in near:
+            if odds * share > RIVAL:
+                told = _told_at(solution.posterior, w)
+                others.append(Mode(odds * share, np.nan, told, solution.turns, False))
+    return kept + others
+
+
+def rivals(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
+    """Other modes of a posterior than that at w = 0, searched for from far-off starts.
+
+    Args:
+        posterior: in coordinates centred at its mode.
+        seed: of the starts.
+
+    Returns:
+        (odds, w) of each: its weight over that of the mode at w = 0, by Laplace's approximation.
+    """
+    from scipy.optimize import minimize
+
+    n = posterior.size
+    home = posterior.potential(np.zeros(n))[0]
+
+    def potential(w: np.ndarray) -> tuple[float, np.ndarray]:
+        value, gradient = posterior.potential(w)
+        if not np.isfinite(value):  # outside: the way back leads inwards
+            return 1e10 + 1e8 * float(w @ w), 2e8 * w
+        return value, np.nan_to_num(gradient)
+
+    def arrived(intermediate_result: object) -> None:
+        if np.linalg.norm(intermediate_result.x) < _APART:  # type: ignore[attr-defined]
+            raise StopIteration
+
+    found: list[tuple[float, np.ndarray]] = []
+    rng = np.random.default_rng([seed, 4])
+    for start in _STARTS[:, None] * rng.standard_normal((_STARTS.size, n)):
+        options = {"maxiter": 100, "maxfun": 200}
+        end = minimize(
+            potential, start, jac=True, method="L-BFGS-B", options=options, callback=arrived
+        )
+        w = end.x
+        known = [np.zeros(n), *(other for _, other in found)]
+        if min(np.linalg.norm(w - other) for other in known) < _APART:
+            continue
+        if end.fun - home > 20 or np.abs(end.jac).max() > _STILL:
+            continue
+        between = [potential(share * w)[0] for share in np.linspace(0.1, 0.9, 9)]
+        if max(between) < max(end.fun, home) + 1:  # no dip: a ridge, and part of the same mode
+            continue
+        odds = np.exp(home - end.fun + _log_volume(posterior, w))
+        if odds > RIVAL:
+            found.append((float(odds), w))
+    return sorted(found, key=lambda rival: -rival[0])
+
+
+def shares(log_evidence: np.ndarray) -> np.ndarray:
+    """Weights that sum to one."""
+    weights = np.exp(log_evidence - log_evidence.max())
+    return weights / weights.sum()
+
+
+def _log_volume(posterior: Posterior, w: np.ndarray) -> float:
+    """Log of the volume of a mode at w over that of a standard normal."""
+    h, n = 0.05, w.size
+    steps = h * np.eye(n)
+    rows = [posterior.potential(w + s)[1] - posterior.potential(w - s)[1] for s in steps]
+    hessian = np.nan_to_num(np.array(rows) / (2 * h))
+    values = np.linalg.eigvalsh((hessian + hessian.T) / 2)
+    return float(-0.5 * np.log(np.clip(values, 1e-2, 1e4)).sum())
+
+
+def _told_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
+    """The reported quantities at a point, SI units and radians."""
+    programs, data = posterior.programs, posterior.data
+    sites = programs("locate", data, posterior.chart, np.tile(w, (CHUNK, 1)))[0]
+    told = sites | programs("simulate", data, sites)
+    return {name: float(told[name][0]) for name in REPORTED if name in told}
+
+
+def _turned(scene: Scene, turns: dict[str, int]) -> Scene:
+    """The scene with whole turns added to rest headings."""
+    rest = dict(scene.rest)
+    for v, count in turns.items():
+        heading = rest[v].heading
+        heading = replace(heading, value=heading.value + 2 * np.pi * count)
+        rest[v] = replace(rest[v], heading=heading)
+    return replace(scene, rest=rest)
+
+
+def _counted(layer: xr.Dataset, first: Mode, mode: Mode) -> xr.Dataset:
+    """Predicted rest headings less the whole turns by which a solution is ahead of the first."""
+    ahead = {f"rest_heading_{v}": mode.turns[v] - first.turns[v] for v in mode.turns}
+    shifted = {k: layer[k] - 2 * np.pi * count for k, count in ahead.items() if k in layer}
+    return layer.assign({k: v.assign_attrs(layer[k].attrs) for k, v in shifted.items()})

@@ -1,0 +1,81 @@
+"""What is assumed of the unknowns before the evidence speaks: read from priors.toml, or overridden."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from retrodict.scene.defaults import Grade
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """What is assumed of one unknown.
+
+    Args:
+        numbers: of its distribution, SI units or radians, in the order of priors.toml.
+        text: one line for a report.
+        reason: why these numbers.
+        source: where they come from.
+        grade: as of a `Default`; an override counts as C, for nobody graded it.
+        overridden: whether the scene file gives it.
+    """
+
+    numbers: tuple[float, ...]
+    text: str
+    reason: str
+    source: str
+    grade: Grade
+    overridden: bool = False
+
+
+def default_priors() -> dict[str, Prior]:
+    """The priors of a scene that overrides none, by name.
+
+    Returns:
+        "speed_b": scale of a half-normal, m/s.
+        "omega_b": sd of a normal at 0, rad/s.
+        "e": of a half-normal with scale high + (low - high) exp(-closing speed / v): high, low, v;
+            v in m/s.
+        "mu": centre and scale of a Student t with 4 degrees of freedom in mu / mu_critical.
+        "e_m": centre and scale of a normal cut to (-1, 1).
+        "impulse": sd of a normal at 0 of each component of delta-v, m/s.
+        "Omega": sd of a normal at 0 of each vehicle's yaw rate after the impact, rad/s.
+    """
+    return {
+        name: Prior(
+            tuple(told["numbers"].values()),
+            told["text"].format(*told["numbers"].values()),
+            told["reason"],
+            told["source"],
+            told["grade"],
+        )
+        for name, told in _told().items()
+    }
+
+
+def overridden(name: str, numbers: Mapping[str, float], source: str) -> Prior:
+    """A prior with other numbers than the default's.
+
+    Args:
+        name: of the unknown, as in `default_priors`.
+        numbers: those that differ, by their keys in priors.toml, SI units or radians.
+        source: where they come from.
+
+    Returns:
+        The prior; its reason names the default in whose place it stands.
+    """
+    told = _told()[name]
+    now = (told["numbers"] | numbers).values()
+    default = told["text"].format(*told["numbers"].values())
+    reason = f"written in the scene file, in place of: {default}"
+    return Prior(tuple(now), told["text"].format(*now), reason, source, "C", True)
+
+
+@cache
+def _told() -> dict[str, Any]:
+    return tomllib.loads(resources.files(__package__).joinpath("priors.toml").read_text("utf-8"))

@@ -1,0 +1,121 @@
+"""Several solutions of one scene: all found, weighed as they deserve, and mixed."""
+
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import xarray as xr
+from jax.scipy.special import logsumexp
+
+from retrodict.inference import modes, reconstruct
+from retrodict.inference.methods import METHODS, Task
+from retrodict.inference.methods.importance import log_evidence
+from retrodict.inference.outcome import Mode
+from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.programs import Programs
+from retrodict.scene.records import Scene
+from tests.scenes import collision
+
+SCENE = collision(share=0.0)
+APART, SHARE = 6.0, 0.3  # of the toy's second normal: where it lies, and what it weighs
+
+
+class _TwoNormals(Programs):
+    """Programs of a density that is known: two standard normals, APART from each other."""
+
+    def log_density(self, w, data, chart):
+        squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
+        return logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE])))
+
+
+@pytest.fixture(scope="module")
+def two_normals() -> Posterior:
+    posterior = prepare(SCENE, reconstruct.DEFAULT_RUNG)
+    programs = _TwoNormals(reconstruct.DEFAULT_RUNG, posterior.programs.structure)
+    programs.rung = "two-normals"  # its programs must not be kept as the rung's
+    return replace(posterior, programs=programs)
+
+
+def _turned_scene(sd: float = 3.0) -> Scene:
+    """B turned twice and a bit; its rest heading alone also fits thrice, with less weight."""
+    heading = SCENE.rest["b"].heading
+    wrapped = replace(heading, value=heading.value - 4 * np.pi)
+    rest = SCENE.rest | {"b": replace(SCENE.rest["b"], heading=wrapped, turns_known=False)}
+    return replace(SCENE, rest=rest)
+
+
+def test_a_rival_is_found_and_weighed(two_normals: Posterior) -> None:
+    (odds, w), *more = modes.rivals(two_normals, seed=0)
+    assert not more
+    assert odds == pytest.approx(SHARE / (1 - SHARE), rel=0.02)
+    np.testing.assert_allclose(w, [APART, *[0] * (w.size - 1)], atol=0.05)
+
+
+def test_one_mode_has_no_rivals() -> None:
+    assert modes.rivals(prepare(SCENE, reconstruct.DEFAULT_RUNG), seed=0) == []
+
+
+def test_nuts_sees_one_of_two_modes_and_smc_both(two_normals: Posterior) -> None:
+    """Why a rival is a fault of nuts: its own chains agree with one another."""
+    task = Task(two_normals, 4, 300, 150, 0, lambda *_: None)
+    assert (METHODS["nuts"].draw(task).w[..., 0] < APART / 2).all()
+    far = (METHODS["smc"].draw(task).w[..., 0] > APART / 2).mean()
+    assert far == pytest.approx(SHARE, abs=0.1)
+
+
+def test_evidence_of_a_known_density(two_normals: Posterior) -> None:
+    """Of one normal of two, unnormalised: (1 - SHARE) (2 pi)^(n/2), but for what leaks over."""
+    found = log_evidence(two_normals, np.random.default_rng(0))
+    n = two_normals.chart.centre.size
+    assert found.value == pytest.approx(np.log(1 - SHARE) + n / 2 * np.log(2 * np.pi), abs=0.1)
+    assert 0 < found.error < 0.1
+
+
+def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
+    trees, weights = [], (0.8, 0.2)
+    for i, steps in enumerate((48, 96)):
+        at = np.full((4, 500), float(i))
+        draws = xr.Dataset({"x": (("chain", "draw"), at + np.arange(500))})
+        predicted = xr.Dataset({"rest_heading_b": (("chain", "draw"), 2 * np.pi * at)})
+        paths = xr.Dataset({"path": (("run", "step"), np.full((60, steps), i))})
+        groups = {"posterior": draws, "posterior_predictive": predicted, "trajectories": paths}
+        groups |= {"log_likelihood": draws, "sample_stats": draws, "prior": draws}
+        trees.append(xr.DataTree.from_dict(groups))
+    found = [Mode(w, 0.0, {}, {"b": i}) for i, w in enumerate(weights)]
+    mixed = modes.mixed(trees, found, seed=0)
+    label = mixed["sample_stats"]["mode"].values
+    assert label.mean() == pytest.approx(0.2, abs=4 * np.sqrt(0.16 / 2000))
+    # each draw keeps its place in the chain, and its heading is counted as the first one's
+    np.testing.assert_array_equal(mixed["posterior"]["x"], label + np.arange(500))
+    np.testing.assert_allclose(mixed["posterior_predictive"]["rest_heading_b"], 0, atol=1e-12)
+    assert set(np.unique(mixed["trajectories"]["path"])) == {0, 1}
+    assert mixed["trajectories"].sizes["step"] == 48
+
+
+def test_unknown_turns_are_mixed_by_their_evidence() -> None:
+    found = reconstruct.reconstruct(_turned_scene(), method="importance", draws=1000)
+    assert found.checks.passed, found.checks.reasons
+    label = found.idata["sample_stats"]["mode"].values
+    first, second = found.modes[:2]
+    assert found.scene.rest["b"].heading.value == pytest.approx(SCENE.rest["b"].heading.value)
+    assert (first.turns, second.turns) == ({"b": 2}, {"b": 3})
+    assert sum(m.weight for m in found.modes) == pytest.approx(1)
+    assert second.weight > 1e-3
+    assert (label == 1).mean() == pytest.approx(second.weight, abs=5e-3)
+    spin = found.idata["posterior"]["Omega_b"].values
+    assert spin[label == 1].min() > spin[label == 0].mean()  # a turn more asks for more spin
+    predicted = found.idata["posterior_predictive"]["rest_heading_b"].values
+    assert abs(predicted - SCENE.rest["b"].heading.value).max() < np.pi
+    assert "B +743 deg" in next(note for note in found.notes if "rotations" in note)
+
+
+def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """smc starts from everywhere, so that it answers where nuts may not."""
+    there = np.full(9, 2.0)
+    monkeypatch.setattr(modes, "rivals", lambda *_, **__: [(0.25, there)])
+    found = reconstruct.reconstruct(SCENE, draws=50, warmup=100)
+    assert not found.checks.passed
+    assert "the evidence fits another solution (weight 20.0%)" in found.checks.reasons[0]
+    assert [(m.weight, m.sampled) for m in found.modes] == [(0.8, True), (0.2, False)]
+    assert found.settings["method"] == "nuts"
