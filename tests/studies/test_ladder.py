@@ -11,6 +11,7 @@ from retrodict.inference import Unanswerable
 from retrodict.studies import ladder as ladders
 from retrodict.studies.ladder import FACTOR, SHARE, chosen, fit, ladder, refusals
 from tests.report.conftest import make_outcome, make_scene
+from tests.scenes import collision
 from tests.studies.made_up import ladder_of, step
 
 ASKED = ("speed_b",)
@@ -127,22 +128,48 @@ def test_other_priors_agree_with_the_product_of_normals(other) -> None:
     assert found.pareto_k < 0.7
 
 
+def test_log_evidence_is_that_of_lognormal_weights() -> None:
+    """Weights exp(N(-7, 0.3²)) have the mean exp(-7 + 0.3²/2) and a known relative variance."""
+    log_weight = np.random.default_rng(2).normal(-7, 0.3, (4, 2000))
+    stats = xr.Dataset({"log_weight": (("chain", "draw"), log_weight)})
+    outcome = SimpleNamespace(
+        idata=xr.DataTree.from_dict({"/sample_stats": stats}),
+        settings={"method": "importance"},
+        modes=("one",),
+    )
+    value, error = ladders.log_evidence(outcome)
+    assert error == pytest.approx(np.sqrt(np.expm1(0.3**2) / 8000), rel=0.05)
+    assert value == pytest.approx(-7 + 0.3**2 / 2, abs=4 * error)
+    outcome.settings["method"] = "nuts"
+    assert ladders.log_evidence(outcome) == (None, None)
+
+
+def test_rungs_that_a_scene_cannot_tell_apart_are_skipped() -> None:
+    """One locked road of one friction leaves nothing of what wheels add to a spin."""
+    plain, berm = collision(berm=False), collision(berm=True)
+    refused = refusals(plain, ASKED)
+    assert refused["planar+wheels"] == "of this scene the same model as planar+spin"
+    assert not refused["planar+spin"]
+    assert not any(refusals(berm, ASKED).values())
+
+
 @pytest.fixture
 def rungs(monkeypatch):
     """Three made-up rungs, of which the first answers the speed only and one needs headings."""
 
-    def rung(rank, answers, needs=("rest_position",)):
+    def rung(rank, answers, rests=("x", "y")):
         return SimpleNamespace(
-            answers=answers, needs=needs, rank=rank,
-            above=lambda other: rank > other.rank, impact=rank,
+            answers=answers, run_out=SimpleNamespace(rests=rests), rank=rank,
+            above=lambda other: rank > other.rank, impact=rank, of_scene=lambda _: (None, None),
         )  # fmt: skip
 
     made = {
         "low": rung(0, ("speed_b",)),
-        "middle": rung(1, ("speed_b", "e"), ("rest_position", "rest_heading")),
+        "middle": rung(1, ("speed_b", "e"), ("x", "y", "heading")),
         "full": rung(2, ("speed_b", "e", "e_m", "mu")),
     }
     monkeypatch.setattr(ladders, "RUNGS", made)
+    monkeypatch.setattr(ladders, "size", lambda _: 25)
     return made
 
 
@@ -158,10 +185,10 @@ def test_only_rungs_that_the_evidence_allows(rungs, monkeypatch) -> None:
     left = {k: v for k, v in scene.evidence().items() if k != "rest_heading_b"}
     monkeypatch.setattr(type(scene), "evidence", lambda _: left)
     refused = refusals(scene, ASKED)
-    assert "needs rest heading" in refused["middle"]
+    assert "not measured: rest of B, heading" in refused["middle"]
     assert not refused["low"]
     monkeypatch.setattr(type(scene), "evidence", lambda _: {})
-    with pytest.raises(Unanswerable, match="needs rest position"):
+    with pytest.raises(Unanswerable, match="not measured: rest of A, x"):
         ladder(scene, question=ASKED)
 
 

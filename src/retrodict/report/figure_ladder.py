@@ -44,7 +44,7 @@ def ladder_figure(ladder: Ladder) -> Figure:
             return figure
         fullest = next((s for s in reversed(ran) if s.counts), ran[-1])
         for step in ran:
-            at = (step.seconds, distance(step, fullest))
+            at = (step.seconds or 0.0, distance(step, fullest))
             axes.plot(*at, "o", color=drawing.BLUE if step.counts else "white", mec=drawing.INK)
             axes.annotate(step.name, at, xytext=(6, 4), textcoords="offset points", size=7)
             if step.name == ladder.choice:
@@ -77,19 +77,11 @@ def distance(step: Step, fullest: Step) -> float:
 
 
 def _legend() -> list[Line2D]:
-    mark = {"ls": "", "marker": "o", "mec": drawing.INK}
-    return [
-        Line2D([], [], color=drawing.BLUE, **mark, label="fits"),
-        Line2D([], [], color="white", **mark, label="does not fit, or not to be relied on"),
-        Line2D(
-            [],
-            [],
-            ls="",
-            marker="o",
-            ms=10,
-            mfc="none",
-            mec=drawing.ORANGE,
-            mew=1.8,
-            label="chosen",
-        ),
+    told = {"fits": drawing.BLUE, "does not fit, or not to be relied on": "white"}
+    marks = [
+        Line2D([], [], ls="", marker="o", color=color, mec=drawing.INK, label=label)
+        for label, color in told.items()
     ]
+    ring = Line2D([], [], ls="", marker="o", ms=10, mfc="none", mec=drawing.ORANGE, mew=1.8)
+    ring.set_label("chosen")
+    return [*marks, ring]

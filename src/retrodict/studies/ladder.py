@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference.coordinates import size
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods.weights import smoothed
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.models import RUNGS, Rung
-from retrodict.scene.quantities import REPORTED
+from retrodict.scene.quantities import REPORTED, describe
 from retrodict.scene.records import VEHICLES, Scene
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an ans
 FACTOR = 1.25  # by which it may widen or narrow it
 
 _PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of B's speed
-_PARTS = {"rest_position": ("rest_x", "rest_y"), "rest_heading": ("rest_heading",)}
 
 Progress = Callable[[str, int, int], None]  # rung, done, of all
 
@@ -263,15 +263,12 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
     why = {}
     for name, rung in RUNGS.items():
         mute = [REPORTED[q][0] for q in question if q not in rung.answers]
-        absent = [
-            kind.replace("_", " ")
-            for kind in getattr(rung, "needs", ())
-            if not all(f"{part}_{v}" in evidence for part in _PARTS[kind] for v in VEHICLES)
-        ]
+        needs = [f"rest_{part}_{v}" for v in VEHICLES for part in rung.run_out.rests]
+        absent = [describe(need)[0] for need in needs if need not in evidence]
         if mute:
             why[name] = f"does not answer {', '.join(mute)}"
         elif absent:
-            why[name] = f"needs {', '.join(absent)} of both vehicles, which were not measured"
+            why[name] = f"needs what was not measured: {', '.join(absent)}"
         else:
             twins = (n for n, no in why.items() if not no and _alike(rung, RUNGS[n], scene))
             twin = next(twins, None)
@@ -284,7 +281,7 @@ def _alike(rung: Rung, other: Rung, scene: Scene) -> bool:
 
     def seen(rung: Rung) -> dict[str, tuple[float, float, str]]:
         inputs = rung.run_out.seen(scene).inputs()
-        return {name: (m.value, m.sd, m.law) for name, m in inputs.items()}
+        return {name: (m.value, m.sd, m.law if m.sd else "") for name, m in inputs.items()}
 
     same = rung.impact is other.impact and rung.run_out.rest_poses is other.run_out.rest_poses
     return same and seen(rung) == seen(other)
@@ -368,16 +365,16 @@ def _blank(name: str, why: str) -> Step:
 def _climb(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
     """The step, with what a run of its rung brought."""
     posterior = outcome.idata["posterior"].to_dataset()
-    stats = outcome.idata["sample_stats"].attrs
+    evidence, error = log_evidence(outcome)
     speed = np.asarray(posterior["speed_b"]).ravel()
     scale = outcome.scene.priors["speed_b"].numbers[0]
     return replace(
         step,
         answers={name: summary(np.asarray(posterior[name]).ravel()) for name in question},
         fit=fit(outcome),
-        log_evidence=stats.get("log_evidence"),
-        log_evidence_sd=stats.get("log_evidence_sd"),
-        parameters=outcome.settings.get("parameters"),
+        log_evidence=evidence,
+        log_evidence_sd=error,
+        parameters=size(RUNGS[step.name].of_scene(outcome.scene)[0]),
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
         priors=tuple(
@@ -426,6 +423,24 @@ def fit(outcome: Outcome) -> Fit:
             freedom += 1 - z.var()
     freedom = max(1.0, float(freedom))  # fewer would doubt a rung that fits everything
     return Fit(tuple(items), float(squares), freedom, float(chdtrc(freedom, squares)))
+
+
+def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
+    """Log marginal likelihood and its standard error: of the mean importance weight, to first order.
+
+    Args:
+        outcome: a reconstruction.
+
+    Returns:
+        Both; None of draws that are not all of one importance sampling.
+    """
+    if outcome.settings.get("method") != "importance" or len(outcome.modes) != 1:
+        return None, None
+    log_weight = np.asarray(outcome.idata["sample_stats"]["log_weight"]).ravel()
+    highest = log_weight.max()
+    weight = np.exp(log_weight - highest)
+    error = weight.std(ddof=1) / weight.mean() / np.sqrt(weight.size)
+    return float(highest + np.log(weight.mean())), float(error)
 
 
 def reweighed(speed: np.ndarray, prior: str, scale: float, other: float) -> Reweighed:
