@@ -18,7 +18,7 @@ from retrodict.scene.records import Scene
 from tests.scenes import collision
 
 SCENE = collision(share=0.0)
-APART, SHARE = 6.0, 0.3  # of the toy's second normal: where it lies, and what it weighs
+APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and what it weighs
 
 
 class _TwoNormals(Programs):
@@ -61,7 +61,7 @@ def test_nuts_sees_one_of_two_modes_and_smc_both(two_normals: Posterior) -> None
     task = Task(two_normals, 4, 300, 150, 0, lambda *_: None)
     assert (METHODS["nuts"].draw(task).w[..., 0] < APART / 2).all()
     far = (METHODS["smc"].draw(task).w[..., 0] > APART / 2).mean()
-    assert far == pytest.approx(SHARE, abs=0.1)
+    assert far == pytest.approx(SHARE, abs=0.2)  # a few dozen particles begin on the far side
 
 
 def test_evidence_of_a_known_density(two_normals: Posterior) -> None:
@@ -112,8 +112,11 @@ def test_unknown_turns_are_mixed_by_their_evidence() -> None:
 
 def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch) -> None:
     """smc starts from everywhere, so that it answers where nuts may not."""
-    there = np.full(9, 2.0)
-    monkeypatch.setattr(modes, "rivals", lambda *_, **__: [(0.25, there)])
+
+    def one(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
+        return [(0.25, np.full(posterior.chart.centre.size, 2.0))]
+
+    monkeypatch.setattr(modes, "rivals", one)
     found = reconstruct.reconstruct(SCENE, draws=50, warmup=100)
     assert not found.checks.passed
     assert "the evidence fits another solution (weight 20.0%)" in found.checks.reasons[0]

@@ -19,7 +19,7 @@ from retrodict.scene.quantities import REPORTED
 
 STATISTICS = {
     "unit", "label", "mean", "sd", "median", "hdi_50", "hdi_90", "hdi_95", "ess_bulk", "ess_tail",
-    "rhat", "mcse_mean", "error_middle", "error_limits", "passed",
+    "rhat", "mcse_mean", "error", "error_50", "error_90", "error_95", "passed",
 }  # fmt: skip
 
 

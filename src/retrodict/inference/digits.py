@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import xarray as xr
 
-_QUANTILES = (0.025, 0.5, 0.975)  # lower limit of the 95 % interval, median, upper limit
-
 
 def decimals_of(sd: float | None, digits: int = 2, error: float | None = None) -> int | None:
     """Decimals that leave an uncertainty with so many significant digits (JCGM 100:2008, 7.2.6).
@@ -35,19 +33,20 @@ def decimals_of(sd: float | None, digits: int = 2, error: float | None = None) -
     return min(places, math.ceil(-math.log10(2 * error)) - 1)
 
 
-def monte_carlo_errors(draws: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
-    """Standard errors of each variable's middle and of its 95 % limits, the larger of two each.
+def monte_carlo_error(draws: xr.Dataset, level: float) -> xr.Dataset:
+    """The larger standard error of the limits of each variable's interval (Vehtari et al. 2021).
 
     Args:
         draws: with dimensions chain and draw.
+        level: of the interval, which leaves as much at either end; 0 for mean and median.
 
     Returns:
-        Of mean and median, and of the quantiles that leave 2.5 % at either end, in the variables'
-        units (Vehtari et al. 2021).
+        The errors, in the variables' units.
     """
     import numpy as np
     from arviz_stats import mcse  # slow to import
 
-    mean = mcse(draws, method="mean")
-    low, median, high = (mcse(draws, method="quantile", prob=p) for p in _QUANTILES)
-    return np.maximum(mean, median), np.maximum(low, high)
+    low = mcse(draws, method="quantile", prob=0.5 - level / 2)
+    if level == 0:
+        return np.maximum(mcse(draws, method="mean"), low)
+    return np.maximum(low, mcse(draws, method="quantile", prob=0.5 + level / 2))

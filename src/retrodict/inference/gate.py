@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference.digits import decimals_of, monte_carlo_errors
+from retrodict.inference.digits import decimals_of, monte_carlo_error
 from retrodict.inference.outcome import Checks
 from retrodict.scene.quantities import REPORTED, describe, unit_of
 from retrodict.scene.records import Scene
@@ -46,7 +46,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     rhat = _by_name(arviz_stats.rhat(posterior))
     bulk = _by_name(arviz_stats.ess(posterior, method="bulk"))
     tail = _by_name(arviz_stats.ess(posterior, method="tail"))
-    sd, error = _by_name(posterior.std(ddof=1)), _by_name(monte_carlo_errors(posterior)[1])
+    sd, error = _by_name(posterior.std(ddof=1)), _by_name(monte_carlo_error(posterior, 0.95))
     bfmi = _bfmi(np.asarray(stats["energy"])) if "energy" in stats else None
 
     found = list(reasons)

@@ -179,7 +179,7 @@ def _run(
     timed: Callable[[Callable[[], list[Draws]]], list[Draws]],
 ) -> _Run:
     """Draws of every solution by a method, which goes on to twice as many where that may help."""
-    draws, complete, notes = task.draws, True, []
+    draws = task.draws
 
     def draw_all() -> list[Draws]:
         drawn: list[Draws] = []
@@ -204,7 +204,7 @@ def _run(
 
     drawn = timed(draw_all)
     idata, checks = judged(drawn)
-    notes += [note for each in drawn for note in each.notes]
+    notes = [note for each in drawn for note in each.notes]
     complete = all(each.complete for each in drawn)
     short = complete and checks.max_rhat < _NEARLY and (checks.failed or checks.coarse)
     if short and draws >= _WORTH_MORE and all(each.more for each in drawn):

@@ -79,7 +79,7 @@ def _panel(axes: Axes, outcome: Outcome, name: str, units: Units) -> None:
     errors = statistics(outcome, (name,))[name]
     decimals, of_limits = (
         decimals_of(float(values.std()), error=scaled(errors[key], unit.worth))
-        for key in ("error_middle", "error_limits")
+        for key in ("error", "error_90")
     )
     median = f"{told(float(np.median(values)), decimals)} {unit.symbol}".rstrip()
     lines = [median, f"90 %: {told_range((low, high), of_limits)}"]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import xarray as xr
 
-from retrodict.inference.digits import monte_carlo_errors
+from retrodict.inference.digits import monte_carlo_error
 from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.quantities import REPORTED, Unit, Units, describe, unit_of
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from retrodict.studies.ladder import Ladder
 
 LEVELS = (50, 90, 95)  # per cent
+_ERRORS = ("error", *(f"error_{level}" for level in LEVELS))  # Monte Carlo; `error` is the middle's
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
 
 # what follows from the same draws and is told beside the unknowns
@@ -180,8 +181,8 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
 
     Returns:
         For each name: mean, sd, median, hdi_50, hdi_90, hdi_95, ess_bulk, ess_tail, rhat,
-        mcse_mean, error_middle and error_limits (`monte_carlo_errors`) in SI units;
-        None where not finite or where the variable is missing.
+        mcse_mean, error (`monte_carlo_error` of mean and median), error_50, error_90 and error_95
+        in SI units; None where not finite or where the variable is missing.
     """
     # arviz_stats takes a while to import, and a summary is not always asked for
     from arviz_stats import ess, hdi, mcse, rhat
@@ -191,9 +192,7 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
     there = [name for name in names if name in posterior.data_vars]
     blank = dict.fromkeys(("mean", "sd", "median"))
     blank_intervals = {f"hdi_{level}": [None, None] for level in LEVELS}
-    blank_checks = dict.fromkeys(
-        ("ess_bulk", "ess_tail", "rhat", "mcse_mean", "error_middle", "error_limits")
-    )
+    blank_checks = dict.fromkeys(("ess_bulk", "ess_tail", "rhat", "mcse_mean", *_ERRORS))
     found: dict[str, dict[str, Any]] = {
         name: {**blank, **blank_intervals, **blank_checks} for name in names
     }
@@ -201,7 +200,6 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
         return found
     data = posterior[there]
     with np.errstate(all="ignore"):
-        middle, limits = monte_carlo_errors(data)
         measures = {
             "mean": data.mean(),
             "sd": data.std(ddof=1),
@@ -210,8 +208,8 @@ def statistics(outcome: Outcome, names: tuple[str, ...]) -> dict[str, dict[str, 
             "ess_tail": ess(data, method="tail"),
             "rhat": rhat(data, method="rank"),
             "mcse_mean": mcse(data, method="mean"),
-            "error_middle": middle,
-            "error_limits": limits,
+            "error": monte_carlo_error(data, 0),
+            **{f"error_{level}": monte_carlo_error(data, level / 100) for level in LEVELS},
         }
         intervals = {level: hdi(data, prob=level / 100, method="nearest") for level in LEVELS}
     for name in there:

@@ -71,15 +71,16 @@ def result_rows(
     for name, numbers in (found or statistics(outcome, names)).items():
         label, unit = told_as(name, units)
         shown = {key: scaled(value, unit.worth) for key, value in numbers.items()}
-        decimals = decimals_of(shown["sd"], error=shown["error_middle"])
-        error = shown["error_limits"]  # the larger: intervals may have a decimal less
-        of_limits = decimals_of(shown["sd"], error=error)
-        digit = None if of_limits is None else 10.0**-of_limits
+        decimals = decimals_of(shown["sd"], error=shown["error"])
+        error = shown["error_95"]  # the largest: an interval may have a decimal less than the mean
+        of_level = {n: decimals_of(shown["sd"], error=shown[f"error_{n}"]) for n in LEVELS}
+        last = of_level[95]
+        digit = None if last is None else 10.0**-last
         withheld = is_withheld(outcome, name)
         texts = {
             "median": told(shown["median"], decimals),
             "mean": told_with_sd(shown["mean"], shown["sd"], decimals),
-            **{str(level): told_range(shown[f"hdi_{level}"], of_limits) for level in LEVELS},
+            **{str(level): told_range(shown[f"hdi_{level}"], of_level[level]) for level in LEVELS},
         }
         texts = {key: marked(outcome, text, withheld) for key, text in texts.items()}
         rows.append(
@@ -94,7 +95,7 @@ def result_rows(
                 ess_bulk=told(numbers["ess_bulk"], 0),
                 ess_tail=told(numbers["ess_tail"], 0),
                 monte_carlo_error=told(error, decimals_of(error)),
-                last_digit=told(digit, of_limits),
+                last_digit=told(digit, last),
                 withheld=withheld,
             )
         )
@@ -136,8 +137,8 @@ def answer(outcome: Outcome, units: Units = "si") -> str:
     for unit in all_units:
         # one digit of the uncertainty: a sentence is quoted without its table
         shown = {key: scaled(value, unit.worth) for key, value in numbers.items()}
-        decimals = decimals_of(shown["sd"], digits=1, error=shown["error_middle"])
-        of_limits = decimals_of(shown["sd"], digits=1, error=shown["error_limits"])
+        decimals = decimals_of(shown["sd"], digits=1, error=shown["error"])
+        of_limits = decimals_of(shown["sd"], digits=1, error=shown["error_95"])
         low, high = (told(bound, of_limits) for bound in shown["hdi_95"])
         middle.append(f"{told(shown['median'], decimals)} {unit.symbol}")
         between.append(f"{low} and {high} {unit.symbol}")
