@@ -6,7 +6,7 @@ import os
 import shutil
 import tempfile
 from dataclasses import dataclass
-from importlib import import_module
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.figure import Figure
+
+    from retrodict.report.drawing_process import DrawingProcess
 
 
 __all__ = ["CHAINS", "Ladder", "Result", "ladder", "reconstruct", "warm_up"]
@@ -102,13 +104,16 @@ class Result:
         write_report(self.outcome, Path(path), units, ladder=self.ladder)
         return Path(path)
 
-    def save(self, directory: str | Path, units: Units = "si") -> Path:
+    def save(
+        self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
+    ) -> Path:
         """Write posterior.nc, summary.json, report.html, figures/*.png, and chains.npz if interrupted.
 
         Args:
             directory: made where missing; files of the same names in it are replaced, once all of
                 the new ones are written, and others are left alone.
             units: "si" or "us".
+            drawing: a process started ahead to draw the figures; None to draw them here.
 
         Returns:
             The directory.
@@ -116,21 +121,24 @@ class Result:
         Raises:
             OSError: something could not be written; then nothing in the directory has changed.
         """
+        # handed over before the imports and asked for last: all else is done while they are drawn
+        begun = drawing.begin(self.outcome, units) if drawing else None
+
         from retrodict.report.document import write_report
         from retrodict.report.figures import images
         from retrodict.report.files import write_whole
         from retrodict.report.findings import write_summary
 
+        drawn = cache(begun or partial(images, self.outcome, units))
         directory = Path(directory)
         directory.mkdir(parents=True, exist_ok=True)
         staging = Path(tempfile.mkdtemp(prefix=".retrodict-", dir=directory))
         try:
             self.idata.to_netcdf(staging / "posterior.nc")
             write_summary(self.outcome, staging / "summary.json", self.ladder)
-            drawn = images(self.outcome, units)
-            for name, image in drawn.items():
-                write_whole(staging / "figures" / f"{name}.png", image)
             write_report(self.outcome, staging / "report.html", units, drawn, self.ladder)
+            for name, image in drawn().items():
+                write_whole(staging / "figures" / f"{name}.png", image)
             if self.outcome.unfinished:
                 self.outcome.unfinished(staging / CHAINS)
             for file in sorted(f for f in staging.rglob("*") if f.is_file()):
@@ -152,13 +160,6 @@ class Result:
         from retrodict.report.document import outcome_html
 
         return outcome_html(self.outcome)
-
-
-def warm_up() -> None:
-    """Import what `Result.save` needs and sampling does not; a second's work, for a thread."""
-    # only libraries that sampling does not import: no two threads are then inside the same one
-    for slow in ("matplotlib.figure", "matplotlib.backends.backend_agg", "jinja2", "h5netcdf"):
-        import_module(slow)
 
 
 def reconstruct(

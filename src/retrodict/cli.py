@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -102,6 +101,10 @@ def reconstruct(
     found = _load(scene)
     folder = out if out is not None else Path("out") / found.name
     _writable(folder)
+
+    from retrodict.report.drawing_process import DrawingProcess
+
+    drawing = DrawingProcess()  # it imports while this process does
     gc.set_threshold(100_000)  # tracing makes much and drops little: fewer sweeps save a second
 
     from retrodict.api import CHAINS
@@ -116,12 +119,10 @@ def reconstruct(
 
     from retrodict.api import reconstruct as run
     from retrodict.inference import Interrupted, Unanswerable
-    from retrodict.report.terminal import print_summary
 
     console = Console(quiet=quiet)
     try:
-        with _progress(console) as bars:
-            tell = _importing_ahead(bars)
+        with _progress(console) as tell:
             result = run(
                 found,
                 method=method.value,
@@ -133,7 +134,7 @@ def reconstruct(
                 resume=chains_file,
             )
             tell("writing the report", 0, 1)
-            result.save(folder, units.value)
+            result.save(folder, units.value, drawing)
             tell("writing the report", 1, 1)
     except Unanswerable as error:
         _fail(f"{scene}: {error}")
@@ -145,6 +146,10 @@ def reconstruct(
         _fail(f"{scene}: {error}", INTERRUPTED)
     except OSError as error:
         _fail(f"{folder}: cannot write the results: {error}", 1)
+
+    # not sooner: it imports xarray, which the run does while programs load
+    from retrodict.report.terminal import print_summary
+
     print_summary(result.outcome, console, units.value)
     console.print(f"{folder / 'report.html'}", highlight=False, markup=False, soft_wrap=True)
     if not result.outcome.complete:
@@ -209,22 +214,6 @@ def _writable(folder: Path) -> None:
 def _fail(line: str, status: int = BAD_INPUT) -> NoReturn:
     typer.echo(line, err=True)
     raise typer.Exit(status)
-
-
-def _importing_ahead(tell: Tell) -> Tell:
-    """While chains run outside Python's lock, import what the report will need."""
-    from retrodict.api import warm_up
-
-    ahead = Thread(target=warm_up, daemon=True)
-
-    def tell_and_import(stage: str, done: int, total: int) -> None:
-        if stage == "sampling" and ahead.ident is None:
-            ahead.start()
-        elif stage == "writing the report" and ahead.ident is not None:
-            ahead.join()
-        tell(stage, done, total)
-
-    return tell_and_import
 
 
 @contextmanager

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from arviz_base import from_dict
+from retrodict.models.card import Card
 
-from retrodict.inference.outcome import Card, Checks, Outcome
+from retrodict.inference.outcome import Checks, Outcome
 from retrodict.scene.records import (
     VEHICLES,
     Approach,

@@ -7,14 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from retrodict.models.card import Card
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from retrodict.models.card import Card
 
-__all__ = ["Card", "Checks", "Mode", "Outcome"]
+
+__all__ = ["Checks", "Mode", "Outcome"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,19 +17,22 @@ from retrodict.report.findings import (
     LEVELS,
     NOT_TO_BE_RELIED_ON,
     inputs_table,
+    reported,
     statistics,
     told_as,
 )
 from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import MARK, WITHHELD, answer, marked, result_rows
 from retrodict.report.rounding import NOTHING, told, told_with_sd
-from retrodict.scene.quantities import REPORTED, Units
+from retrodict.scene.quantities import Units
 from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Scene
     from retrodict.studies.ladder import Ladder
+
+Drawn = Callable[[], dict[str, bytes]]  # figures' images by name
 
 _SYSTEMS: dict[Units, str] = {"si": "SI", "us": "US customary"}
 _ASSUMED = {"": "", "sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
@@ -52,7 +56,7 @@ FIELDS = (
 def report_html(
     outcome: Outcome,
     units: Units = "si",
-    drawn: dict[str, bytes] | None = None,
+    drawn: Drawn | None = None,
     ladder: Ladder | None = None,
 ) -> str:
     """The whole report as one HTML page with its figures in it.
@@ -60,7 +64,7 @@ def report_html(
     Args:
         outcome: the reconstruction.
         units: which come first, and which the inputs and figures are told in.
-        drawn: the figures' images, where they have been drawn already.
+        drawn: gives the figures' images, where they are drawn elsewhere; called last.
         ladder: what the other models say, where the ladder chose this one.
 
     Returns:
@@ -69,44 +73,44 @@ def report_html(
     # matplotlib is slow to import, and notebooks' fragments do without it
     from retrodict.report.figures import FIGURES, images
 
-    drawn = drawn or images(outcome, units)
+    other: Units = "us" if units == "si" else "si"
+    system_order: tuple[Units, ...] = (units, other)
+    told_of = _common(outcome, units) | {
+        "systems": [_SYSTEMS[system] for system in system_order],
+        "results": _side_by_side(outcome, system_order, reported(outcome)),
+        "derived": _side_by_side(outcome, system_order, reported(outcome, DERIVED)),
+        "inputs": _input_cells(outcome, units, "input"),
+        "evidence": _input_cells(outcome, units, "evidence"),
+        "size": _size(outcome),
+        "max_rhat": told(outcome.checks.max_rhat, 3),
+        "min_ess_bulk": told(outcome.checks.min_ess_bulk, 0),
+        "min_ess_tail": told(outcome.checks.min_ess_tail, 0),
+        "told": told,
+        "command": _command(outcome),
+        "sha256": hashlib.sha256(outcome.scene.text.encode()).hexdigest(),
+        "fields": FIELDS,
+        "ladder": ladder,
+        "ladder_headings": headings(ladder, units) if ladder else (),
+        "ladder_rows": ladder_rows(ladder, units) if ladder else (),
+    }
+    template = _template("report.html.j2")
+    of_figure = drawn() if drawn else images(outcome, units)
     figures = [
         {
             "title": figure.title,
             "caption": figure.caption,
-            "image": base64.b64encode(drawn[name]).decode("ascii"),
+            "image": base64.b64encode(of_figure[name]).decode("ascii"),
         }
         for name, figure in FIGURES.items()
     ]
-    other: Units = "us" if units == "si" else "si"
-    system_order: tuple[Units, ...] = (units, other)
-    return _template("report.html.j2").render(
-        **_common(outcome, units),
-        systems=[_SYSTEMS[system] for system in system_order],
-        results=_side_by_side(outcome, system_order, tuple(REPORTED)),
-        derived=_side_by_side(outcome, system_order, DERIVED),
-        figures=figures,
-        inputs=_input_cells(outcome, units, "input"),
-        evidence=_input_cells(outcome, units, "evidence"),
-        size=_size(outcome),
-        max_rhat=told(outcome.checks.max_rhat, 3),
-        min_ess_bulk=told(outcome.checks.min_ess_bulk, 0),
-        min_ess_tail=told(outcome.checks.min_ess_tail, 0),
-        told=told,
-        command=_command(outcome),
-        sha256=hashlib.sha256(outcome.scene.text.encode()).hexdigest(),
-        fields=FIELDS,
-        ladder=ladder,
-        ladder_headings=headings(ladder, units) if ladder else (),
-        ladder_rows=ladder_rows(ladder, units) if ladder else (),
-    )
+    return template.render(**told_of, figures=figures)
 
 
 def write_report(
     outcome: Outcome,
     path: Path,
     units: Units = "si",
-    drawn: dict[str, bytes] | None = None,
+    drawn: Drawn | None = None,
     ladder: Ladder | None = None,
 ) -> Path:
     """Write the report, whole or not at all.

@@ -37,6 +37,7 @@ __all__ = [
     "to_png",
 ]
 
+_ALL = slice(None)
 _MARGIN = 16  # pixels of white about what is drawn
 
 
@@ -77,9 +78,19 @@ def to_png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def images(outcome: Outcome, units: Units = "si") -> dict[str, bytes]:
-    """Every figure as a PNG image, by name, in the order of the report."""
-    return {name: to_png(figure.draw(outcome, units)) for name, figure in FIGURES.items()}
+def images(outcome: Outcome, units: Units = "si", which: slice = _ALL) -> dict[str, bytes]:
+    """Figures as PNG images.
+
+    Args:
+        outcome: the reconstruction.
+        units: "si" or "us".
+        which: of `FIGURES`; all by default.
+
+    Returns:
+        The images by name, in the order of the report.
+    """
+    chosen = list(FIGURES.items())[which]
+    return {name: to_png(figure.draw(outcome, units)) for name, figure in chosen}
 
 
 def save_figures(outcome: Outcome, directory: Path, units: Units = "si") -> list[Path]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -67,6 +68,20 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
     return label, unit_of(dimension, units)
 
 
+def reported(outcome: Outcome, names: Iterable[str] = REPORTED) -> tuple[str, ...]:
+    """Which quantities a model tells of: a simpler one knows fewer.
+
+    Args:
+        outcome: the reconstruction.
+        names: to choose from.
+
+    Returns:
+        Those that it has draws of, in their order.
+    """
+    posterior = outcome.idata["posterior"]
+    return tuple(name for name in names if name in posterior)
+
+
 def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
     """A reconstruction in numbers that are strict JSON, in SI units and radians.
 
@@ -81,7 +96,7 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
     """
     checks = outcome.checks
     parameters = {}
-    for name, numbers in statistics(outcome, tuple(REPORTED)).items():
+    for name, numbers in statistics(outcome, reported(outcome)).items():
         label, unit = told_as(name, "si")
         whole = numbers["mean"] is not None
         passed = whole and name not in checks.failed

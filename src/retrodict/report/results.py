@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from retrodict.inference.digits import decimals_of
-from retrodict.report.findings import DERIVED, LEVELS, scaled, statistics, told_as
+from retrodict.report.findings import DERIVED, LEVELS, reported, scaled, statistics, told_as
 from retrodict.report.rounding import told, told_range, told_with_sd
-from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
+from retrodict.scene.quantities import Unit, Units, unit_of
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -50,7 +50,7 @@ class ResultRow:
 def result_rows(
     outcome: Outcome,
     units: Units,
-    names: tuple[str, ...] = tuple(REPORTED),
+    names: tuple[str, ...] | None = None,
     found: dict[str, dict[str, Any]] | None = None,
 ) -> list[ResultRow]:
     """The results as they are printed, to two digits of their uncertainty or what the draws bear out.
@@ -61,14 +61,14 @@ def result_rows(
     Args:
         outcome: the reconstruction.
         units: "si" or "us".
-        names: of the quantities, in order.
+        names: of the quantities, in order; None for all that are reported.
         found: their `statistics`, where they have been computed already.
 
     Returns:
         One row for each quantity.
     """
     rows = []
-    for name, numbers in (found or statistics(outcome, names)).items():
+    for name, numbers in (found or statistics(outcome, names or reported(outcome))).items():
         label, unit = told_as(name, units)
         shown = {key: scaled(value, unit.worth) for key, value in numbers.items()}
         decimals = decimals_of(shown["sd"], error=shown["error"])

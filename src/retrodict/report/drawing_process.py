@@ -1,0 +1,79 @@
+"""Figures drawn in a process of their own, while this one does other work."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from subprocess import DEVNULL, PIPE, Popen
+from typing import TYPE_CHECKING
+
+from retrodict.scene.quantities import Units
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+
+# the last figure is drawn here: by then this process has written all else, and it would only wait
+_THERE, _HERE = slice(None, -1), slice(-1, None)
+
+
+class DrawingProcess:
+    """A process that imports at once what drawing takes, and draws when it is told what.
+
+    It ends when this process does. A thread would not do: Python runs one of them at a time.
+    """
+
+    def __init__(self) -> None:
+        self._process = Popen(
+            [sys.executable, "-P", "-m", __name__],  # -P: no import from the working directory
+            stdin=PIPE,
+            stdout=PIPE,
+            stderr=DEVNULL,
+            start_new_session=True,  # Ctrl-C ends the sampling; its draws are still to be drawn
+        )
+
+    def begin(self, outcome: Outcome, units: Units) -> Callable[[], dict[str, bytes]]:
+        """Hand over what to draw, once.
+
+        Args:
+            outcome: the reconstruction.
+            units: "si" or "us".
+
+        Returns:
+            A function that draws the last figure, waits for the others, and gives their images: PNG
+            by name, in the order of the report. Where the process failed, it draws them all.
+        """
+        # neither is drawn, and the process would import JAX to read them
+        bare = replace(outcome, card=None, unfinished=None)  # type: ignore[arg-type]
+        assert self._process.stdin is not None
+        # if the process is gone already, so is its answer
+        with suppress(OSError), self._process.stdin as to_it:
+            pickle.dump((bare, units), to_it)
+
+        def images() -> dict[str, bytes]:
+            from retrodict.report import figures  # matplotlib is slow to import
+
+            here = figures.images(outcome, units, _HERE)
+            assert self._process.stdout is not None
+            try:
+                with self._process, self._process.stdout as from_it:
+                    return pickle.load(from_it) | here
+            except (EOFError, pickle.UnpicklingError):
+                return figures.images(outcome, units, _THERE) | here
+
+        return images
+
+
+def _main() -> None:
+    import retrodict.inference.outcome  # noqa: F401
+    from retrodict.report.figures import images
+
+    outcome, units = pickle.load(sys.stdin.buffer)
+    pickle.dump(images(outcome, units, _THERE), sys.stdout.buffer)
+
+
+if __name__ == "__main__":
+    _main()
