@@ -111,22 +111,22 @@ def planar_unknowns(
     def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Array, ""]]:
         to, approach_a = parts.bodies(x), parts.approach_of_a(x)
         approach_b, found, log_det = inverse_log_det(after, approach_a, to)
-        e_m = jnp.asarray(fixed.get("e_m", found.e_m))
-        sites = {"velocity_b": approach_b[:2], "omega_b": approach_b[2], "e": found.e}
+        e, mu, e_m = map(jnp.asarray, found)
+        sites = {"velocity_b": approach_b[:2], "omega_b": approach_b[2], "e": e}
         if "slip" in fixed:  # held instead of mu: one stands for the other in the determinant
             before = jnp.concatenate([approach_a, approach_b])
 
             def slip(mu: Array) -> Array:
-                end = separation(before, to, Coefficients(found.e, mu, e_m))
+                end = separation(before, to, Coefficients(e, mu, fixed.get("e_m", e_m)))
                 return contact_velocity(end, to) @ _tangent(to)
 
-            slope = jax.jvp(slip, (found.mu,), (jnp.ones(()),))[1]
-            log_det += jnp.log(jnp.abs(slope))
+            slope = jax.jvp(slip, (mu,), (jnp.ones(()),))[1]
+            log_det = log_det + jnp.log(jnp.abs(slope))
         else:
-            sites["mu"] = found.mu
+            sites["mu"] = mu
         if "e_m" not in fixed:
-            sites["e_m"] = found.e_m
-        return sites, log_det
+            sites["e_m"] = e_m
+        return sites, jnp.asarray(log_det)
 
     return unknowns
 

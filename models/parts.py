@@ -258,8 +258,12 @@ def each_vehicle(function: Callable[..., Array], *arguments: Array, car: Car, on
         car: both, stacked.
         on: as `ground` gives it.
     """
-    share = Ground(0, None, Zone(None, None))  # only friction differs between them
-    return jax.vmap(function, in_axes=(*(0 for _ in arguments), 0, share))(*arguments, car, on)
+    friction = jnp.asarray(on.coefficients)
+
+    def one(own: tuple[Array, ...], friction: Array, car: Car) -> Array:
+        return function(*own, car, on._replace(coefficients=friction))
+
+    return jax.vmap(one)(arguments, friction, car)
 
 
 RestPoses = Callable[[Structure, Data, Values, Float[Array, " separation"]], Array]
@@ -360,9 +364,8 @@ def tell_motion(after: Float[Array, " separation"], delta_v: Float[Array, "2 2"]
         after: of A, then B: x and y (m/s), and the yaw rate (rad/s) where the rung has one.
         delta_v: change of velocity of A and of B, m/s.
     """
-    names = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
-    if after.size == 4:
-        names = ("Vax", "Vay", "Vbx", "Vby")
+    spins = ("Omega_a", "Omega_b") if after.size == 6 else ()
+    names = ("Vax", "Vay", *spins[:1], "Vbx", "Vby", *spins[1:])
     for name, value in zip(names, after, strict=True):
         numpyro.deterministic(name, value)
     for v, change in zip(VEHICLES, delta_v, strict=True):

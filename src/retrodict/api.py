@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from retrodict.report.drawing_process import DrawingProcess
 
 
-__all__ = ["CHAINS", "Ladder", "Result", "ladder", "reconstruct", "warm_up"]
+__all__ = ["CHAINS", "Ladder", "Result", "ladder", "reconstruct"]
 
 AUTO = "auto"  # the model that the ladder chooses
 CHAINS = "chains.npz"  # what an interrupted run needs to go on

@@ -18,6 +18,7 @@ from retrodict.scene.records import Measured, Scene
 from tests.scenes import collision
 
 SCENE = collision(share=0.0, berm=False)
+QUICK = ("momentum+spin", "planar-common+spin", "planar-moment+spin")  # the others: -m slow
 
 
 def drawn(posterior: Posterior, draws: int = 2000) -> dict[str, np.ndarray]:
@@ -77,10 +78,7 @@ def test_momentum_and_slide_by_quadrature() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        name if name.endswith("spin") else pytest.param(name, marks=pytest.mark.slow)
-        for name in RUNGS
-    ],
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in RUNGS],
 )
 def test_rung_agrees_with_weights_in_its_own_unknowns(name: str) -> None:
     """A Student-t in the model's unconstrained unknowns, weighed by NumPyro's density of it.
