@@ -150,10 +150,11 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
                 layer.isel(step=np.linspace(0, layer.sizes["step"] - 1, steps).astype(int))
                 for layer in layers
             ]
-        cut = {dim: which.sizes[dim] for dim in which.dims}
+        cut = {str(dim): size for dim, size in which.sizes.items()}
         layers = [layer.isel({dim: slice(size) for dim, size in cut.items()}) for layer in layers]
         places = {dim: xr.DataArray(np.arange(size), dims=dim) for dim, size in cut.items()}
-        return xr.concat(layers, "which", combine_attrs="override").isel(which=which, **places)
+        stacked = xr.concat(layers, "which", combine_attrs="override")
+        return stacked.isel({"which": which} | places)
 
     modes = modes[: len(trees)]
     pairs = list(zip(trees, modes, strict=True))
