@@ -24,9 +24,9 @@ APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and what 
 class _TwoNormals(Programs):
     """Programs of a density that is known: two standard normals, APART from each other."""
 
-    def log_density(self, w, data, chart):
+    def weighed(self, w, data, chart):
         squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
-        return logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE])))
+        return logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE]))), {}
 
 
 @pytest.fixture(scope="module")

@@ -49,6 +49,10 @@ class Posterior:
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
+        return self.weighed(w)[0]
+
+    def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """`log_density`, and the model's unknowns at the same points."""
         return in_chunks(lambda w: self.programs("weigh", self.data, self.chart, w), w)
 
 

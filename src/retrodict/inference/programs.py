@@ -91,6 +91,12 @@ class Programs:
         A run-out then never has to be differentiated: a gradient costs little more than a value,
         and the sampler compiles in half the time.
         """
+        return self.weighed(w, data, chart)[0]
+
+    def weighed(
+        self, w: Float[Array, " q"], data: parts.Data, chart: coordinates.Chart
+    ) -> tuple[Float[Array, ""], parts.Values]:
+        """`log_density`, and the model's unknowns at w, which it has to find anyway."""
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
 
         def rest_poses(structure: parts.Structure, data: parts.Data, *at: Any) -> Array:
@@ -100,7 +106,7 @@ class Programs:
 
         given = {"rest_poses": rest_poses}
         joint, _ = log_density(self.model, (self.structure, data), given, sites)
-        return joint + log_det
+        return joint + log_det, sites
 
     def _inputs(self, data: parts.Data, xi: Array) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
@@ -221,7 +227,7 @@ class Programs:
             "levels": self._levels,
             "bent": lambda data, chart, w: coordinates.locate(s, data, chart, w)[2],
             "weigh": jax.vmap(
-                lambda data, chart, w: -self.potential(w, data, chart), in_axes=(None, None, 0)
+                lambda data, chart, w: self.weighed(w, data, chart), in_axes=(None, None, 0)
             ),
             "solve_back": self._solve_back,
             "propagate": self._propagate,

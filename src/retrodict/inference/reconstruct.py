@@ -301,9 +301,11 @@ def _tree(solution: Solution, drawn: Draws, seed: int) -> xr.DataTree:
     chains, draws, n = drawn.w.shape
     rng = np.random.default_rng([seed, 1])
 
-    sites = in_chunks(
-        lambda w: programs(drawn.way, data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
-    )
+    sites = drawn.sites
+    if sites is None:
+        sites = in_chunks(
+            lambda w: programs(drawn.way, data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
+        )
     told = in_chunks(lambda s: programs("simulate", data, s), sites)
     prior_sites = programs("prior", _prior_keys(seed), data)
     prior_told = programs("simulate", data, prior_sites)

@@ -49,6 +49,7 @@ class Draws:
         faults: for which the draws must not be relied on.
         attributes: the method's own diagnostics: pareto_k, log_evidence.
         way: the program that leads from w to the model's unknowns, by its name in `Programs`.
+        sites: the model's unknowns at w, where the method has come by them; None where `way` leads.
         unfinished: writes interrupted chains to a file; None where there is nothing to go on with.
         more: goes on to twice as many draws; None where nothing is to be had that way.
     """
@@ -60,5 +61,6 @@ class Draws:
     faults: tuple[str, ...] = ()
     attributes: dict[str, float] = field(default_factory=dict)
     way: str = "locate"
+    sites: dict[str, np.ndarray] | None = field(default=None, repr=False)
     unfinished: Callable[[Path], None] | None = field(default=None, repr=False)
     more: Callable[[], Draws] | None = field(default=None, repr=False)

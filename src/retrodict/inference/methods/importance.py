@@ -34,7 +34,7 @@ def draw(task: Task) -> Draws:
     """Draw from the proposal, weigh by the posterior, resample."""
     posterior, (chains, draws) = task.posterior, (task.chains, task.draws)
     rng = np.random.default_rng(task.seed)
-    w, log_weight = _weighed(posterior, chains * draws, rng)
+    w, log_weight, sites = _weighed(posterior, chains * draws, rng)
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare
     shares = weights.reshape(chains, draws)
@@ -46,6 +46,7 @@ def draw(task: Task) -> Draws:
         w[index].reshape(chains, draws, -1),
         {"log_weight": log_weight.reshape(chains, draws)},
         **judged(k),
+        sites={name: values[index] for name, values in sites.items()},
         more=lambda: draw(replace(task, draws=2 * draws)),
     )
 
@@ -60,7 +61,7 @@ def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
     Returns:
         The evidence; at fault where the weights have no variance to judge it by.
     """
-    _, log_weight = _weighed(posterior, _FOR_EVIDENCE, rng)
+    _, log_weight, _ = _weighed(posterior, _FOR_EVIDENCE, rng)
     weights, k = smoothed(log_weight)
     highest = log_weight.max()
     value = highest + np.log(np.mean(np.exp(log_weight - highest)))
@@ -70,12 +71,13 @@ def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
 
 def _weighed(
     posterior: Posterior, count: int, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
-    """Draws from the proposal, and the logs of their weights."""
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Draws from the proposal, the logs of their weights, and the model's unknowns there."""
     n = posterior.size
     scale = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (count, 1)))
     w = scale * rng.standard_normal((count, n))
     log_proposal = -(_FREEDOM + n) / 2 * np.log1p(np.sum(w**2, axis=1) / _FREEDOM)
     log_proposal += gammaln((_FREEDOM + n) / 2) - gammaln(_FREEDOM / 2)
     log_proposal -= n / 2 * np.log(_FREEDOM * np.pi)
-    return w, posterior.log_density(w) - log_proposal
+    log_density, sites = posterior.weighed(w)
+    return w, log_density - log_proposal, sites
