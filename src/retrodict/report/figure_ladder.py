@@ -63,7 +63,7 @@ def ladder_figure(ladder: Ladder) -> Figure:
         axes.minorticks_off()
         axes.margins(x=0.25)
         axes.set_xlabel("seconds, without compilation")
-        axes.set_ylabel(f"distance from {fullest.name}'s answer (its sd)")
+        axes.set_ylabel("distance from the fullest rung's answer (its sd)")
         figure.legend(handles=_legend(), loc="outside lower center", ncols=3)
     return figure
 
