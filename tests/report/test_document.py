@@ -77,7 +77,7 @@ def test_the_page_stands_alone(good):
 
 def test_the_answer_comes_first_with_its_interval_and_level(good):
     text = flat(good)
-    assert text.index("with 95 % probability between 18 and 21 m/s") < text.index("Results")
+    assert text.index("with 95 % probability between 17.5 and 21.0 m/s") < text.index("Results")
 
 
 def test_results_stand_in_both_systems(good):
@@ -149,7 +149,7 @@ def test_missing_groups_do_not_break_the_report(outcome, drop):
     bare = outcome
     for group in ("prior", "posterior_predictive", "trajectories", "sample_stats"):
         bare = drop(bare, group)
-    assert "18 and 21 m/s" in flat(report_html(bare))
+    assert "17.5 and 21.0 m/s" in flat(report_html(bare))
 
 
 def test_fragments_show_results_and_sources(outcome, failing):

@@ -73,7 +73,7 @@ def test_only_a_failed_run_bears_a_banner(outcome, failing, name):
 def test_numbers_in_figures_of_a_failed_run_are_marked_or_withheld(failing):
     text = words(FIGURES["posterior"].draw(failing, "si"))
     assert "19.1 m/s†" in text
-    assert "90 %: 18 to 21†" in text
+    assert "90 %: 17.7 to 20.6†" in text
     assert "withheld" in text
     assert "0.704" not in text
     pair = words(FIGURES["pair"].draw(failing, "si"))

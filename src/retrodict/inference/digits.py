@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 def decimals_of(sd: float | None, digits: int = 2, error: float | None = None) -> int | None:
     """Decimals that leave an uncertainty with so many significant digits (JCGM 100:2008, 7.2.6).
 
-    Fewer where a number's own error is not below half a unit of the last (JCGM 101:2008, 7.9.2).
+    Fewer where a number's own error is not below a unit of the last.
 
     Args:
         sd: the standard uncertainty, in the unit to be printed.
@@ -30,7 +30,7 @@ def decimals_of(sd: float | None, digits: int = 2, error: float | None = None) -
         places -= 1
     if error is None or not math.isfinite(error) or error <= 0:
         return places
-    return min(places, math.ceil(-math.log10(2 * error)) - 1)
+    return min(places, math.ceil(-math.log10(error)) - 1)
 
 
 def monte_carlo_error(draws: xr.Dataset, level: float) -> xr.Dataset:

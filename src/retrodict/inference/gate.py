@@ -24,7 +24,7 @@ _OFTEN = 0.01  # share of draws from which on an odd outcome is told
 def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Checks:
     """Check draws (Vehtari et al. 2021: R-hat, bulk and tail ESS; Betancourt 2016: E-BFMI).
 
-    A number is printed to the digits of which its Monte Carlo error is below half a unit; where not
+    A number is printed to the digits of which its Monte Carlo error is below a unit; where not
     one is left of its standard deviation, the quantity fails.
 
     Args:

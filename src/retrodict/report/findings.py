@@ -78,8 +78,9 @@ def reported(outcome: Outcome, names: Iterable[str] = REPORTED) -> tuple[str, ..
     Returns:
         Those that it has draws of, in their order.
     """
-    posterior = outcome.idata["posterior"]
-    return tuple(name for name in names if name in posterior)
+    if "posterior" not in outcome.idata.children:
+        return tuple(names)
+    return tuple(name for name in names if name in outcome.idata["posterior"].data_vars)
 
 
 def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
