@@ -223,12 +223,13 @@ def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
     """Go on with the table until so many scenes stand in it, then tell what they come to."""
     charts.mkdir(parents=True, exist_ok=True)
     file = charts / "ladder.csv"
-    new = not file.exists()
+    new = not file.exists() or not file.stat().st_size
     done = set() if new else {int(row["scene"]) for row in _read(file)}
     with file.open("a", newline="") as kept:
         writer = csv.DictWriter(kept, COLUMNS, lineterminator="\n")
         if new:
             writer.writeheader()
+            kept.flush()
         for index in (i for i in range(count) if i not in done):
             truth = list(RUNGS)[index % len(RUNGS)]
             scene, speed_b = crash(truth, np.random.default_rng(index))
