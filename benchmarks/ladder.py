@@ -147,12 +147,12 @@ def kind_of(rows: list[Row]) -> str:
     same = bool(mine and mine["median"]) and same_answer(choice, mine)
     if RUNGS[truth].above(RUNGS[choice["rung"]]):
         return "lower, same answer" if same else "lower, other answer"
-    return "fuller, same answer" if same else "fuller, other answer"
+    return "not lower, same answer" if same else "not lower, other answer"
 
 
 KINDS = (
-    "true", "lower, same answer", "lower, other answer", "fuller, same answer",
-    "fuller, other answer", "none",
+    "true", "lower, same answer", "lower, other answer", "not lower, same answer",
+    "not lower, other answer", "none",
 )  # fmt: skip
 
 
