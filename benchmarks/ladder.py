@@ -147,12 +147,12 @@ def kind_of(rows: list[Row]) -> str:
     same = bool(mine and mine["median"]) and same_answer(choice, mine)
     if RUNGS[truth].above(RUNGS[choice["rung"]]):
         return "lower, same answer" if same else "lower, other answer"
-    return "fuller, same answer" if same else "fuller, other answer"
+    return "not lower, same answer" if same else "not lower, other answer"
 
 
 KINDS = (
-    "true", "lower, same answer", "lower, other answer", "fuller, same answer",
-    "fuller, other answer", "none",
+    "true", "lower, same answer", "lower, other answer", "not lower, same answer",
+    "not lower, other answer", "none",
 )  # fmt: skip
 
 
@@ -223,12 +223,13 @@ def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
     """Go on with the table until so many scenes stand in it, then tell what they come to."""
     charts.mkdir(parents=True, exist_ok=True)
     file = charts / "ladder.csv"
-    new = not file.exists()
+    new = not file.exists() or not file.stat().st_size
     done = set() if new else {int(row["scene"]) for row in _read(file)}
     with file.open("a", newline="") as kept:
         writer = csv.DictWriter(kept, COLUMNS, lineterminator="\n")
         if new:
             writer.writeheader()
+            kept.flush()
         for index in (i for i in range(count) if i not in done):
             truth = list(RUNGS)[index % len(RUNGS)]
             scene, speed_b = crash(truth, np.random.default_rng(index))

@@ -177,7 +177,7 @@ def test_only_rungs_that_the_question_allows(rungs) -> None:
     refused = refusals(make_scene(), ("speed_b", "e"))
     assert refused["low"] == "does not answer restitution e"
     assert not refused["middle"]
-    assert ladders.allowed(make_scene(), ladders.QUESTION) == ["full"]
+    assert ladders.allowed(make_scene()) == ["full"]
 
 
 def test_only_rungs_that_the_evidence_allows(rungs, monkeypatch) -> None:
@@ -197,7 +197,7 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 ) -> None:
     asked = []
 
-    def run(scene, *, model, method, draws, seed):
+    def run(scene, *, model, method, seed):
         asked.append((model, method, seed))
         if stop_at == model:
             raise KeyboardInterrupt

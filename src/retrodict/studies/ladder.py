@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Measured
 
-QUESTION = ("speed_b", "e", "e_m", "mu")
 LEVELS = (50, 90, 95)  # per cent
 DOUBT = 0.01  # probability of so large a chi-square below which a rung does not fit
 SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
@@ -169,7 +168,6 @@ def ladder(
     scene: Scene,
     *,
     question: tuple[str, ...] | None = None,
-    draws: int | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Ladder:
@@ -183,7 +181,6 @@ def ladder(
     Args:
         scene: what was measured.
         question: quantities that are asked, of speed_b, e, e_m and mu; None for the scene's.
-        draws: of each of four replicates; None for as many as importance sampling takes.
         seed: of every random number.
         progress: called with (rung, done, of all).
 
@@ -194,7 +191,7 @@ def ladder(
         Unanswerable: no rung answers the question from what was measured.
     """
     tell = progress or (lambda stage, done, total: None)
-    question = question or question_of(scene)
+    question = question or scene.question
     refused = refusals(scene, question)
     allowed(scene, question)  # raises where there is none
     steps, complete = [], True
@@ -203,11 +200,8 @@ def ladder(
         if not why:
             tell(name, 0, 1)
             try:
-                step = _climb(
-                    reconstruct(scene, model=name, method="importance", draws=draws, seed=seed),
-                    step,
-                    question,
-                )
+                outcome = reconstruct(scene, model=name, method="importance", seed=seed)
+                step = _climb(outcome, step, question)
             except Unanswerable as error:
                 step = replace(step, verdict=str(error))
             except (KeyboardInterrupt, Interrupted):
@@ -220,11 +214,6 @@ def ladder(
     else:
         told, choice, reason = tuple(steps), None, "Interrupted: no rung was chosen."
     return Ladder(scene, question, told, choice, reason, seed, complete)
-
-
-def question_of(scene: Scene) -> tuple[str, ...]:
-    """What a scene asks: all four unknowns, unless it says otherwise."""
-    return scene.question
 
 
 def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:
@@ -240,7 +229,7 @@ def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:
     Raises:
         Unanswerable: there is none.
     """
-    refused = refusals(scene, question or question_of(scene))
+    refused = refusals(scene, question or scene.question)
     names = [name for name, why in refused.items() if not why]
     if not names:
         raise Unanswerable(
@@ -316,7 +305,7 @@ def chosen(
             verdict = f"would do too, but {choice} is simpler"
         else:
             choice, verdict = step.name, "chosen"
-            compared = f"the most is that {worst}" if worst else "none stands above it"
+            compared = f"the most is that {worst}" if worst else "none stands above it that fits"
             reason = (
                 f"{choice} is the lowest rung that fits the evidence (p = "
                 f"{step.fit.probability:.2g}) and whose answer no fuller rung that fits moves by more "
