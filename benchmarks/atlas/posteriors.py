@@ -1,0 +1,244 @@
+"""The edges of inference: scenes and methods run over them, and what the checks said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from arviz_stats.base import array_stats
+
+from benchmarks import competitors
+from benchmarks.atlas import Row
+from benchmarks.atlas.maps import ASKED, draw, faults, off, sites
+from benchmarks.atlas.scenes import made
+from retrodict.inference import Unanswerable
+from retrodict.inference.methods import METHODS, Task
+from retrodict.inference.outcome import Outcome
+from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.scene.records import Scene
+
+NAIVE_SECONDS = 20.0  # that NumPyro's own coordinates are given
+
+Array = np.ndarray
+
+
+def told(scene: Scene, method: str = "nuts") -> tuple[str, Outcome | None]:
+    """What the checks of a reconstruction say, shortly."""
+    try:
+        outcome = reconstruct(scene, method=method)
+    except Unanswerable as refusal:
+        return f"refused ({str(refusal).split(';')[0]})", None
+    checks = outcome.checks
+    if not checks.passed:
+        return f"withheld ({_short(checks.reasons[0])})", outcome
+    flags = [_short(flag) for flag in checks.flags]
+    return "passed" + (f", told: {'; '.join(flags)}" if flags else ""), outcome
+
+
+def _short(reason: str) -> str:
+    return reason.split(":")[0] if len(reason) > 90 else reason
+
+
+def far_from_truth(outcome: Outcome | None, truth: dict[str, float]) -> float:
+    """By how many posterior sd the mean misses the truth, the worst of four quantities."""
+    if outcome is None:
+        return np.nan
+    draws = {name: outcome.idata["posterior"][name].values for name in ASKED}
+    return max(float(abs(x.mean() - truth[name]) / x.std()) for name, x in draws.items())
+
+
+def moved(scene: Scene, vehicle: str, metres: float) -> Scene:
+    """The scene with a rest position written down so far off along x."""
+    rest = scene.rest[vehicle]
+    x = replace(rest.x, value=rest.x.value + metres)
+    return replace(scene, rest=scene.rest | {vehicle: replace(rest, x=x)})
+
+
+def vague(scene: Scene, factor: float) -> Scene:
+    """The scene with rest poses so many times as uncertain."""
+
+    def blurred(rest: object) -> object:
+        names = ("x", "y", "heading")
+        sds = {n: getattr(rest, n).sd * factor for n in names}
+        return replace(rest, **{n: replace(getattr(rest, n), sd=sd) for n, sd in sds.items()})  # type: ignore[type-var]
+
+    return replace(scene, rest={v: blurred(r) for v, r in scene.rest.items()})
+
+
+def wrapped(scene: Scene) -> Scene:
+    """The scene with B's rotation not written down."""
+    rest, at = scene.rest["b"], scene.vehicles["b"].heading.value
+    turn = (rest.heading.value - at + np.pi) % (2 * np.pi) - np.pi
+    heading = replace(rest.heading, value=at + turn)
+    return replace(
+        scene, rest=scene.rest | {"b": replace(rest, heading=heading, turns_known=False)}
+    )
+
+
+def rows() -> Iterator[Row]:
+    """All edges of inference."""
+    row = partial(Row, "inference")
+    parts = []
+    for sds in (0.1, 0.01, 0.001):
+        scene, truth = made(sds=sds)
+        said, outcome = told(scene)
+        far = far_from_truth(outcome, truth)
+        parts.append(f"{sds:g}: {said}, truth {far:.1f} sd off")
+    yield row(
+        "sd -> 0: a thin posterior",
+        "nuts, every sd of the scene times 0.1, 0.01, 0.001",
+        "; ".join(parts),
+        "steps of the run-out double till the rest poses are resolved; what is not is withheld",
+        "flagged",
+        "test_posteriors.py::test_a_thin_posterior_is_right_or_withheld",
+    )
+    parts = []
+    for factor in (3.0, 10.0, 100.0):
+        scene, truth = made()
+        blurry = vague(scene, factor)
+        parts.append(f"{factor:g}: {told(blurry)[0]}; importance {told(blurry, 'importance')[0]}")
+    yield row(
+        "sd -> infinity: the prior alone",
+        "nuts and importance, rest poses 3, 10 and 100 times as uncertain",
+        "; ".join(parts),
+        "Pareto k, divergences, R-hat and effective sample size",
+        "flagged",
+        "test_posteriors.py::test_rest_poses_that_say_nothing_are_withheld",
+    )
+    parts = []
+    for sds in (3, 10, 40):
+        scene, truth = made()
+        said, outcome = told(moved(scene, "b", sds * scene.rest["b"].x.sd))
+        parts.append(f"{sds} sd: {said}, truth {far_from_truth(outcome, truth):.1f} sd off")
+    yield row(
+        "an outlier",
+        "nuts, B's rest written down 3, 10, 40 of its sds off along x",
+        "; ".join(parts),
+        "flags where an item lies over 2.5 sd from all else; six items and seven unknowns leave few "
+        "that others could contradict",
+        "wrong",
+        "test_posteriors.py::test_an_outlier_is_believed",
+    )
+    scene, _ = made()
+    said, outcome = told(moved(scene, "a", -20.0))
+    yield row(
+        "contradictory evidence",
+        "nuts, A's rest written down 20 m back, which no e and e_m in bounds lead to",
+        said,
+        "flags name the measurements that lie over 2.5 sd off",
+        "flagged",
+        "test_posteriors.py::test_contradictory_evidence_is_named",
+    )
+    said, _ = told(wrapped(scene))
+    yield row(
+        "two modes: turns not written down",
+        "nuts, B's rotation left out",
+        said,
+        "other numbers of turns are tried, and the run withheld where one has weight",
+        "flagged",
+        "test_posteriors.py::test_turns_that_are_not_written_down_are_withheld",
+    )
+    yield from _heavy(row)
+    yield from _nuts(row)
+
+
+def _heavy(row: partial[Row]) -> Iterator[Row]:
+    scene, _ = made(friction_sd=0.6)
+    posterior = prepare(scene, DEFAULT_RUNG)
+    sure = sites(posterior, draw(posterior, "nuts"))
+    parts = []
+    for method in ("importance", "laplace"):
+        drawn = draw(posterior, method)
+        x = sites(posterior, drawn)
+        k = drawn.attributes["pareto_k"]
+        held = "withheld" if faults(posterior, drawn, x) else "passed"
+        parts.append(f"{method}: Pareto k {k:.2f}, {held}, {off(x, sure):.2f} sd off nuts")
+    yield row(
+        "heavy tails",
+        "friction known to 60 %",
+        "; ".join(parts),
+        "Pareto k above 0.7 fails the run",
+        "flagged",
+        "test_posteriors.py::test_heavy_tails_do_not_pass_unseen",
+    )
+    x = sites(posterior, draw(posterior, "linear"))
+    below = float(np.mean(x["e"] < 0))
+    beyond = float(np.mean(np.abs(x["e_m"]) > 1))
+    yield row(
+        "linear propagation past its reach",
+        "linear, friction known to 60 %",
+        f"{below:.0%} of the draws have e < 0, {beyond:.0%} e_m beyond 1; "
+        f"{off(x, sure):.2g} sd off nuts",
+        "a note that it is an approximation; nothing measures how bad",
+        "wrong",
+        "test_posteriors.py::test_linear_leaves_the_bounds_and_only_says_it_is_an_approximation",
+    )
+
+
+def _nuts(row: partial[Row]) -> Iterator[Row]:
+    scene, _ = made()
+    posterior = prepare(scene, DEFAULT_RUNG)
+    sure = sites(posterior, draw(posterior, "nuts", 2000))
+    parts = []
+    for warmup in (0, 5, 50, 150):
+        found = METHODS["nuts"].draw(Task(posterior, 4, 500, warmup, 0, lambda *_: None))
+        x = sites(posterior, found)
+        held = "; ".join(faults(posterior, found, x)) or "passed"
+        parts.append(f"{warmup}: {held}, {off(x, sure):.2f} sd off")
+    yield row(
+        "NUTS with too little warm-up",
+        "0, 5, 50 and 150 iterations, 500 draws",
+        "; ".join(parts),
+        "the target is nearly a sphere of known size; the command asks for 50 at least",
+        "fine",
+        "test_posteriors.py::test_too_little_warm_up_is_flagged_or_harmless",
+    )
+    parts = []
+    for far in (3.0, 10.0):
+        centre = np.asarray(posterior.chart.centre)
+        shifted = centre + far * np.asarray(posterior.chart.spread).sum(1)
+        elsewhere = replace(posterior, chart=posterior.chart._replace(centre=shifted))
+        found = METHODS["nuts"].draw(Task(elsewhere, 4, 500, 150, 0, lambda *_: None))
+        x = sites(elsewhere, found)
+        held = "; ".join(faults(elsewhere, found, x)) or "passed"
+        parts.append(f"{far:g}: {held}, {off(x, sure):.2f} sd off")
+    yield row(
+        "NUTS from a wrong start",
+        "coordinates centred 3 and 10 sd off in every unknown",
+        "; ".join(parts),
+        "R-hat and effective sample size; the start itself comes from a search over 128 starts",
+        "flagged",
+        "test_posteriors.py::test_a_wrong_start_is_overcome_or_flagged",
+    )
+    yield row(
+        "NUTS in naive coordinates",
+        "NumPyro's NUTS on the forward model as it stands, from random starts, "
+        f"{NAIVE_SECONDS:g} s",
+        naive(posterior, sure),
+        "our coordinates; the same limits of R-hat and effective sample size would flag it",
+        "flagged",
+        "test_posteriors.py::test_naive_coordinates_are_stiff",
+    )
+
+
+def naive(posterior: Posterior, sure: dict[str, Array]) -> str:
+    """NumPyro's own coordinates, diagonal mass matrix, four chains from starts at random."""
+    programs, chart = posterior.programs, posterior.chart
+    w = draw(posterior, "nuts", 128).w.reshape(-1, chart.centre.size)
+    located = programs("locate", posterior.data, chart, w)[0]
+    values = {name: np.asarray(value) for name, value in located.items()}
+    forward = competitors.Forward(DEFAULT_RUNG, programs.structure, posterior.data, values)
+    forward.starts = np.random.default_rng(0).normal(0, 1, forward.starts.shape)
+    sampler = competitors._numpyro(forward, competitors.DEFAULT_NAME, False, True, 100)
+    trace = competitors._run(sampler._replace(chains=4), forward, NAIVE_SECONDS, 500, 0)
+    x = forward.sites(trace.u)
+    x = {name: x[name] for name in ASKED}
+    rhat = max(float(array_stats.rhat(v)) for v in x.values())
+    ess = min(float(array_stats.ess(v, method="bulk")) for v in x.values())
+    return (
+        f"{trace.u.shape[1]} draws a chain, {trace.evaluations / trace.u[..., 0].size:.0f} gradients a "
+        f"draw: R-hat {rhat:.2f}, effective sample size {ess:.0f}, {off(x, sure):.2f} sd off"
+    )
