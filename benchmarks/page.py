@@ -126,7 +126,9 @@ EDGES = {
 
 def of_atlas(charts: Path) -> Parts:
     """What stands between the markers of docs/atlas.md."""
-    rows, parts = _read(charts / "atlas.csv")
+    of_edges = [charts / f"atlas-{part}.csv" for part in ("mechanics", "inference")]
+    _, parts = _read(charts / "atlas-random.csv", *of_edges, charts / "atlas-map.csv")
+    rows = [row for file in of_edges for row in _read(file)[0]]
     for part in dict.fromkeys(row["part"] for row in rows):
         lines = [
             f"| {' | '.join(EDGES.values())} |",

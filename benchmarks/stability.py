@@ -2,8 +2,9 @@
 
 python3 -m uv run --group bench python -m benchmarks.stability [share folder]
 
-Writes docs/charts/atlas.csv (edges), atlas-map.csv and atlas.png (maps), and the numbers of
-docs/atlas.md. With a share of the counts (0.05, say) and a folder: a trial, which writes there only.
+Writes docs/charts/atlas-random.csv (scenes at random), atlas-mechanics.csv and atlas-inference.csv
+(edges), atlas-map.csv and atlas.png (maps), and the numbers of docs/atlas.md. With a share of the
+counts (0.05, say) and a folder: a trial, which writes there only.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import csv
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,17 +21,17 @@ import numpy as np
 from benchmarks.atlas import Row
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-IMPACTS, LOCKED, ROLLING, FILES = 10_000, 10_000, 500, 10_000
-AGAINST_SCIPY = 40  # run-outs of each kind
+IMPACTS, LOCKED, ROLLING, FILES = 10_000, 10_000, 200, 10_000
+AGAINST_SCIPY = 20  # run-outs of each kind
 
 Remark = tuple[str, str]
 
 
 def impacts(number: int) -> Iterator[Remark]:
     """Impacts at random."""
-    from benchmarks.atlas import impacts as at_random
+    from benchmarks.atlas import impacts as drawn
 
-    found = at_random.examine(at_random.draw(number))
+    found = drawn.examine(drawn.draw(number))
     worst = max(found.faults, key=lambda law: found.faults[law].max())
     size = found.faults[worst].max()
     broken = np.any([fault > 1 for fault in found.faults.values()], axis=0).sum()
@@ -39,7 +40,7 @@ def impacts(number: int) -> Iterator[Remark]:
     yield (
         "impacts",
         f"{number} impacts: {broken} break a law or differ from the second implementation by more than "
-        f"{at_random.TOLERANCE:g} of the terms (worst: {worst}, {size:.2g} of that); not numbers: "
+        f"{drawn.TOLERANCE:g} of the terms (worst: {worst}, {size:.2g} of that); not numbers: "
         f"{np.isinf(found.faults['finite']).sum()}",
     )
     yield (
@@ -51,69 +52,100 @@ def impacts(number: int) -> Iterator[Remark]:
 
 def run_outs(locked: int, rolling: int, compared: int) -> Iterator[Remark]:
     """Run-outs at random."""
-    from benchmarks.atlas import run_outs as at_random
+    from benchmarks.atlas import run_outs as drawn
 
     for name, number in (("locked", locked), ("rolling", rolling)):
-        scenes = at_random.draw(number, rolling=name == "rolling")
-        found = at_random.examine(scenes)
+        scenes = drawn.draw(number, rolling=name == "rolling")
+        found = drawn.examine(scenes)
         broken = np.any(list(found.faults.values()), axis=0).sum()
-        few = at_random.Found(found.rest[:compared], found.refused[:compared], {})
-        apart = at_random.apart(scenes[:compared], few)
-        far = (apart > at_random.WITHIN).sum()
+        few = drawn.Found(found.rest[:compared], found.refused[:compared], {})
+        apart = drawn.apart(scenes[:compared], few)
+        far = (apart > drawn.WITHIN).sum()
         yield (
             "runouts",
             f"{number} run-outs, wheels {name}: {broken} break a law; {found.refused.sum()} could not "
             "be followed in 8192 steps, and have no rest pose (not numbers); of the first "
-            f"{len(apart)}, {far} end over {at_random.WITHIN * 1e3:g} mm or mrad from where SciPy's do "
+            f"{len(apart)}, {far} end over {drawn.WITHIN * 1e3:g} mm or mrad from where SciPy's do "
             f"(worst {apart.max() * 1e3:.1g})",
         )
 
 
 def files(number: int) -> Iterator[Remark]:
     """Scene files at random."""
-    from benchmarks.atlas import files as at_random
+    from benchmarks.atlas import files as drawn
 
-    counts = at_random.count(number)
+    counts = drawn.count(number)
     told = ", ".join(f"{n} {verdict}" for verdict, n in sorted(counts.items()))
     yield "files", f"{counts.total()} scene files given to `retrodict check`: {told}, no traceback"
 
 
-def maps(every: int, folder: Path) -> Iterator[Remark]:
-    """Maps of the methods, their table and their picture."""
+def at_random(charts: Path, share: float) -> None:
+    """Write `atlas-random.csv`: what scenes at random came to."""
+    counts = [max(50, int(n * share)) for n in (IMPACTS, LOCKED, ROLLING, FILES)]
+    compared = max(4, int(AGAINST_SCIPY * share))
+    begin = time.perf_counter()
+    remarks = [
+        *impacts(counts[0]),
+        *run_outs(counts[1], counts[2], compared),
+        *files(counts[3]),
+    ]
+    _write([], Row, charts / "atlas-random.csv", remarks, begin)
+
+
+def maps(charts: Path, share: float) -> None:
+    """Write `atlas-map.csv` and `atlas.png`: where methods fail."""
     from benchmarks.atlas import maps as charted
 
+    begin, every = time.perf_counter(), 1 if share == 1 else 2
     found = [cell for chosen in charted.MAPS for cell in charted.cells(chosen, every)]
-    _table(found, charted.Cell, folder / "atlas-map.csv")
-    charted.picture(found, folder / "atlas.png")
+    charted.picture(found, charts / "atlas.png")
+    remarks = []
     for method in charted.SHOWN:
         mine = [cell for cell in found if cell.method == method]
-        counts = ", ".join(
-            f"{sum(c.state == state for c in mine)} {state}" for state in charted.STATES
-        )
+        states = (f"{sum(c.state == state for c in mine)} {state}" for state in charted.STATES)
         worst = max((c.error for c in mine if c.state == "wrong"), default=0.0)
         more = f"; worst unflagged {worst:.2g} sd off" if worst else ""
-        yield "maps", f"{method}: of {len(mine)} scenes {counts}{more}"
+        remarks.append(("maps", f"{method}: of {len(mine)} scenes {', '.join(states)}{more}"))
+    _write(found, charted.Cell, charts / "atlas-map.csv", remarks, begin)
 
 
-def edges() -> Iterator[Row]:
-    """Every edge, the mechanics' first."""
-    from benchmarks.atlas import edges as mechanics
+def mechanics(charts: Path, _: float) -> None:
+    """Write `atlas-mechanics.csv`: edges of impact and run-out."""
+    from benchmarks.atlas import edges
+
+    begin = time.perf_counter()
+    rows = [*_told(edges.impacts()), *_told(edges.run_outs())]
+    _write(rows, Row, charts / "atlas-mechanics.csv", [], begin)
+
+
+def inference(charts: Path, _: float) -> None:
+    """Write `atlas-inference.csv`: edges of inference."""
     from benchmarks.atlas import posteriors
 
-    for rows in (mechanics.impacts(), mechanics.run_outs(), posteriors.rows()):
-        for row in rows:
-            print(row.part, row.edge, row.seen, sep=" | ", flush=True)
-            yield row
+    begin = time.perf_counter()
+    rows = list(_told(posteriors.rows()))
+    _write(rows, Row, charts / "atlas-inference.csv", [], begin)
 
 
-def _table(
-    rows: Iterable[NamedTuple], kind: type, file: Path, remarks: Iterable[Remark] = ()
+def _told(rows: Iterator[Row]) -> Iterator[Row]:
+    """The rows, printed as they come."""
+    for row in rows:
+        print(row.part, row.edge, row.seen, sep=" | ", flush=True)
+        yield row
+
+
+def _write(
+    rows: Sequence[NamedTuple], kind: type, file: Path, remarks: Sequence[Remark], begin: float
 ) -> None:
+    """A table, its remarks, and how long it took."""
+    minutes = f"{file.stem}: {(time.perf_counter() - begin) / 60:.1f} minutes"
     with file.open("w", newline="", encoding="utf-8") as out:
         table = csv.writer(out, lineterminator="\n")
         table.writerow(kind._fields)  # type: ignore[attr-defined]
         table.writerows([f"{v:.4g}" if isinstance(v, float) else v for v in row] for row in rows)
-        out.writelines(f"# {kind}: {text}\n" for kind, text in remarks)
+        for of, text in (*remarks, ("seconds", minutes)):
+            print(of, text, sep=": ", flush=True)
+            out.write(f"# {of}: {text}\n")
 
 
 def main(charts: Path, share: float = 1.0) -> None:
@@ -123,23 +155,8 @@ def main(charts: Path, share: float = 1.0) -> None:
         charts: the folder.
         share: of the counts, for a trial.
     """
-    begin = time.perf_counter()
-    number = [max(50, int(n * share)) for n in (IMPACTS, LOCKED, ROLLING, FILES)]
-    compared = max(4, int(AGAINST_SCIPY * share))
-    rows = list(edges())
-    remarks: list[Remark] = []
-    for part in (
-        impacts(number[0]),
-        run_outs(number[1], number[2], compared),
-        files(number[3]),
-        maps(1 if share == 1 else 2, charts),
-    ):
-        for remark in part:
-            print(*remark, sep=": ", flush=True)
-            remarks.append(remark)
-    minutes = (time.perf_counter() - begin) / 60
-    remarks.append(("seconds", f"{minutes:.0f} minutes on this machine, compilation included"))
-    _table(rows, Row, charts / "atlas.csv", remarks)
+    for part in (at_random, mechanics, inference, maps):
+        part(charts, share)
 
 
 if __name__ == "__main__":

@@ -312,8 +312,7 @@ def run_outs() -> Iterator[Row]:
     edges = np.linspace(-0.15, 0.15, 7)
     truth = np.array([reference.solve(grazed_edge(e))[0] for e in edges])
     gaps = [
-        np.abs(np.array([on_edge(grazed_edge(e), steps) for e in edges]) - truth)[:, :2].max()
-        * 1e3
+        np.abs(np.array([on_edge(grazed_edge(e), steps) for e in edges]) - truth)[:, :2].max() * 1e3
         for steps in (None, 48, 768)
     ]
     yield row(

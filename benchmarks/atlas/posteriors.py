@@ -25,7 +25,7 @@ NAIVE_SECONDS = 20.0  # that NumPyro's own coordinates are given
 Array = np.ndarray
 
 
-def told(scene: Scene, method: str = "nuts") -> tuple[str, Outcome | None]:
+def told(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]:
     """What the checks of a reconstruction say, shortly."""
     try:
         outcome = reconstruct(scene, method=method)
@@ -82,14 +82,14 @@ def rows() -> Iterator[Row]:
     """All edges of inference."""
     row = partial(Row, "inference")
     parts = []
-    for sds in (0.1, 0.01, 0.001):
+    for sds in (0.3, 0.1):
         scene, truth = made(sds=sds)
-        said, outcome = told(scene)
+        said, outcome = told(scene, "importance")
         far = far_from_truth(outcome, truth)
         parts.append(f"{sds:g}: {said}, truth {far:.1f} sd off")
     yield row(
         "sd -> 0: a thin posterior",
-        "nuts, every sd of the scene times 0.1, 0.01, 0.001",
+        "importance, every sd of the scene times 0.3 and 0.1",
         "; ".join(parts),
         "steps of the run-out double till the rest poses are resolved; what is not is withheld",
         "flagged",
@@ -97,14 +97,13 @@ def rows() -> Iterator[Row]:
     )
     parts = []
     for factor in (3.0, 10.0, 100.0):
-        scene, truth = made()
-        blurry = vague(scene, factor)
-        parts.append(f"{factor:g}: {told(blurry)[0]}; importance {told(blurry, 'importance')[0]}")
+        scene, _ = made()
+        parts.append(f"{factor:g}: {told(vague(scene, factor))[0]}")
     yield row(
         "sd -> infinity: the prior alone",
-        "nuts and importance, rest poses 3, 10 and 100 times as uncertain",
+        "importance, rest poses 3, 10 and 100 times as uncertain",
         "; ".join(parts),
-        "Pareto k, divergences, R-hat and effective sample size",
+        "Pareto k and effective sample size; nuts has divergences and R-hat",
         "flagged",
         "test_posteriors.py::test_rest_poses_that_say_nothing_are_withheld",
     )
@@ -115,7 +114,7 @@ def rows() -> Iterator[Row]:
         parts.append(f"{sds} sd: {said}, truth {far_from_truth(outcome, truth):.1f} sd off")
     yield row(
         "an outlier",
-        "nuts, B's rest written down 3, 10, 40 of its sds off along x",
+        "importance, B's rest written down 3, 10, 40 of its sds off along x",
         "; ".join(parts),
         "flags where an item lies over 2.5 sd from all else; six items and seven unknowns leave few "
         "that others could contradict",
@@ -126,7 +125,7 @@ def rows() -> Iterator[Row]:
     said, outcome = told(moved(scene, "a", -20.0))
     yield row(
         "contradictory evidence",
-        "nuts, A's rest written down 20 m back, which no e and e_m in bounds lead to",
+        "importance, A's rest written down 20 m back, which no e and e_m in bounds lead to",
         said,
         "flags name the measurements that lie over 2.5 sd off",
         "flagged",
@@ -135,7 +134,7 @@ def rows() -> Iterator[Row]:
     said, _ = told(wrapped(scene))
     yield row(
         "two modes: turns not written down",
-        "nuts, B's rotation left out",
+        "importance, B's rotation left out",
         said,
         "other numbers of turns are tried, and the run withheld where one has weight",
         "flagged",

@@ -46,12 +46,12 @@ def sharp(scene: Scene) -> Scene:
 
 
 def made(
-    speed: float = 1.0, friction_sd: float | None = None, turn: float = 0.0, sds: float = 1.0
+    speed: float = 0.5, friction_sd: float | None = None, turn: float = 0.0, sds: float = 1.0
 ) -> tuple[Scene, dict[str, float]]:
     """A scene whose rest poses are where its truth leads.
 
     Args:
-        speed: factor on all velocities before the impact.
+        speed: factor on all velocities before the impact; at 1 they are the paper's.
         friction_sd: relative, of both surfaces; None for what the example has.
         turn: of the contact line, rad.
         sds: factor on every standard deviation.
