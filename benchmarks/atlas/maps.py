@@ -142,17 +142,27 @@ def judge(scene: Scene) -> Iterator[tuple[str, str, float, str]]:
     except Unanswerable as refusal:
         yield from ((method, "flagged", np.nan, str(refusal)) for method in SHOWN)
         return
-    drawn = {method: draw(posterior, method) for method in SHOWN}
-    drawn["long"] = draw(posterior, "importance", LONG, seed=1)
-    x = {name: sites(posterior, d) for name, d in drawn.items()}
-    held = {name: faults(posterior, d, x[name]) for name, d in drawn.items()}
+    except (ValueError, IndexError) as error:  # LinAlgError is one
+        yield from ((method, "wrong", np.inf, f"traceback: {error}") for method in SHOWN)
+        return
+    x, held = {}, {}
+    for name in (*SHOWN, "long"):
+        try:
+            long = name == "long"
+            drawn = draw(
+                posterior, "importance" if long else name, LONG if long else None, int(long)
+            )
+            x[name] = sites(posterior, drawn)
+            held[name] = faults(posterior, drawn, x[name])
+        except (ValueError, IndexError) as error:
+            held[name] = [f"traceback: {error}"]
     for method in SHOWN:
-        sure = [r for r in ("nuts", "long") if r != method and not held[r]]
-        if method == "importance":  # not by itself, however long
-            sure = [r for r in sure if r != "long"]
-        error = off(x[method], x[sure[0]]) if sure else np.nan
+        # importance is not judged by itself, however long
+        others = ("nuts",) if method == "importance" else ("nuts", "long")
+        sure = [r for r in others if r != method and not held[r]]
+        error = off(x[method], x[sure[0]]) if sure and method in x else np.nan
         if held[method]:
-            state = "flagged"
+            state = "flagged" if method in x else "wrong"
         elif not sure:
             state = "unknown"
         else:
