@@ -55,10 +55,17 @@ class Cell(NamedTuple):
 
 
 class Map(NamedTuple):
-    """Two parameters: names, values, and the arguments of `made` for each pair."""
+    """Two parameters of `made`.
+
+    Args:
+        name: of the map.
+        y_name: of the second.
+        x, y: values; the first is a factor on all speeds.
+        arguments: their names in `made`; a turn is given in degrees.
+        told: what of the truth stands for x in the picture, and x_told its name.
+    """
 
     name: str
-    x_name: str
     y_name: str
     x: tuple[float, ...]
     y: tuple[float, ...]
@@ -70,7 +77,6 @@ class Map(NamedTuple):
 MAPS = (
     Map(
         "spin and friction",
-        "factor on all speeds",
         "friction's relative sd",
         (0.1, 0.4, 1.0),
         (0.01, 0.1, 0.6),
@@ -80,13 +86,12 @@ MAPS = (
     ),
     Map(
         "closing speed and Gamma",
-        "factor on all speeds",
         "contact line turned by, deg",
         (0.1, 0.4, 1.0),
         (-60.0, 0.0, 60.0),
         ("speed", "turn"),
         "closing",
-        "closing speed, m/s, times the cosine that the turn leaves",
+        "closing speed without the turn, m/s",
     ),
 )
 
@@ -115,7 +120,11 @@ def faults(posterior: Posterior, drawn: Draws, x: dict[str, Array]) -> list[str]
     rhat = max(float(array_stats.rhat(v)) for v in x.values())
     if not rhat <= MAX_RHAT:
         found.append(f"R-hat {rhat:.3f}")
-    ess = min(float(array_stats.ess(v, method=m)) for v in x.values() for m in ("bulk", "tail"))
+    ways: tuple[dict[str, Any], ...] = (
+        {"method": "bulk"},
+        {"method": "tail", "prob": (0.05, 0.95)},
+    )
+    ess = min(float(array_stats.ess(v, **way)) for v in x.values() for way in ways)
     if not ess >= MIN_ESS:
         found.append(f"effective sample size {ess:.0f}")
     return found

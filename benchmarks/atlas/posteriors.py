@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -37,7 +38,7 @@ def told(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]
 
 
 def _short(reason: str) -> str:
-    return reason.split(":")[0] if len(reason) > 90 else reason
+    return textwrap.shorten(reason, 120, placeholder=" …")
 
 
 def far_from_truth(outcome: Outcome | None, truth: dict[str, float]) -> float:
@@ -109,7 +110,8 @@ def rows() -> Iterator[Row]:
     for sds in (3, 10, 40):
         scene, truth = made()
         said, outcome = told(moved(scene, "b", sds * scene.rest["b"].x.sd))
-        parts.append(f"{sds} sd: {said}, truth {far_from_truth(outcome, truth):.1f} sd off")
+        far = far_from_truth(outcome, truth)
+        parts.append(f"{sds} sd: {said}" + (f", truth {far:.1f} sd off" if outcome else ""))
     yield row(
         "an outlier",
         "importance, B's rest written down 3, 10, 40 of its sds off along x",
@@ -120,12 +122,13 @@ def rows() -> Iterator[Row]:
         "test_posteriors.py::test_an_outlier_is_believed",
     )
     scene, _ = made()
-    said, outcome = told(moved(scene, "a", -20.0))
+    parts = [f"{far:+g} m: {told(moved(scene, 'a', far))[0]}" for far in (-20.0, 15.0)]
     yield row(
         "contradictory evidence",
-        "importance, A's rest written down 20 m back, which no e and e_m in bounds lead to",
-        said,
-        "flags name the measurements that lie over 2.5 sd off",
+        "importance, A's rest written down 20 m farther on its way, and 15 m back",
+        "; ".join(parts),
+        "a rest that no impact leads to is refused or named; one that odd coefficients lead to only "
+        "has these told",
         "flagged",
         "test_posteriors.py::test_contradictory_evidence_is_named",
     )
@@ -134,9 +137,9 @@ def rows() -> Iterator[Row]:
         "two modes: turns not written down",
         "importance, B's rotation left out",
         said,
-        "other numbers of turns are tried, and the run withheld where one has weight",
-        "flagged",
-        "test_posteriors.py::test_turns_that_are_not_written_down_are_withheld",
+        "other numbers of turns are tried, and the run is withheld where a second one has weight",
+        "fine",
+        "test_posteriors.py::test_turns_that_are_not_written_down_are_found",
     )
     yield from _heavy(row)
     yield from _nuts(row)
