@@ -91,7 +91,7 @@ def rows() -> Iterator[Row]:
         "importance, every sd of the scene times 0.3 and 0.1",
         "; ".join(parts),
         "steps of the run-out double till the rest poses are resolved; what is not is withheld",
-        "flagged",
+        "fine",
         "test_posteriors.py::test_a_thin_posterior_is_right_or_withheld",
     )
     parts = []
@@ -211,7 +211,7 @@ def _nuts(row: partial[Row]) -> Iterator[Row]:
         "coordinates centred 3 and 10 sd off in every unknown",
         "; ".join(parts),
         "R-hat and effective sample size; the start itself comes from a search over 128 starts",
-        "flagged",
+        "fine",
         "test_posteriors.py::test_a_wrong_start_is_overcome_or_flagged",
     )
     naive, ours = stiffness(posterior, w)
