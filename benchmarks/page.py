@@ -1,4 +1,4 @@
-"""Writes the numbers of docs/run-out.md and docs/inference.md from the tables in docs/charts.
+"""Writes the numbers of docs/run-out.md, docs/inference.md and docs/atlas.md from docs/charts.
 
 `python -m benchmarks.page`. Between `<!-- name -->` and `<!-- end -->` stands what is written here: the
 remarks of this name (`# name: text` in a table), or all tables.
@@ -114,6 +114,34 @@ def of_inference(charts: Path) -> Parts:
     return parts | {"tables": ["\n".join(_listed(rows)).rstrip()]}
 
 
+EDGES = {
+    "edge": "edge",
+    "tried": "what was tried",
+    "seen": "what a user sees",
+    "saved": "what saves them",
+    "verdict": "verdict",
+    "test": "pinned by",
+}
+
+
+def of_atlas(charts: Path) -> Parts:
+    """What stands between the markers of docs/atlas.md."""
+    of_edges = [charts / f"atlas-{part}.csv" for part in ("mechanics", "inference")]
+    _, parts = _read(charts / "atlas-random.csv", *of_edges, charts / "atlas-map.csv")
+    rows = [row for file in of_edges for row in _read(file)[0]]
+    for part in dict.fromkeys(row["part"] for row in rows):
+        lines = [
+            f"| {' | '.join(EDGES.values())} |",
+            "| " + " | ".join("---" for _ in EDGES) + " |",
+        ]
+        for row in rows:
+            if row["part"] == part:
+                cells = [row[column].replace("|", "\\|").replace("\n", " ") for column in EDGES]
+                lines.append(f"| {' | '.join(cells[:-1])} | `{cells[-1]}` |")
+        parts[part.replace("-", "_")] = ["\n".join(lines)]
+    return parts
+
+
 def refresh(page: Path, parts: Parts) -> None:
     """Rewrite what stands between the page's markers."""
 
@@ -129,3 +157,4 @@ if __name__ == "__main__":
     docs = Path(__file__).resolve().parents[1] / "docs"
     refresh(docs / "run-out.md", of_run_out(docs / "charts"))
     refresh(docs / "inference.md", of_inference(docs / "charts"))
+    refresh(docs / "atlas.md", of_atlas(docs / "charts"))

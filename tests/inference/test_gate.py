@@ -18,7 +18,8 @@ def tree(seed: int = 0, **changes: np.ndarray) -> xr.DataTree:
         "mu": np.full(shape, 0.3) + 0.01 * rng.normal(size=shape),
         "mu_critical": np.ones(shape),
     }
-    values |= {"moment_work": -np.ones(shape), "energy_lost": np.ones(shape)}
+    values |= {name: np.ones(shape) for name in ("energy_lost", "normal_impulse")}
+    values |= {"moment_work": -np.ones(shape)}
     stats = {"diverging": np.zeros(shape, bool), "energy": rng.normal(size=shape)}
     scene = collision()
     predicted = {
@@ -105,6 +106,7 @@ def test_slow_energy_fails() -> None:
         ({"mu_critical": np.full((4, 500), 0.2)}, "critical"),
         ({"mu_critical": np.full((4, 500), -0.2)}, None),  # sliding the other way is not reversed
         ({"moment_work": np.ones((4, 500))}, "feeds energy"),
+        ({"normal_impulse": -np.ones((4, 500))}, "holds the vehicles together"),
         ({"energy_lost": -np.ones((4, 500))}, "gains kinetic energy"),
         ({"rest_x_a": np.full((4, 500), 50.0)}, "rest of A, x"),
     ],

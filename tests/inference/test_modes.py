@@ -115,7 +115,7 @@ def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch)
     """smc starts from everywhere, so that it answers where nuts may not."""
 
     def one(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
-        return [(0.25, np.full(posterior.chart.centre.size, 2.0))]
+        return [(0.25, np.full(posterior.size, 2.0))]
 
     monkeypatch.setattr(modes, "rivals", one)
     found = reconstruct.reconstruct(SCENE, draws=50, warmup=100)

@@ -5,11 +5,15 @@ from __future__ import annotations
 import copy
 import math
 import tomllib
+from pathlib import Path
 from typing import Any
 
-from hypothesis import given, settings
+import pytest
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
+from retrodict.cli import app
 from retrodict.scene import SceneError, parse_scene
 from retrodict.scene.records import Scene
 from tests.scene.example import SCENE
@@ -102,33 +106,75 @@ def sound(scene: Scene) -> None:
         assert all(math.isfinite(number) for number in prior.numbers), prior.text
 
 
-@settings(max_examples=300)
-@given(st.data())
-def test_any_values_under_any_keys(data):
+@st.composite
+def rewritten(draw: st.DrawFn) -> str:
+    """The example with any values under any keys."""
     document = copy.deepcopy(DOCUMENT)
-    for _ in range(data.draw(st.integers(1, 2))):
-        *path, last = data.draw(st.sampled_from(places(document)))
+    for _ in range(draw(st.integers(1, 2))):
+        *path, last = draw(st.sampled_from(places(document)))
         table: Any = document
         for key in path:
             table = table[key]
-        action = data.draw(st.sampled_from(["replace", "delete", "add"]))
+        action = draw(st.sampled_from(["replace", "delete", "add"]))
         if action == "delete":
             del table[last]
         elif action == "add" and isinstance(table, dict):
-            table[data.draw(keys)] = data.draw(values)
+            table[draw(keys)] = draw(values)
         else:
-            table[last] = data.draw(values)
-    scene = outcome("\n".join(f"{toml(key)} = {toml(value)}" for key, value in document.items()))
+            table[last] = draw(values)
+    return "\n".join(f"{toml(key)} = {toml(value)}" for key, value in document.items())
+
+
+@st.composite
+def mistyped(draw: st.DrawFn) -> str:
+    """The example with any change of its text."""
+    start, length = draw(st.integers(0, len(SCENE))), draw(st.integers(0, 20))
+    return SCENE[:start] + draw(quantities | st.text(max_size=20)) + SCENE[start + length :]
+
+
+texts = rewritten() | mistyped()
+
+
+def verdict(text: str, folder: Path) -> str:
+    """What the command `check` says of a file, which it must say in lines and not in a traceback."""
+    file = folder / "fuzz.toml"
+    file.write_text(text, encoding="utf-8", errors="surrogatepass")
+    done = CliRunner().invoke(app, ["check", str(file)])
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    lines = done.output.splitlines()
+    assert lines
+    assert all(line.startswith(str(file)) and line.isprintable() for line in lines), lines
+    assert done.exit_code in (0, 2)
+    return "a scene" if done.exit_code == 0 else "refused"
+
+
+@settings(max_examples=300)
+@given(rewritten())
+def test_any_values_under_any_keys(text: str) -> None:
+    scene = outcome(text)
     if scene:
         sound(scene)
 
 
 @settings(max_examples=200)
-@given(st.integers(0, len(SCENE)), st.integers(0, 20), quantities | st.text(max_size=20))
-def test_any_change_of_the_text(start, length, new):
-    scene = outcome(SCENE[:start] + new + SCENE[start + length :])
+@given(mistyped())
+def test_any_change_of_the_text(text: str) -> None:
+    scene = outcome(text)
     if scene:
         sound(scene)
+
+
+@settings(max_examples=100, suppress_health_check=list(HealthCheck))
+@given(texts)
+def test_the_command_never_ends_in_a_traceback(tmp_path: Path, text: str) -> None:
+    assert verdict(text, tmp_path) in ("a scene", "refused")
+
+
+@pytest.mark.slow
+@settings(max_examples=10_000, suppress_health_check=list(HealthCheck))
+@given(texts)
+def test_ten_thousand_files(tmp_path: Path, text: str) -> None:
+    assert verdict(text, tmp_path) in ("a scene", "refused")
 
 
 def test_the_fuzzed_scene_is_right_when_nothing_is_changed():

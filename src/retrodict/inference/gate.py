@@ -124,6 +124,12 @@ def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
         fed = float(np.mean(_draws(idata, "moment_work") > 0))
         if fed > _OFTEN:
             flags.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
+        pulled = float(np.mean(_draws(idata, "normal_impulse") < 0))
+        if pulled > _OFTEN:
+            flags.append(
+                f"in {pulled:.0%} of the draws the normal impulse holds the vehicles together, as no "
+                "contact can"
+            )
         gained = float(np.mean(_draws(idata, "energy_lost") < 0))
         if gained > _OFTEN:
             flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")

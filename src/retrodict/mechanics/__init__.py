@@ -27,6 +27,7 @@ from retrodict.mechanics.severity import (
     clock,
     feeding_term,
     gains_energy,
+    pulls,
     reverses_sliding,
     severity,
 )
@@ -66,6 +67,7 @@ __all__ = [
     "inverse_log_det",
     "lever_arms",
     "printed_e_m",
+    "pulls",
     "rest",
     "reverses_sliding",
     "run_out",

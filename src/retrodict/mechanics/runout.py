@@ -53,8 +53,8 @@ class Car(NamedTuple):
         wheels: how they turn; None where all four are locked. Rolling wheels dissipate little, so
             the clock runs stiff: fixed steps are then to be some 50 over the least drag.
         height: of the centre of gravity, m, where load moves to the wheels that brake the most; None
-            for static loads. Holds while no wheel lifts, and shares sideways transfer between the
-            axles as they share the weight.
+            for static loads. Where a wheel lifts there is no rest pose; sideways transfer is shared
+            between the axles as they share the weight.
     """
 
     k2: Float[Array, ""] | float
@@ -296,4 +296,6 @@ def _moved(
     # A_u = a + b A_u + c A_v, A_v = d + e A_u + f A_v
     whole = (1 - b) * (1 - f) - c * e
     A_u, A_v = (a * (1 - f) + c * d) / whole, (d * (1 - b) + e * a) / whole
-    return load + by_u * A_u + by_v * A_v
+    moved = load + by_u * A_u + by_v * A_v
+    # the ground does not pull: where a wheel lifts, this model ends
+    return jnp.where((moved >= 0).all(), moved, jnp.nan)

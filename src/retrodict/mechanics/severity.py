@@ -47,6 +47,7 @@ class Severity(NamedTuple):
         energy: the audit.
         gains_energy: whether the outcome has more kinetic energy than the approach.
         reverses_sliding: whether mu exceeds its critical value or has the other sign.
+        pulls: whether the normal impulse holds the vehicles together, as no contact can.
     """
 
     after: State
@@ -58,6 +59,7 @@ class Severity(NamedTuple):
     energy: Audit
     gains_energy: Bool[Array, ""]
     reverses_sliding: Bool[Array, ""]
+    pulls: Bool[Array, ""]
 
 
 def audit(approach: State, bodies: Bodies, coefficients: Coefficients) -> Audit:
@@ -147,6 +149,7 @@ def severity(
         energy=energy,
         gains_energy=gains_energy(energy),
         reverses_sliding=reverses_sliding(approach, bodies, coefficients),
+        pulls=pulls(approach, bodies, coefficients),
     )
 
 
@@ -164,8 +167,29 @@ def reverses_sliding(
         True where mu exceeds its critical value, beyond rounding, or has the other sign.
     """
     e, mu, e_m = coefficients
-    r = mu / critical_mu(approach, bodies, e, e_m)
-    return jnp.logical_or(r < 0, r > 1 + REVERSAL)
+    critical = critical_mu(approach, bodies, e, e_m)
+    # no quotient: an infinite critical value has a sign too
+    exceeds = jnp.abs(mu) > (1 + REVERSAL) * jnp.abs(critical)
+    return jnp.logical_or(exceeds, mu * critical < 0)
+
+
+def pulls(approach: State, bodies: Bodies, coefficients: Coefficients) -> Bool[Array, ""]:
+    """Whether the normal impulse holds the vehicles together, as no contact can.
+
+    Eq 22 asks for it where the moment alone would part the contact points faster than e allows: at
+    a closing speed that is small beside what the spins make of it.
+
+    Args:
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        coefficients: e, mu and e_m.
+
+    Returns:
+        True where the impulse has the direction of the closing.
+    """
+    P, _ = impulse(approach, bodies, coefficients)
+    normal, _ = _axes(bodies)
+    return (P @ normal) * (contact_velocity(approach, bodies) @ normal) > 0
 
 
 def clock(pdof: Float[Array, "*any"]) -> Int[Array, "*any"]:

@@ -38,9 +38,9 @@ def draw(task: Task) -> Draws:
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare
     shares = weights.reshape(chains, draws)
-    index = np.concatenate(
-        [i * draws + resampled(share / share.sum(), rng) for i, share in enumerate(shares)]
-    )
+    sums = shares.sum(axis=1, keepdims=True)  # of none, or none finite, all are taken; k tells
+    shares = np.where(sums > 0, shares / np.where(sums > 0, sums, 1.0), 1 / draws)
+    index = np.concatenate([i * draws + resampled(share, rng) for i, share in enumerate(shares)])
     task.progress(1, 1)
     return Draws(
         w[index].reshape(chains, draws, -1),

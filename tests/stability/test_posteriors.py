@@ -1,0 +1,106 @@
+"""The edges of inference that docs/atlas.md lists: what is not right is withheld or told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.atlas.maps import draw, faults, off, sites
+from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, told, vague, wrapped
+from benchmarks.atlas.scenes import made
+from retrodict.inference.methods import METHODS, Task
+from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.reconstruct import DEFAULT_RUNG
+
+Ordinary = tuple[Posterior, dict[str, np.ndarray], np.ndarray]
+
+
+@pytest.fixture(scope="module")
+def ordinary() -> Ordinary:
+    posterior = prepare(made()[0], DEFAULT_RUNG)
+    long = draw(posterior, "nuts", 2000)
+    return posterior, sites(posterior, long), long.w.reshape(-1, long.w.shape[-1])
+
+
+def test_the_truth_is_inside_where_nothing_is_wrong() -> None:
+    scene, truth = made()
+    said, outcome = told(scene, "importance")
+    assert said.startswith("passed")
+    assert far_from_truth(outcome, truth) < 2
+
+
+def test_a_thin_posterior_is_right_or_withheld() -> None:
+    scene, truth = made(sds=0.1)
+    said, outcome = told(scene)
+    assert "withheld" in said or far_from_truth(outcome, truth) < 4
+
+
+def test_rest_poses_that_say_nothing_are_withheld() -> None:
+    assert told(vague(made()[0], 100.0), "importance")[0].startswith(("withheld", "refused"))
+
+
+def test_an_outlier_is_believed() -> None:
+    """B's rest 10 sd off: an answer far from the truth passes, since nothing else contradicts it."""
+    scene, truth = made()
+    said, outcome = told(moved(scene, "b", 10 * scene.rest["b"].x.sd))
+    assert said.startswith("passed")
+    assert far_from_truth(outcome, truth) > 2
+
+
+def test_contradictory_evidence_is_named() -> None:
+    said, _ = told(moved(made()[0], "a", 15.0))
+    assert said.startswith(("withheld", "refused")) or "what was measured lies" in said
+
+
+def test_turns_that_are_not_written_down_are_found() -> None:
+    """Where one number of turns fits; tests/inference/test_reconstruct.py has a scene of two."""
+    scene, _ = made()
+    said, outcome = told(wrapped(scene))
+    assert said.startswith("passed")
+    assert outcome is not None
+    found, known = (s.rest["b"].heading.value for s in (outcome.scene, scene))
+    assert found == pytest.approx(known)
+
+
+def test_heavy_tails_do_not_pass_unseen() -> None:
+    posterior = prepare(made(friction_sd=0.6)[0], DEFAULT_RUNG)
+    sure = sites(posterior, draw(posterior, "nuts"))
+    for method in ("importance", "laplace"):
+        drawn = draw(posterior, method)
+        x = sites(posterior, drawn)
+        assert faults(posterior, drawn, x) or off(x, sure) < 0.25, method
+
+
+def test_linear_leaves_the_bounds_and_only_says_it_is_an_approximation() -> None:
+    said, outcome = told(made(friction_sd=0.6)[0], "linear")
+    assert outcome is not None
+    assert float(np.mean(outcome.idata["posterior"]["e"].values < 0)) > 0.01
+    assert said.startswith("passed")
+    assert any("an approximation" in note for note in outcome.notes)
+
+
+def test_too_little_warm_up_is_flagged_or_harmless(ordinary: Ordinary) -> None:
+    posterior, sure, _ = ordinary
+    found = METHODS["nuts"].draw(Task(posterior, 4, 500, 5, 0, lambda *_: None))
+    x = sites(posterior, found)
+    assert faults(posterior, found, x) or off(x, sure) < 0.25
+
+
+def test_a_wrong_start_is_overcome_or_flagged(ordinary: Ordinary) -> None:
+    posterior, sure, _ = ordinary
+    centre, spread = (np.asarray(a) for a in (posterior.chart.centre, posterior.chart.spread))
+    chart = posterior.chart._replace(centre=centre + 10 * spread.sum(1))
+    elsewhere = replace(posterior, chart=chart)
+    found = METHODS["nuts"].draw(Task(elsewhere, 4, 500, 150, 0, lambda *_: None))
+    x = sites(elsewhere, found)
+    assert faults(elsewhere, found, x) or off(x, sure) < 0.25
+
+
+def test_naive_coordinates_are_stiff(ordinary: Ordinary) -> None:
+    """In the model's own unknowns correlations are far from a sphere; in ours they are near one."""
+    posterior, _, w = ordinary
+    naive, ours = stiffness(posterior, w)
+    assert ours < 3
+    assert naive > 100 * ours
