@@ -11,7 +11,9 @@ from __future__ import annotations
 import csv
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import jax
@@ -21,7 +23,6 @@ from retrodict.models import RUNGS, parts
 
 from benchmarks import page, synthetic
 from benchmarks.__main__ import DOCS
-from retrodict.inference import Unanswerable
 from retrodict.inference.programs import CHUNK, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene
@@ -231,22 +232,24 @@ def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
             writer.writeheader()
             kept.flush()
         for index in (i for i in range(count) if i not in done):
-            truth = list(RUNGS)[index % len(RUNGS)]
-            scene, speed_b = crash(truth, np.random.default_rng(index))
-            try:
-                found = ladder(scene, question=QUESTION, seed=index)
-            except Unanswerable as refusal:
-                print(f"{index:4d}  {truth}: refused: {refusal}", flush=True)
-                continue
-            if not found.complete:
-                break
-            writer.writerows(rows_of(index, truth, speed_b, found))
+            # a process of its own: the programs of all rungs and more scenes are too many for one
+            with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
+                rows = fresh.submit(_on_scene, index).result()
+            writer.writerows(rows)
             kept.flush()
-            print(f"{index:4d}  {truth}: {found.choice}", flush=True)
+            told = next((row["rung"] for row in rows if row["chosen"]), None)
+            print(f"{index:4d}  {rows[0]['truth']}: {told}", flush=True)
     parts_of_page = tables(_read(file))
     if charts == DOCS / "charts":
         page.refresh(DOCS / "ladder.md", parts_of_page)
     print("\n".join(line for lines in parts_of_page.values() for line in [*lines, ""]))
+
+
+def _on_scene(index: int) -> list[dict[str, object]]:
+    """The rows of one scene."""
+    truth = list(RUNGS)[index % len(RUNGS)]
+    scene, speed_b = crash(truth, np.random.default_rng(index))
+    return list(rows_of(index, truth, speed_b, ladder(scene, question=QUESTION, seed=index)))
 
 
 def _read(file: Path) -> list[Row]:
