@@ -35,7 +35,7 @@ THREADS = 2
 CHAINS = 2  # one in each thread
 # Iterations of warm-up, then draws. Trees are deep until the mass matrix is known, and with a diagonal
 # one for good; a dense one needs more to be known well, and repays it.
-DIAGONAL, DENSE = (300, 700), (1000, 1000)
+DIAGONAL, DENSE = (300, 700), (500, 500)
 FEWEST = 100  # draws of each chain before it is stopped
 BLOCK = 10  # iterations in one program where the chain is compiled whole
 WALKERS = 64

@@ -72,7 +72,7 @@ class Effort(NamedTuple):
     """
 
     share: float = 1.0
-    limit: float = 30.0
+    limit: float = 20.0
     nuts: int = 22_500
     importance: int = 60_000
     repeats: int = 4

@@ -421,7 +421,8 @@ def in_chunks(function: Callable[[Any], Any], values: Any) -> Any:
         return jax.tree.map(lambda *parts_: np.concatenate(parts_), first, *rest)
 
 
-@lru_cache(maxsize=16)
+# a kernel lets a process have some 65 000 memory maps, and those of a structure take 5000
+@lru_cache(maxsize=8)
 def programs_for(structure: parts.Structure) -> Programs:
     """The programs of a structure, made once a session."""
     return Programs(structure)

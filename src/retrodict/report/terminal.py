@@ -8,10 +8,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict.report.findings import LEVELS, NOT_TO_BE_RELIED_ON
-from retrodict.report.ladder import headings, ladder_rows
+from retrodict.report.findings import LEVELS, NOT_TO_BE_RELIED_ON, told_as
+from retrodict.report.ladder import ladder_rows
 from retrodict.report.results import MARK, answer, result_rows
-from retrodict.report.rounding import told
+from retrodict.report.rounding import NOTHING, told
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
@@ -77,18 +77,29 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
         units: "si" or "us".
     """
     _line(console, ladder.scene.title, "bold")
-    table = Table()
-    table.add_column("rung", no_wrap=True)
-    for heading in (*headings(ladder, units), "fit p", "ln evidence", "unknowns", "seconds"):
-        table.add_column(Text(heading), justify="right")
+    # the median above its sd: with all four unknowns asked it still fits a narrow terminal
+    table = Table(show_lines=True)
+    table.add_column("rung")
+    for name in ladder.question:
+        unit = told_as(name, units)[1].symbol
+        table.add_column(Text(f"{name}\n{unit}" if unit else name), justify="right", no_wrap=True)
+    for heading in ("fit p", "ln evid.", "n", "s"):
+        table.add_column(heading, justify="right", no_wrap=True)
     rows = ladder_rows(ladder, units)
     for row in rows:
-        cells = [row.name, *(answer for answer, _ in row.answers), row.fit, row.evidence]
-        cells += [row.parameters, row.seconds]
+        if row.fit == NOTHING:  # not run: told below
+            continue
+        cells = [row.name.replace("+", "\n+ "), *(answer for answer, _ in row.answers)]
+        cells += [row.fit, row.evidence, row.parameters, row.seconds]
+        cells = [cell.replace(" ±", "\n±") for cell in cells]
         table.add_row(*map(Text, cells), style="bold" if row.chosen else None)
     console.print(table)
-    for row in rows:
-        _line(console, f"  {row.name}: {row.verdict}", "bold" if row.chosen else "dim")
+    _line(console, "n: unknowns and uncertain inputs; s: seconds without compilation", "dim")
+    for verdict in dict.fromkeys(row.verdict for row in rows):
+        names = [row.name for row in rows if row.verdict == verdict]
+        _line(
+            console, f"  {', '.join(names)}: {verdict}", "bold" if ladder.choice in names else "dim"
+        )
     _line(console, ladder.reason, "bold" if ladder.choice else "bold red")
 
 

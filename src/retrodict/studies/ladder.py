@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -208,6 +209,7 @@ def ladder(
                 complete = False
                 break
             tell(name, 1, 1)
+            gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
         steps.append(step)
     if complete:
         told, choice, reason = chosen(steps, question)
