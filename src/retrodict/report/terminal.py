@@ -78,8 +78,8 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
     """
     _line(console, ladder.scene.title, "bold")
     # the median above its sd: with all four unknowns asked it still fits a narrow terminal
-    table = Table(show_lines=True)
-    table.add_column("rung")
+    table = Table(show_lines=True, padding=0)
+    table.add_column("rung", no_wrap=True)
     for name in ladder.question:
         unit = told_as(name, units)[1].symbol
         table.add_column(Text(f"{name}\n{unit}" if unit else name), justify="right", no_wrap=True)
@@ -89,7 +89,7 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
     for row in rows:
         if row.fit == NOTHING:  # not run: told below
             continue
-        cells = [row.name.replace("+", "\n+ "), *(answer for answer, _ in row.answers)]
+        cells = [row.name.replace("-", "-\n").replace("+", "\n+ "), *(answer for answer, _ in row.answers)]
         cells += [row.fit, row.evidence, row.parameters, row.seconds]
         cells = [cell.replace(" ±", "\n±") for cell in cells]
         table.add_row(*map(Text, cells), style="bold" if row.chosen else None)
