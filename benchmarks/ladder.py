@@ -2,13 +2,15 @@
 
 python3 -m uv run --group bench python -m benchmarks.ladder [scenes] [folder]
 
-Asked is B's speed, which every rung answers. Rows are kept scene by scene in ladder.csv, and a run
+Asked is B's speed, which every rung answers. Rows are kept as they come in ladder.csv, and a run
 goes on where the last one stopped; a folder, for a trial, leaves the page alone.
 """
 
 from __future__ import annotations
 
 import csv
+import gc
+import os
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -26,9 +28,10 @@ from benchmarks.__main__ import DOCS
 from retrodict.inference.programs import CHUNK, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene
-from retrodict.studies.ladder import FACTOR, SHARE, Ladder, ladder
+from retrodict.studies.ladder import FACTOR, SHARE, Step, chosen, climb
 
 NUMBER = 220
+BATCH = 11  # scenes of a process at a time
 QUESTION = ("speed_b",)
 FULLEST = "planar-moment"
 POSITION, HEADING = 0.2, 4 * synthetic.DEGREE  # sd of a rest pose
@@ -109,11 +112,13 @@ def _measured(told: dict, v: str, i: int, rng: np.random.Generator) -> Rest:
     return Rest(*noisy, turns_known=True)
 
 
-def rows_of(index: int, truth: str, speed_b: float, found: Ladder) -> Iterator[dict[str, object]]:
+def rows_of(
+    index: int, truth: str, speed_b: float, steps: tuple[Step, ...], choice: str | None
+) -> Iterator[dict[str, object]]:
     """What each rung said of a scene, for the table."""
-    for step in found.steps:
+    for step in steps:
         row: dict[str, object] = {"scene": index, "truth": truth, "rung": step.name}
-        row |= {"speed_b": f"{speed_b:.4f}", "chosen": int(step.name == found.choice)}
+        row |= {"speed_b": f"{speed_b:.4f}", "chosen": int(step.name == choice)}
         row |= {"counts": int(step.counts), "seconds": f"{step.seconds or 0:.2f}"}
         if step.fit:
             answer = step.answers["speed_b"]
@@ -231,25 +236,36 @@ def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
         if new:
             writer.writeheader()
             kept.flush()
-        for index in (i for i in range(count) if i not in done):
-            # a process of its own: the programs of all rungs and more scenes are too many for one
-            with ProcessPoolExecutor(1, get_context("spawn")) as fresh:
-                rows = fresh.submit(_on_scene, index).result()
-            writer.writerows(rows)
-            kept.flush()
-            told = next((row["rung"] for row in rows if row["chosen"]), None)
-            print(f"{index:4d}  {rows[0]['truth']}: {told}", flush=True)
+        missing = [i for i in range(count) if i not in done]
+        batches = [missing[i : i + BATCH] for i in range(0, len(missing), BATCH)]
+        with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
+            for rows in pool.map(_on_scenes, batches):
+                writer.writerows(rows)
+                kept.flush()
+                for row in rows:
+                    if row["chosen"]:
+                        print(f"{row['scene']:4d}  {row['truth']}: {row['rung']}", flush=True)
     parts_of_page = tables(_read(file))
     if charts == DOCS / "charts":
         page.refresh(DOCS / "ladder.md", parts_of_page)
     print("\n".join(line for lines in parts_of_page.values() for line in [*lines, ""]))
 
 
-def _on_scene(index: int) -> list[dict[str, object]]:
-    """The rows of one scene."""
-    truth = list(RUNGS)[index % len(RUNGS)]
-    scene, speed_b = crash(truth, np.random.default_rng(index))
-    return list(rows_of(index, truth, speed_b, ladder(scene, question=QUESTION, seed=index)))
+def _on_scenes(indices: list[int]) -> list[dict[str, object]]:
+    """The rows of some scenes, rung by rung: the programs of all rungs are too many to be kept."""
+    truths = {i: list(RUNGS)[i % len(RUNGS)] for i in indices}
+    in_turn = sorted(indices, key=truths.__getitem__)
+    made = {i: crash(truths[i], np.random.default_rng(i)) for i in in_turn}
+    steps: dict[int, list[Step]] = {i: [] for i in indices}
+    for name in RUNGS:
+        for i in indices:
+            steps[i].append(climb(made[i][0], name, QUESTION, i))
+        gc.collect()
+    return [
+        row
+        for i in indices
+        for row in rows_of(i, truths[i], made[i][1], *chosen(steps[i], QUESTION)[:2])
+    ]
 
 
 def _read(file: Path) -> list[Row]:

@@ -32,9 +32,9 @@ class _TwoNormals(Programs):
 @pytest.fixture(scope="module")
 def two_normals() -> Posterior:
     posterior = prepare(SCENE, reconstruct.DEFAULT_RUNG)
-    programs = _TwoNormals(reconstruct.DEFAULT_RUNG, posterior.programs.structure)
-    programs.rung = "two-normals"  # its programs must not be kept as the rung's
-    return replace(posterior, programs=programs)
+    # of a structure that no scene has: its programs must not be kept as another's
+    structure = replace(posterior.programs.structure, steps=1)
+    return replace(posterior, programs=_TwoNormals(structure))
 
 
 def _turned_scene(sd: float = 3.0) -> Scene:

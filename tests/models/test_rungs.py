@@ -18,7 +18,7 @@ from retrodict.scene.records import Measured, Scene
 from tests.scenes import collision
 
 SCENE = collision(share=0.0, berm=False)
-QUICK = ("momentum+spin", "planar-common+spin", "planar-moment+spin")  # the others: -m slow
+QUICK = ("momentum+spin", "planar-common+spin")  # the others: -m slow
 
 
 def drawn(posterior: Posterior, draws: int = 2000) -> dict[str, np.ndarray]:

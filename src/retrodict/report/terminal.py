@@ -89,7 +89,10 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
     for row in rows:
         if row.fit == NOTHING:  # not run: told below
             continue
-        cells = [row.name.replace("-", "-\n").replace("+", "\n+ "), *(answer for answer, _ in row.answers)]
+        cells = [
+            row.name.replace("-", "-\n").replace("+", "\n+ "),
+            *(answer for answer, _ in row.answers),
+        ]
         cells += [row.fit, row.evidence, row.parameters, row.seconds]
         cells = [cell.replace(" ±", "\n±") for cell in cells]
         table.add_row(*map(Text, cells), style="bold" if row.chosen else None)

@@ -197,25 +197,45 @@ def ladder(
     allowed(scene, question)  # raises where there is none
     steps, complete = [], True
     for name, why in refused.items():
-        step = _blank(name, why)
-        if not why:
-            tell(name, 0, 1)
-            try:
-                outcome = reconstruct(scene, model=name, method="importance", seed=seed)
-                step = _climb(outcome, step, question)
-            except Unanswerable as error:
-                step = replace(step, verdict=str(error))
-            except (KeyboardInterrupt, Interrupted):
-                complete = False
-                break
-            tell(name, 1, 1)
-            gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
-        steps.append(step)
+        if why:
+            steps.append(_blank(name, why))
+            continue
+        tell(name, 0, 1)
+        try:
+            steps.append(climb(scene, name, question, seed))
+        except (KeyboardInterrupt, Interrupted):
+            complete = False
+            break
+        tell(name, 1, 1)
+        gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
     if complete:
         told, choice, reason = chosen(steps, question)
     else:
         told, choice, reason = tuple(steps), None, "Interrupted: no rung was chosen."
     return Ladder(scene, question, told, choice, reason, seed, complete)
+
+
+def climb(scene: Scene, name: str, question: tuple[str, ...], seed: int) -> Step:
+    """What one rung says of a scene, not yet compared with the others.
+
+    Args:
+        scene: what was measured.
+        name: of the rung.
+        question: quantities that are asked.
+        seed: of every random number.
+
+    Returns:
+        The step; with the reason as its verdict where the rung has no posterior.
+
+    Raises:
+        Interrupted: stopped before any draw was kept.
+    """
+    step = _blank(name, "")
+    try:
+        outcome = reconstruct(scene, model=name, method="importance", seed=seed)
+    except Unanswerable as error:
+        return replace(step, verdict=str(error))
+    return _told_by(outcome, step, question)
 
 
 def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:
@@ -353,7 +373,7 @@ def _blank(name: str, why: str) -> Step:
     return Step(name, below, verdict=why)
 
 
-def _climb(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
+def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
     """The step, with what a run of its rung brought."""
     posterior = outcome.idata["posterior"].to_dataset()
     evidence, error = log_evidence(outcome)
