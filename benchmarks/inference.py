@@ -76,7 +76,7 @@ class Effort(NamedTuple):
     nuts: int = 22_500
     importance: int = 60_000
     repeats: int = 4
-    scenes: int = 10
+    scenes: int = 8
     long: int = 5_000
 
     def scaled(self, share: float) -> Effort:

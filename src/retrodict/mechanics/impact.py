@@ -326,22 +326,31 @@ def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scal
         natural parameter. Infinite where friction cannot end the sliding however large, because it
         unloads the contact faster than it brakes (grazing impacts); NaN without a normal impulse.
     """
-    normal, tangent = _axes(bodies)
+    m_a, m_b, I_a, I_b = bodies[:4]
+    axes = _axes(bodies)
+    h_a, h_b = zip(*(_force_moments(axis, bodies) for axis in axes), strict=True)
+    turn = [h_a[i] / I_a - h_b[i] / I_b for i in range(2)]  # contact velocity by a moment impulse
+    shed = (1 - e_m) / (1 / I_a + 1 / I_b)  # M = shed (spin by the force alone), eq 24
 
-    def left_over(mu: float) -> Scalar:
-        after = separation(approach, bodies, Coefficients(e, mu, e_m))
-        P, _ = impulse(approach, bodies, Coefficients(e, mu, e_m))
-        return (contact_velocity(after, bodies) @ tangent) / (P @ normal)
+    def by_force(i: int, j: int) -> Scalar:
+        """Change of the contact velocity along axis i per impulse along j, its moment included."""
+        whole = h_a[i] * h_a[j] / I_a + h_b[i] * h_b[j] / I_b - shed * turn[i] * turn[j]
+        return whole + (1 / m_a + 1 / m_b if i == j else 0.0)
 
-    # tangential velocity after per normal impulse is linear in mu, so two values fix its root
-    at_0, at_1 = left_over(0.0), left_over(1.0)
-    root = at_0 / (at_0 - at_1)
+    before = contact_velocity(approach, bodies)
+    u_n, u_t = (before @ axis for axis in axes)
+    spin = approach[5] - approach[2]
+    push = -(1 + e) * u_n - shed * spin * turn[0]  # eq 22: of P_n (by_force_nn + mu by_force_nt)
+    drift = u_t + shed * spin * turn[1]
+    # no sliding left: drift + P_n (by_force_tn + mu by_force_tt) = 0, linear in mu
+    root = -(drift * by_force(0, 0) + push * by_force(1, 0)) / (
+        drift * by_force(0, 1) + push * by_force(1, 1)
+    )
+    root = jnp.where(push == 0, jnp.nan, root)
     # the braking root has gone through infinity where only friction that drives the sliding is left,
     # though without friction it would go on
-    before = contact_velocity(approach, bodies)
-    smooth = contact_velocity(separation(approach, bodies, Coefficients(e, 0.0, e_m)), bodies)
-    goes_on = (before @ tangent) * (smooth @ tangent) > 0
-    braking = (before @ tangent) * (before @ normal)  # has the sign of such a mu
+    goes_on = u_t * (drift + push * by_force(1, 0) / by_force(0, 0)) > 0
+    braking = u_t * u_n  # has the sign of such a mu
     return jnp.where(goes_on & (root * braking < 0), jnp.copysign(jnp.inf, braking), root)
 
 
