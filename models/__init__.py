@@ -22,6 +22,7 @@ from retrodict.models.card import Card
 from retrodict.models.impact import Impact
 from retrodict.models.run_out import RunOut
 
+from retrodict.scene.quantities import describe
 from retrodict.scene.records import Scene
 
 
@@ -52,14 +53,21 @@ class Rung:
         """What it is, in words, with the priors of a scene."""
         one, two = self.impact.card, self.run_out.card
         known = scene.inputs()
-        priors = [(name, scene.priors[name]) for name in self.impact.priors if name not in known]
+        priors = [
+            (describe(name)[0], p.text, f"{p.reason} ({p.source})")
+            for name in self.impact.priors
+            if name not in known
+            for p in [scene.priors[name]]
+        ]
+        if "direction_b" not in known:
+            priors.append(_NO_DIRECTION)
         return Card(
             name=self.name,
             title=f"{one.title[0].upper()}{one.title[1:]}, then {two.title}",
             equations=one.equations + two.equations,
             assumptions=one.assumptions + two.assumptions,
             left_out=one.left_out + two.left_out,
-            priors=tuple((name, p.text, f"{p.reason} ({p.source})") for name, p in priors),
+            priors=tuple(priors),
         )
 
     def of_scene(self, scene: Scene) -> tuple[parts.Structure, parts.Data]:
@@ -85,6 +93,11 @@ class Rung:
         parts.observe(structure, data, rests)
 
 
+_NO_DIRECTION = (
+    describe("direction_b")[0],
+    "uniform over the circle",
+    "none is favoured unless measured",
+)
 _IMPACTS = (momentum, planar_common, planar, planar_moment_common, planar_moment)
 _RUN_OUTS = (slide, spin, wheels)
 

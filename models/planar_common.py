@@ -13,7 +13,7 @@ LEVELS = (E, NO_MOMENT, NO_SLIP)
 
 
 def story(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Separation:
-    """B"s approach, restitution: then eqs 19-24."""
+    """B's approach, restitution: then eqs 19-24."""
     to, before = parts.bodies(x), parts.approach(structure, data, x)
     e = parts.restitution(data, before, to)
     e_m = jnp.ones(())

@@ -12,7 +12,7 @@ LEVELS = (E, E_M, NO_SLIP)
 
 
 def story(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Separation:
-    """B"s approach, restitution, moment: then eqs 19-24."""
+    """B's approach, restitution, moment: then eqs 19-24."""
     to, before = parts.bodies(x), parts.approach(structure, data, x)
     e = parts.restitution(data, before, to)
     e_m = parts.moment_coefficient(data)

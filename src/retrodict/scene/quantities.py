@@ -54,6 +54,8 @@ _SINGLE: dict[str, tuple[str, str]] = {
     "Vby": ("velocity of B after impact, y", "speed"),
     "energy_lost": ("kinetic energy lost in the impact", "energy"),
     "moment_work": ("work of the moment impulse", "energy"),
+    "impulse": ("impulse on A", "impulse"),
+    "Omega": ("yaw rates after the impact", "yaw rate"),
     "normal_impulse": ("normal impulse, positive where it parts the vehicles", "impulse"),
     "mu_critical": ("μ at which sliding just ends", "number"),
 }
