@@ -150,7 +150,7 @@ def reconstruct(
     # not sooner: it imports xarray, which the run does while programs load
     from retrodict.report.terminal import print_summary
 
-    print_summary(result.outcome, console, units.value)
+    print_summary(result.outcome, console, units.value, result.ladder)
     console.print(f"{folder / 'report.html'}", highlight=False, markup=False, soft_wrap=True)
     if not result.outcome.complete:
         raise typer.Exit(INTERRUPTED)

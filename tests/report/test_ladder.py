@@ -15,8 +15,9 @@ from retrodict.report.document import report_html
 from retrodict.report.figure_ladder import distance, ladder_figure
 from retrodict.report.findings import summarise
 from retrodict.report.ladder import write_ladder
-from retrodict.report.terminal import print_ladder
+from retrodict.report.terminal import print_ladder, print_summary
 from retrodict.studies.ladder import Step
+from tests.report.conftest import make_outcome, make_scene
 from tests.studies.made_up import ladder_of, step
 
 EVIL = "[red]<script>alert(1)</script>\x1b[31m"
@@ -40,6 +41,12 @@ def test_table_tells_every_rung_in_the_units_asked_for(ladder) -> None:
     assert "…" not in printed(ladder)  # nothing is cut on a narrow terminal
     assert "middle is the lowest rung" in printed(ladder)
     assert "full moves the speed of B" in printed(ladder)
+
+
+def test_the_summary_of_a_run_says_who_chose_its_model(ladder) -> None:
+    out = io.StringIO()
+    print_summary(make_outcome(make_scene()), Console(file=out, width=80), ladder=ladder)
+    assert "model: middle is the lowest rung" in out.getvalue()
 
 
 def test_a_stranger_s_text_is_neither_markup_nor_an_escape_sequence(ladder) -> None:

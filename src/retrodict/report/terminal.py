@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 _WIDE = 120  # columns that a row with all of its intervals side by side needs
 
 
-def print_summary(outcome: Outcome, console: Console, units: Units = "si") -> None:
+def print_summary(
+    outcome: Outcome, console: Console, units: Units = "si", ladder: Ladder | None = None
+) -> None:
     """Print the results, the verdict of the checks and its reasons.
 
     Numbers of a run that failed its checks are marked; those of a quantity that failed checks of
@@ -31,6 +33,7 @@ def print_summary(outcome: Outcome, console: Console, units: Units = "si") -> No
         outcome: the reconstruction.
         console: where to.
         units: "si" or "us".
+        ladder: that chose the model, if one did.
     """
     checks = outcome.checks
     _line(console, outcome.scene.title, "bold")
@@ -44,6 +47,8 @@ def print_summary(outcome: Outcome, console: Console, units: Units = "si") -> No
         _line(console, f"  note: {flag}", "yellow")
     for note in outcome.notes:
         _line(console, f"  note: {note}", "dim")
+    if ladder:
+        _line(console, f"  model: {ladder.reason}", "dim")
 
 
 def verdict(outcome: Outcome) -> str:
