@@ -30,6 +30,13 @@ def test_version_and_help() -> None:
     assert "reconstruct" in run("--help").stdout
 
 
+def test_a_model_that_is_none_is_refused_with_those_there_are() -> None:
+    done = run("reconstruct", SCENE, "--model", "momentum")
+    assert done.returncode == 2
+    assert done.stderr.startswith("--model momentum: choose auto or one of momentum+slide, ")
+    assert len(done.stderr.splitlines()) == 1
+
+
 def test_check_accepts_the_example() -> None:
     done = run("check", SCENE)
     assert done.returncode == 0, done.stderr

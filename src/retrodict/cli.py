@@ -83,6 +83,9 @@ def reconstruct(
     out: Annotated[
         Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
     ] = None,
+    model: Annotated[
+        str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
+    ] = "auto",
     method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
     chains: Annotated[int, typer.Option(min=1, max=64, help="chains, or replicates")] = 4,
     draws: Annotated[
@@ -117,6 +120,10 @@ def reconstruct(
 
     from rich.console import Console
 
+    from retrodict.models import RUNGS
+
+    if model not in ("auto", *RUNGS):
+        _fail(f"--model {model}: choose auto or one of {', '.join(RUNGS)}")
     from retrodict.api import reconstruct as run
     from retrodict.inference import Interrupted, Unanswerable
 
@@ -125,6 +132,7 @@ def reconstruct(
         with _progress(console) as tell:
             result = run(
                 found,
+                model=model,
                 method=method.value,
                 chains=chains,
                 draws=draws,

@@ -211,7 +211,7 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
 
 
 def _command(outcome: Outcome) -> str:
-    options = {**outcome.settings, "seed": outcome.seed}
+    options = {"model": outcome.card.name, **outcome.settings, "seed": outcome.seed}
     return " ".join([COMMAND, *(f"--{name} {value}" for name, value in options.items())])
 
 
