@@ -99,7 +99,8 @@ def test_results_stand_in_both_systems(good):
         "ENFSI",
         "4 × 500",
         "To be completed by the expert",
-        "retrodict reconstruct scene.toml --model planar-moment+wheels --chains 4 --draws 500 --warmup 500 --seed 20",
+        "retrodict reconstruct scene.toml --model planar-moment+wheels --chains 4 --draws 500 "
+        "--warmup 500 --seed 20",
         "3.12.1",
     ],
 )
