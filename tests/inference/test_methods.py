@@ -104,3 +104,10 @@ def test_importance_refuses_what_it_cannot_reach() -> None:
 def test_an_unknown_method_is_named() -> None:
     with pytest.raises(ValueError, match="method is one of nuts, importance"):
         reconstruct(SCENE, method="guess")
+
+
+def test_a_tail_of_copies_cannot_be_relied_on() -> None:
+    """Draws that were resampled from a few: arviz-stats fits no tail to equal weights."""
+    found, k = weights.smoothed(np.append(np.linspace(-3, 0, 1500), np.full(500, 1.0)))
+    assert found.sum() == pytest.approx(1)
+    assert weights.judged(k)["faults"]

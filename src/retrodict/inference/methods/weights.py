@@ -21,7 +21,7 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
         log_weight: of each draw, up to a constant; -inf for draws outside the support.
 
     Returns:
-        Weights that sum to one, and k.
+        Weights that sum to one, and k; infinite where the whole tail is copies of one draw.
     """
     from arviz_stats.base import array_stats  # slow to import
 
@@ -29,7 +29,11 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
     if np.ptp(log_weight[inside]) < 1e-9:  # a proposal that is the target: there is no tail
         return inside / inside.sum(), 0.0
     # it takes what weights are the inverse of, a log likelihood
-    log_smooth, k = array_stats.psislw(-np.where(inside, log_weight, log_weight[inside].min()))
+    log_weight = np.where(inside, log_weight, log_weight[inside].min())
+    try:
+        log_smooth, k = array_stats.psislw(-log_weight)
+    except ValueError:  # a tail of copies of one draw has no shape
+        log_smooth, k = log_weight, np.inf
     weights = np.exp(log_smooth - np.max(log_smooth)) * inside
     return weights / weights.sum(), float(k)
 
