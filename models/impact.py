@@ -13,8 +13,8 @@ from retrodict.models import parts
 from retrodict.models.card import Card
 
 from retrodict.mechanics import (
-    Bodies,
     Coefficients,
+    axes,
     contact_velocity,
     inverse_log_det,
     separation,
@@ -22,6 +22,7 @@ from retrodict.mechanics import (
 )
 
 Separation = Float[Array, " separation"]
+Story = Callable[[parts.Structure, parts.Data, parts.Values], Separation]
 
 
 class Level(NamedTuple):
@@ -60,13 +61,29 @@ class Impact:
     """
 
     card: Card
-    story: Callable[[parts.Structure, parts.Data, parts.Values], Separation]
+    story: Story
     answers: tuple[str, ...]
     levels: tuple[Level, ...]
     unknowns: Callable[[Separation, parts.Values], tuple[parts.Values, Float[Array, ""]]]
     priors: tuple[str, ...]
     fullness: frozenset[str]
 
+
+SHORT = "the impact is short: vehicles do not move and tyres do nothing while it lasts"
+MOMENTUM = ("momentum along x and y: SAE 770014 eqs 19, 20",)
+_SLIDING = (
+    "restitution e and equivalent friction μ along the contact line: SAE 770014 eqs 22, 23",
+)
+_SLIDING_ENDS = (
+    "restitution e along the normal of the contact line: SAE 770014 eq 22",
+    "sliding along the contact line ends within the contact: μ of eq 23 at its critical value",
+)
+_MOMENT = (
+    "impact moment coefficient e_m: SAE 770014 eq 24, the sign of its bracket corrected, so "
+    "that Ω_b − Ω_a = e_m [(ω_b + f_b/I_b) − (ω_a + f_a/I_a)]",
+)
+_NO_MOMENT = ("no moment impulse: SAE 770014 eq 24 with e_m = 1",)
+_COMMON_VELOCITY = "the vehicles reach a common velocity along the contact line: μ = μ_c"
 
 E, E_M = Level("e", 0.0, 1.0), Level("e_m", -1.0, 1.0)
 NO_MOMENT = Level("e_m", 1.0, 1.0)
@@ -92,7 +109,7 @@ def quotients(
     pairs = {
         "e": (-found.opening, found.closing),
         "e_m": (found.spin, found.free_spin),
-        "slip": (contact_velocity(after, to) @ _tangent(to), jnp.ones(())),
+        "slip": (contact_velocity(after, to) @ axes(to)[1], jnp.ones(())),
     }
     over, under = zip(*(pairs[level.name] for level in levels), strict=True)
     return jnp.stack(over), jnp.stack(under)
@@ -105,6 +122,9 @@ def planar_unknowns(
 
     Args:
         levels: of the impact model.
+
+    Returns:
+        For `Impact.unknowns`.
     """
     fixed = {level.name: level.low for level in levels if level.fixed}
 
@@ -118,7 +138,7 @@ def planar_unknowns(
 
             def slip(mu: Array) -> Array:
                 end = separation(before, to, Coefficients(e, mu, fixed.get("e_m", e_m)))
-                return contact_velocity(end, to) @ _tangent(to)
+                return contact_velocity(end, to) @ axes(to)[1]
 
             slope = jax.jvp(slip, (mu,), (jnp.ones(()),))[1]
             log_det = log_det + jnp.log(jnp.abs(slope))
@@ -131,5 +151,39 @@ def planar_unknowns(
     return unknowns
 
 
-def _tangent(to: Bodies) -> Float[Array, "2"]:
-    return jnp.stack([-jnp.sin(to.Gamma), jnp.cos(to.Gamma)])
+def planar(name: str, title: str, levels: tuple[Level, ...], story: Story) -> Impact:
+    """A planar impact: all that follows from what it bounds and what it holds.
+
+    Args:
+        name: identifier.
+        title: one line.
+        levels: e, then e_m bounded or held, then slip where it is held.
+        story: samples the unknowns and gives the velocities after the impact.
+    """
+    moment, slides = E_M in levels, NO_SLIP not in levels
+    freed = (("e_m",) if moment else ()) + (("mu",) if slides else ())
+    return Impact(
+        card=Card(
+            name=name,
+            title=title,
+            equations=(
+                *MOMENTUM,
+                "angular momentum: SAE 770014 eq 21, its misprinted last term corrected to "
+                "m_a (d2+d4)(V_ay − v_ay)",
+                *(_SLIDING if slides else _SLIDING_ENDS),
+                *(_MOMENT if moment else _NO_MOMENT),
+            ),
+            assumptions=(
+                SHORT,
+                *(() if moment else ("the contact passes no moment impulse: e_m = 1",)),
+                *(() if slides else (_COMMON_VELOCITY,)),
+            ),
+            left_out=("secondary impacts, and crush as evidence",),
+        ),
+        story=story,
+        answers=("speed_b", "e", *freed),
+        levels=levels,
+        unknowns=planar_unknowns(levels),
+        priors=("speed_b", "omega_b", "e", *freed),
+        fullness=frozenset({"contact", *freed}),
+    )

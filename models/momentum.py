@@ -8,7 +8,7 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.card import Card
-from retrodict.models.impact import Impact, Separation
+from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
 
 
 def story(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Separation:
@@ -43,9 +43,9 @@ IMPACT = Impact(
     card=Card(
         name="momentum",
         title="momentum alone",
-        equations=("momentum along x and y: SAE 770014 eqs 19, 20",),
+        equations=MOMENTUM,
         assumptions=(
-            "the impact is short: vehicles do not move and tyres do nothing while it lasts",
+            SHORT,
             "impulse and yaw rates after the impact may be anything: no coefficient of the impact "
             "is used or found",
         ),

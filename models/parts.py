@@ -22,6 +22,7 @@ from retrodict.mechanics import (
     Wheels,
     Zone,
     audit,
+    axes,
     contact_velocity,
     critical_mu,
     impulse,
@@ -200,11 +201,6 @@ def bodies(x: Values) -> Bodies:
     return Bodies(*masses, *lever_arms(*levers(x)), x["Gamma"])
 
 
-def normal_of(to: Bodies) -> Float[Array, "2"]:
-    """Normal of the contact line."""
-    return jnp.stack([jnp.cos(to.Gamma), jnp.sin(to.Gamma)])
-
-
 def approach_of_a(x: Values) -> Float[Array, "3"]:
     """A's velocity before impact, (v_ax, v_ay, omega_a)."""
     speed, direction = x["speed_a"], x["direction_a"]
@@ -319,7 +315,7 @@ def approach(structure: Structure, data: Data, x: Values) -> Float[Array, "6"]:
 
 def restitution(data: Data, before: Float[Array, "6"], to: Bodies) -> Float[Array, ""]:
     """e from its prior, which falls as the closing speed rises."""
-    closing = jnp.abs(contact_velocity(before, to) @ normal_of(to))
+    closing = jnp.abs(contact_velocity(before, to) @ axes(to)[0])
     fast, slow, over = data.priors["e"]
     scale = fast + (slow - fast) * jnp.exp(-closing / over)
     return numpyro.sample("e", dist.TruncatedNormal(0.0, scale, low=0.0, high=1.0))
@@ -357,8 +353,8 @@ def collide(before: Float[Array, "6"], to: Bodies, coefficients: Coefficients) -
     energy = audit(before, to, coefficients)
     numpyro.deterministic("energy_lost", energy.before - energy.after)
     numpyro.deterministic("moment_work", energy.moment)
-    closing = contact_velocity(before, to) @ normal_of(to)
-    P_n = impulse(before, to, coefficients)[0] @ normal_of(to)
+    closing = contact_velocity(before, to) @ axes(to)[0]
+    P_n = impulse(before, to, coefficients)[0] @ axes(to)[0]
     numpyro.deterministic("normal_impulse", -P_n * jnp.sign(closing))
     numpyro.deterministic("mu_critical", critical_mu(before, to, coefficients.e, coefficients.e_m))
     tell_motion(after, (after - before).reshape(2, 3)[:, :2])

@@ -10,6 +10,12 @@ from retrodict.models.card import Card
 
 from retrodict.scene.records import Scene
 
+ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for both vehicles"
+NORMAL_ERRORS = (
+    "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
+    "cannot be negative) about what was measured, and independent of one another"
+)
+
 
 @dataclass(frozen=True)
 class RunOut:

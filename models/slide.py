@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from retrodict.models import parts, spin
 from retrodict.models.card import Card
-from retrodict.models.run_out import RunOut
+from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut
 
 from retrodict.mechanics.runout import GRAVITY, ROWS
 
@@ -46,9 +46,8 @@ RUN_OUT = RunOut(
         assumptions=(
             "each vehicle slides straight, as if it did not yaw: right for one that does not, and "
             "the slower the more it spins, as a spinning vehicle's wheels slide aside",
-            "the road is plane, level and of one friction, at all speeds and for both vehicles",
-            "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
-            "cannot be negative) about what was measured, and independent of one another",
+            ONE_FRICTION,
+            NORMAL_ERRORS,
         ),
         left_out=(
             "yaw, and the rest headings as evidence; other surfaces; rolling wheels; slopes",

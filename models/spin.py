@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from retrodict.models import wheels
 from retrodict.models.card import Card
-from retrodict.models.run_out import RunOut
+from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut
 
 from retrodict.scene.records import Measured, Scene
 
@@ -31,9 +31,8 @@ RUN_OUT = RunOut(
         ),
         assumptions=(
             "all four wheels of both vehicles are locked, or slide as if they were, from impact to rest",
-            "the road is plane, level and of one friction, at all speeds and for both vehicles",
-            "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
-            "cannot be negative) about what was measured, and independent of one another",
+            ONE_FRICTION,
+            NORMAL_ERRORS,
         ),
         left_out=(
             "other surfaces, rolling wheels, differences of tyres; load transfer, pitch and roll; "

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.card import Card
-from retrodict.models.run_out import RunOut
+from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import rest, run_out
 
@@ -14,20 +17,27 @@ def rest_poses(
     structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 3"]:
     """Where both vehicles come to rest after separating with these velocities."""
-    return parts.each_vehicle(
-        lambda pose, velocity, car, on: rest(pose, velocity, car, on, structure.steps),
-        *(parts.impact_poses(x), after.reshape(2, 3)),
-        car=parts.cars(structure, x),
-        on=parts.ground(structure, data, x),
-    )
+    return _both(partial(rest, steps=structure.steps), structure, data, x, after)
 
 
 def paths(
     structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 steps 3"]:
     """How they get there: x, y and heading at each step."""
+    follow = partial(run_out, steps=structure.steps)
+    return _both(lambda *at: follow(*at).pose, structure, data, x, after)
+
+
+def _both(
+    follow: Callable[..., Array],
+    structure: parts.Structure,
+    data: parts.Data,
+    x: parts.Values,
+    after: Float[Array, "6"],
+) -> Array:
+    """What `follow` makes of pose, velocity, car and ground of each vehicle."""
     return parts.each_vehicle(
-        lambda pose, velocity, car, on: run_out(pose, velocity, car, on, structure.steps).pose,
+        follow,
         *(parts.impact_poses(x), after.reshape(2, 3)),
         car=parts.cars(structure, x),
         on=parts.ground(structure, data, x),
@@ -47,8 +57,7 @@ RUN_OUT = RunOut(
             "locked, or slide as if they were",
             "the road is plane and level; a surface's friction is shared by both vehicles but for a "
             "factor of each one's tyres",
-            "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
-            "cannot be negative) about what was measured, and independent of one another",
+            NORMAL_ERRORS,
         ),
         left_out=("steering or braking in between; load transfer, pitch and roll; slopes",),
     ),

@@ -375,10 +375,7 @@ def run_outs() -> Iterator[Row]:
     for drag in (0.05, 0.01, 0.001, 0.0):
         wheels = Wheels(jnp.full(4, drag), jnp.zeros(4))
         found = skid([10.0, 0.5, 1.0], 0.7, wheels=wheels)
-        finite = bool(np.isfinite(found).all())
-        parts.append(
-            f"drag {drag:g}: " + (f"{np.hypot(*found[:2]):.0f} m" if finite else "not numbers")
-        )
+        parts.append(f"drag {drag:g}: {way(found)}")
     yield row(
         "wheels that roll freely",
         "10 m/s with less and less drag",
@@ -390,10 +387,7 @@ def run_outs() -> Iterator[Row]:
     parts = []
     for height in (0.5, 0.7, 0.9):
         found = skid([0.0, 10.0, 0.0], 1.0, height=height)
-        finite = bool(np.isfinite(found).all())
-        parts.append(
-            f"{height:g} m: " + (f"{np.hypot(*found[:2]):.2f} m" if finite else "not numbers")
-        )
+        parts.append(f"{height:g} m: {way(found, 2)}")
     yield row(
         "a wheel that lifts",
         "load transfer, sideways on friction 1, track 1.5 m, centre of gravity higher and higher",
@@ -406,10 +400,7 @@ def run_outs() -> Iterator[Row]:
     for c in (0.01, 0.05, 0.2):
         ground = Ground(jnp.array([0.7]), jnp.array([c]), PLAIN)
         found = np.asarray(_rest(jnp.zeros(3), jnp.array([30.0, 0.0, 1.0]), CAR, ground))
-        finite = bool(np.isfinite(found).all())
-        parts.append(
-            f"c = {c:g}: " + (f"{np.hypot(*found[:2]):.0f} m" if finite else "not numbers")
-        )
+        parts.append(f"c = {c:g}: {way(found)}")
     yield row(
         "friction lost to speed",
         "30 m/s and 1 rad/s on 0.7 exp(-c v)",
@@ -418,6 +409,13 @@ def run_outs() -> Iterator[Row]:
         "fine",
         "test_run_outs.py::test_friction_lost_to_speed",
     )
+
+
+def way(rest_pose: Array, decimals: int = 0) -> str:
+    """How far from its start a vehicle stands, in words."""
+    if not np.isfinite(rest_pose).all():
+        return "not numbers"
+    return f"{np.hypot(*rest_pose[:2]):.{decimals}f} m"
 
 
 def grazed_edge(offset: float) -> reference.Scene:

@@ -77,12 +77,12 @@ def test_weights_of_a_narrow_proposal_are_refused() -> None:
     """A normal half as wide as its target: the weights have no variance, and k tells."""
     w = np.random.default_rng(1).normal(0, 0.5, (4000, 5))
     log_weight = stats.norm.logpdf(w).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
-    told = weights.judged(weights.pareto_k(log_weight))
+    told = weights.judged(weights.smoothed(log_weight)[1])
     assert told["attributes"]["pareto_k"] > weights.MAX_PARETO_K
     assert "Pareto k" in told["faults"][0]
     for sd in (0.4, 0.5):  # narrower than the proposal, and the proposal itself
         wide = stats.norm.logpdf(w, 0, sd).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
-        assert weights.judged(weights.pareto_k(wide))["faults"] == ()
+        assert weights.judged(weights.smoothed(wide)[1])["faults"] == ()
 
 
 def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:

@@ -82,9 +82,10 @@ def reconstruct(
         )
     draws = chosen.draws if draws is None else draws
     tell("finding where the posterior lies", 0, 1)
-    programs = programs_for(rung.of_scene(scene)[0])
+    structure, data = rung.of_scene(scene)
+    programs = programs_for(structure)
     compiled_before = programs.compile_seconds
-    _compile_ahead(programs, rung.of_scene(scene)[1], method, warmup)
+    _compile_ahead(programs, data, method, warmup)
     found = solutions(scene, model)
     scene = found[0].scene
     faults = _unresolved(found)

@@ -190,18 +190,15 @@ def impulse(
     Returns:
         (P, M): eqs 22-24 with P_t = mu P_n and M = (1 - e_m) I_r [spin by the force alone].
     """
-    (e, mu, e_m), (_, _, I_a, I_b) = coefficients, bodies[:4]
-    normal, tangent = _axes(bodies)
-    line = normal + mu * tangent  # P = P_n * line, eq 23
-    g_a, g_b = _force_moments(line, bodies)
-    h_a, h_b = _force_moments(normal, bodies)
-    I_r = 1 / (1 / I_a + 1 / I_b)
+    (e, mu, e_m), (normal, tangent) = coefficients, axes(bodies)
+    response = _response(bodies, e_m)
     spin = approach[5] - approach[2]
-    # eq 22: u_n + (1 - e_m) I_r spin (h_a/I_a - h_b/I_b) + P_n * compliance = -e u_n
+    # eq 22: u_n + shed spin turn_n + P_n * compliance = -e u_n
     u_n = contact_velocity(approach, bodies) @ normal
-    carried = (1 - e_m) * I_r * spin * (h_a / I_a - h_b / I_b)
-    P_n = -((1 + e) * u_n + carried) / _compliance(bodies, coefficients)
-    M = (1 - e_m) * I_r * (spin + P_n * (g_b / I_b - g_a / I_a))  # eq 24
+    carried = response.shed * spin * response.turn_n
+    P_n = -((1 + e) * u_n + carried) / response.compliance(mu)
+    M = response.shed * (spin - P_n * (response.turn_n + mu * response.turn_t))  # eq 24
+    line = normal + mu * tangent  # P = P_n * line, eq 23
     return P_n * line, M
 
 
@@ -290,7 +287,7 @@ def inverse_log_det(
     e, e_m = -found.opening / found.closing, found.spin / found.free_spin
     coefficients = Coefficients(e, found.P[1] / found.P[0], e_m)
     m_a, _, I_a, I_b = bodies[:4]
-    compliance = _compliance(bodies, coefficients)
+    compliance = _response(bodies, e_m).compliance(coefficients.mu)
     volume = m_a**2 * I_a * (1 / I_a + 1 / I_b) * compliance
     volume /= found.P[0] * found.closing * found.free_spin
     return found.approach_b, coefficients, jnp.log(jnp.abs(volume))
@@ -326,30 +323,18 @@ def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scal
         natural parameter. Infinite where friction cannot end the sliding however large, because it
         unloads the contact faster than it brakes (grazing impacts); NaN without a normal impulse.
     """
-    m_a, m_b, I_a, I_b = bodies[:4]
-    axes = _axes(bodies)
-    h_a, h_b = zip(*(_force_moments(axis, bodies) for axis in axes), strict=True)
-    turn = [h_a[i] / I_a - h_b[i] / I_b for i in range(2)]  # contact velocity by a moment impulse
-    shed = (1 - e_m) / (1 / I_a + 1 / I_b)  # M = shed (spin by the force alone), eq 24
-
-    def by_force(i: int, j: int) -> Scalar:
-        """Change of the contact velocity along axis i per impulse along j, its moment included."""
-        whole = h_a[i] * h_a[j] / I_a + h_b[i] * h_b[j] / I_b - shed * turn[i] * turn[j]
-        return whole + (1 / m_a + 1 / m_b if i == j else 0.0)
-
+    response = _response(bodies, e_m)
     before = contact_velocity(approach, bodies)
-    u_n, u_t = (before @ axis for axis in axes)
-    spin = approach[5] - approach[2]
-    push = -(1 + e) * u_n - shed * spin * turn[0]  # eq 22: of P_n (by_force_nn + mu by_force_nt)
-    drift = u_t + shed * spin * turn[1]
-    # no sliding left: drift + P_n (by_force_tn + mu by_force_tt) = 0, linear in mu
-    root = -(drift * by_force(0, 0) + push * by_force(1, 0)) / (
-        drift * by_force(0, 1) + push * by_force(1, 1)
-    )
+    u_n, u_t = (before @ axis for axis in axes(bodies))
+    carried = response.shed * (approach[5] - approach[2])
+    push = -(1 + e) * u_n - carried * response.turn_n  # eq 22: P_n * compliance
+    drift = u_t + carried * response.turn_t
+    # no sliding left: drift + P_n (nt + mu tt) = 0, linear in mu
+    root = -(drift * response.nn + push * response.nt) / (drift * response.nt + push * response.tt)
     root = jnp.where(push == 0, jnp.nan, root)
     # the braking root has gone through infinity where only friction that drives the sliding is left,
     # though without friction it would go on
-    goes_on = u_t * (drift + push * by_force(1, 0) / by_force(0, 0)) > 0
+    goes_on = u_t * (drift + push * response.nt / response.nn) > 0
     braking = u_t * u_n  # has the sign of such a mu
     return jnp.where(goes_on & (root * braking < 0), jnp.copysign(jnp.inf, braking), root)
 
@@ -390,15 +375,41 @@ def capped(
     return Capped(Coefficients(e, held, e_m), critical, held / limit, held != mu)
 
 
-def _compliance(bodies: Bodies, coefficients: Coefficients) -> Scalar:
-    """Change of the normal contact velocity per normal impulse, its moment included."""
-    (_, mu, e_m), (m_a, m_b, I_a, I_b) = coefficients, bodies[:4]
-    normal, tangent = _axes(bodies)
-    h_a, h_b = _force_moments(normal, bodies)
-    g_a, g_b = _force_moments(normal + mu * tangent, bodies)
-    I_r = 1 / (1 / I_a + 1 / I_b)
-    moment = (1 - e_m) * I_r * (g_b / I_b - g_a / I_a) * (h_a / I_a - h_b / I_b)
-    return 1 / m_a + 1 / m_b + h_a * g_a / I_a + h_b * g_b / I_b + moment
+class _Response(NamedTuple):
+    """What an impulse does to the contact velocity, by the normal n and the tangent t.
+
+    Args:
+        nn, nt, tt: change along the first per force impulse along the second, its moment included.
+        turn_n, turn_t: change by a moment impulse.
+        shed: moment impulse over the spin by the force alone, (1 - e_m) I_r (eq 24).
+    """
+
+    nn: Scalar
+    nt: Scalar
+    tt: Scalar
+    turn_n: Scalar
+    turn_t: Scalar
+    shed: Scalar
+
+    def compliance(self, mu: Scalar) -> Scalar:
+        """Change of the normal contact velocity per normal impulse, with its friction."""
+        return self.nn + mu * self.nt
+
+
+def _response(bodies: Bodies, e_m: Scalar) -> _Response:
+    m_a, m_b, I_a, I_b = bodies[:4]
+    n, t = (_force_moments(axis, bodies) for axis in axes(bodies))
+    turn_n, turn_t = n[0] / I_a - n[1] / I_b, t[0] / I_a - t[1] / I_b
+    shed = (1 - e_m) / (1 / I_a + 1 / I_b)
+    straight = 1 / m_a + 1 / m_b
+    return _Response(
+        nn=straight + n[0] ** 2 / I_a + n[1] ** 2 / I_b - shed * turn_n**2,
+        nt=n[0] * t[0] / I_a + n[1] * t[1] / I_b - shed * turn_n * turn_t,
+        tt=straight + t[0] ** 2 / I_a + t[1] ** 2 / I_b - shed * turn_t**2,
+        turn_n=turn_n,
+        turn_t=turn_t,
+        shed=shed,
+    )
 
 
 def _is_printed(moment_equation: MomentEquation) -> bool:
@@ -407,8 +418,15 @@ def _is_printed(moment_equation: MomentEquation) -> bool:
     return moment_equation == "as-printed"
 
 
-def _axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
-    """Normal and tangent of the contact line."""
+def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+    """Normal and tangent of the contact line.
+
+    Args:
+        bodies: of which only Gamma matters.
+
+    Returns:
+        Two unit vectors in the road frame; the normal has no sense of its own.
+    """
     c, s = jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)
     return jnp.stack([c, s]), jnp.stack([-s, c])
 

@@ -12,7 +12,7 @@ from retrodict.mechanics.impact import (
     Coefficients,
     Scalar,
     State,
-    _axes,
+    axes,
     contact_velocity,
     critical_mu,
     impulse,
@@ -77,7 +77,7 @@ def audit(approach: State, bodies: Bodies, coefficients: Coefficients) -> Audit:
     """
     after = separation(approach, bodies, coefficients)
     P, M = impulse(approach, bodies, coefficients)
-    normal, tangent = _axes(bodies)
+    normal, tangent = axes(bodies)
     mean = (contact_velocity(approach, bodies) + contact_velocity(after, bodies)) / 2
     spin = (approach[5] - approach[2] + after[5] - after[2]) / 2
     return Audit(
@@ -144,7 +144,7 @@ def severity(
         delta_v=change,
         delta_v_size=size,
         pdof=jnp.where(size > 0, jnp.mod(headings - source, 2 * jnp.pi), jnp.nan),
-        closing_normal=jnp.abs(relative @ _axes(bodies)[0]),
+        closing_normal=jnp.abs(relative @ axes(bodies)[0]),
         closing=jnp.hypot(relative[0], relative[1]),
         energy=energy,
         gains_energy=gains_energy(energy),
@@ -188,7 +188,7 @@ def pulls(approach: State, bodies: Bodies, coefficients: Coefficients) -> Bool[A
         True where the impulse has the direction of the closing.
     """
     P, _ = impulse(approach, bodies, coefficients)
-    normal, _ = _axes(bodies)
+    normal, _ = axes(bodies)
     return (P @ normal) * (contact_velocity(approach, bodies) @ normal) > 0
 
 

@@ -22,9 +22,9 @@ from retrodict.mechanics.impact import (
     Bodies,
     Coefficients,
     MomentEquation,
-    _axes,
     _force_moments,
     _is_printed,
+    axes,
     contact_velocity,
     printed_e_m,
 )
@@ -193,7 +193,7 @@ def _residuals(
     spin_share = (1 / I_b) / (1 / I_a + 1 / I_b)
     both = (1 / I_a) * spin_share  # 1 / (I_a + I_b)
     spins = spin_share * change[2] + (1 - spin_share) * change[5] - both * (f_a + f_b)  # eq 21
-    normal, tangent = _axes(bodies)
+    normal, tangent = axes(bodies)
     opening, closing = (contact_velocity(state, bodies) @ normal for state in (after, before))
     restitution = opening + e * closing  # eq 22
     per_mass = P * (1 / m_a + 1 / m_b)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retrodict.report.files import write_whole
-from retrodict.report.findings import ladder_data, told_as
+from retrodict.report.findings import LEVELS, ladder_data, told_as
 from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
 from retrodict.scene.quantities import Units
 
@@ -117,7 +117,7 @@ def _table(ladder: Ladder) -> str:
             found = step.answers.get(name)
             row[f"{name}_median"] = found and found.median
             row[f"{name}_sd"] = found and found.sd
-            for level in (50, 90, 95):
+            for level in LEVELS:
                 low, high = found.intervals[level] if found else (None, None)
                 row |= {f"{name}_{level}_low": low, f"{name}_{level}_high": high}
         row |= {

@@ -11,7 +11,7 @@ import numpy as np
 
 from retrodict.inference.coordinates import size
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.methods.weights import smoothed
+from retrodict.inference.methods.weights import log_mean, smoothed
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.models import RUNGS, Rung
 from retrodict.scene.quantities import REPORTED, describe
@@ -194,7 +194,7 @@ def ladder(
     tell = progress or (lambda stage, done, total: None)
     question = question or scene.question
     refused = refusals(scene, question)
-    allowed(scene, question)  # raises where there is none
+    _left(refused)  # raises where there is none
     steps, complete = [], True
     for name, why in refused.items():
         if why:
@@ -251,7 +251,11 @@ def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:
     Raises:
         Unanswerable: there is none.
     """
-    refused = refusals(scene, question or scene.question)
+    return _left(refusals(scene, question or scene.question))
+
+
+def _left(refused: dict[str, str]) -> list[str]:
+    """The rungs that were not refused."""
     names = [name for name, why in refused.items() if not why]
     if not names:
         raise Unanswerable(
@@ -447,11 +451,7 @@ def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
     """
     if outcome.settings.get("method") != "importance" or len(outcome.modes) != 1:
         return None, None
-    log_weight = np.asarray(outcome.idata["sample_stats"]["log_weight"]).ravel()
-    highest = log_weight.max()
-    weight = np.exp(log_weight - highest)
-    error = weight.std(ddof=1) / weight.mean() / np.sqrt(weight.size)
-    return float(highest + np.log(weight.mean())), float(error)
+    return log_mean(np.asarray(outcome.idata["sample_stats"]["log_weight"]).ravel())
 
 
 def reweighed(speed: np.ndarray, prior: str, scale: float, other: float) -> Reweighed:

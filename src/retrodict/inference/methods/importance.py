@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import gammaln
 
 from retrodict.inference.methods.draws import Draws, Task
-from retrodict.inference.methods.weights import judged, resampled, smoothed
+from retrodict.inference.methods.weights import judged, log_mean, resampled, smoothed
 from retrodict.inference.posterior import Posterior
 
 _FREEDOM = 20  # degrees of freedom: tails heavier than a normal's, at little cost in the middle
@@ -62,11 +62,7 @@ def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
         The evidence; at fault where the weights have no variance to judge it by.
     """
     _, log_weight, _ = _weighed(posterior, _FOR_EVIDENCE, rng)
-    weights, k = smoothed(log_weight)
-    highest = log_weight.max()
-    value = highest + np.log(np.mean(np.exp(log_weight - highest)))
-    error = np.sqrt(max(np.sum(weights**2) - 1 / weights.size, 0.0))
-    return Evidence(float(value), float(error), judged(k)["faults"])
+    return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
 
 
 def _weighed(

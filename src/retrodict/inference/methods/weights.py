@@ -9,11 +9,6 @@ import numpy as np
 MAX_PARETO_K = 0.7  # Vehtari et al. (2024): above, weighted means do not settle
 
 
-def pareto_k(log_weight: np.ndarray) -> float:
-    """Shape of the weights' tail: above 0.7 a few draws say it all."""
-    return smoothed(log_weight)[1]
-
-
 def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
     """Pareto-smoothed normalised weights, and the tail's shape k.
 
@@ -36,6 +31,18 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
         log_smooth, k = log_weight, np.inf
     weights = np.exp(log_smooth - np.max(log_smooth)) * inside
     return weights / weights.sum(), float(k)
+
+
+def log_mean(log_weight: np.ndarray) -> tuple[float, float]:
+    """Log of the mean weight, which is the evidence, and its standard error to first order.
+
+    Args:
+        log_weight: of each draw, in full; -inf for draws outside the support.
+    """
+    highest = log_weight.max()
+    weight = np.exp(log_weight - highest)
+    error = weight.std(ddof=1) / weight.mean() / np.sqrt(weight.size)
+    return float(highest + np.log(weight.mean())), float(error)
 
 
 def judged(k: float) -> dict[str, Any]:
