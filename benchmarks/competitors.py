@@ -10,10 +10,9 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import blackjax
-import emcee
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -24,6 +23,9 @@ from retrodict.models import RUNGS, parts
 from scipy import stats
 
 from benchmarks import reference
+
+if TYPE_CHECKING:
+    import emcee
 
 DEFAULT_NAME = "NumPyro NUTS at its defaults"
 DENSE_NAME = "NumPyro NUTS, dense mass, compiled whole"
@@ -233,6 +235,8 @@ def _emcee(
     density: Callable[[Array], Any], starts: Array, steps: int, limit: float, vectorize: bool
 ) -> tuple[emcee.EnsembleSampler, list[tuple[float, int]]]:
     """The stretch move from draws of the posterior, with its clock."""
+    import emcee  # in the group `bench` only, and tests read this module
+
     walkers = emcee.EnsembleSampler(*starts.shape, density, vectorize=vectorize)
     walkers.random_state = np.random.RandomState(0).get_state()
     marks: list[tuple[float, int]] = []
