@@ -37,7 +37,7 @@ def default_priors() -> dict[str, Prior]:
     """The priors of a scene that overrides none, by name.
 
     Returns:
-        "speed_b": scale of a half-normal, m/s.
+        "speed_a", "speed_b": scale of a half-normal, m/s.
         "omega_b": sd of a normal at 0, rad/s.
         "e": of a half-normal with scale high + (low - high) exp(-closing speed / v): high, low, v;
             v in m/s.

@@ -33,7 +33,10 @@ _SI_SYMBOLS = {"angle": "rad", "energy": "J"}  # where numbers are told in anoth
 
 # what is unknown and reported, in the order it is reported: name -> (label, dimension)
 REPORTED: dict[str, tuple[str, str]] = {
+    "speed_a": ("speed of A before impact", "speed"),
+    "initial_speed_a": ("speed of A before its skid to impact", "speed"),
     "speed_b": ("speed of B before impact", "speed"),
+    "initial_speed_b": ("speed of B before its skid to impact", "speed"),
     "e": ("restitution e", "number"),
     "e_m": ("impact moment coefficient e_m", "number"),
     "mu": ("equivalent friction μ", "number"),
@@ -83,6 +86,13 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),
+    "skid": ("skid of {} up to impact", "length"),
+    "departure_direction": ("direction of travel of {} after impact", "angle"),
+    "departure_speed": ("speed of {} after impact", "speed"),
+    "departure_yaw_rate": ("measured yaw rate of {} after impact", "yaw rate"),
+    "departure_delta_v": ("measured delta-v of {}", "speed"),
+    "departure_delta_v_forward": ("delta-v of {} along its heading", "speed"),
+    "departure_delta_v_left": ("delta-v of {} to the left of its heading", "speed"),
 }
 
 
@@ -110,6 +120,9 @@ def describe(name: str) -> tuple[str, str]:
         if name.startswith(prefix):
             return label.format(name.removeprefix(prefix)), dimension
     family, _, vehicle = name.rpartition("_")
+    if family.startswith("mark_"):
+        number = family.removeprefix("mark_")
+        return f"mark {number} of {vehicle.upper()}, distance from its path", "length"
     label, dimension = _FAMILIES[family]
     return label.format(vehicle.upper()), dimension
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from retrodict.scene.priors import Prior, default_priors
+from retrodict.scene.quantities import REPORTED
 
 VEHICLES = ("a", "b")
-UNKNOWNS = ("speed_b", "e", "e_m", "mu")  # what a scene's question may ask, in this order
+UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")  # what a scene may ask, in this order
 Law = Literal["normal", "lognormal", "logitnormal"]
 
 
@@ -80,19 +81,38 @@ class Vehicle:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """Motion just before impact (m/s, rad, rad/s); what is None is unknown.
+    """Motion just before impact (m/s, rad, rad/s, m); what is None is unknown.
 
     `direction` is that of travel, counter-clockwise from the x axis; it need not be the heading.
+    `skid` is how far the vehicle skidded on the road, all wheels locked, up to the impact.
     """
 
     speed: Measured | None
     direction: Measured | None
     yaw_rate: Measured | None
+    skid: Measured | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """Motion just after impact (m/s, rad, rad/s), as recorders or marks tell; None is not measured.
+
+    `direction` is that of travel, counter-clockwise from the x axis. `delta_v` is the size of the
+    change of velocity, and the other two its components along the heading at impact and to the
+    left of it.
+    """
+
+    direction: Measured | None = None
+    speed: Measured | None = None
+    yaw_rate: Measured | None = None
+    delta_v: Measured | None = None
+    delta_v_forward: Measured | None = None
+    delta_v_left: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """Where a vehicle came to rest (m, rad): its centre of gravity and its heading.
+    """Where a vehicle came to rest (m, rad): its centre of gravity and its heading, if measured.
 
     `heading` is unwrapped: it is the heading at impact plus the total rotation when
     `turns_known`, else the representative within half a turn of the heading at impact.
@@ -100,8 +120,23 @@ class Rest:
 
     x: Measured
     y: Measured
-    heading: Measured
+    heading: Measured | None
     turns_known: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A point that a vehicle passed on its way to rest (m).
+
+    `of` is what of it passed there: "centre" of gravity or a wheel ("front_left", …). `sd` is the
+    uncertainty of the point across the path.
+    """
+
+    x: float
+    y: float
+    sd: float
+    of: str
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,13 +185,17 @@ class Scene:
         name: short identifier, used to name output.
         text: the scene file as it was written, for the record.
         vehicles: keyed "a" and "b".
-        approach: motion before impact, keyed likewise; vehicle B's speed is the unknown.
-        rest: where each vehicle came to rest, keyed likewise.
+        approach: motion before impact, keyed likewise.
+        rest: where each vehicle came to rest, keyed likewise; without those that were not measured.
         contact: where and along which line they touched.
         surfaces: road first, then those with edges.
         notes: remarks of the scene's author, printed in the report.
         question: which of `UNKNOWNS` are asked, in their order.
         priors: of the unknowns, by name; see `default_priors`.
+        departure: motion after impact, keyed as `rest` is.
+        marks: points on each one's way to rest, keyed likewise.
+        robust: whether errors of the evidence have heavy tails, so that an item which contradicts
+            the others gives way.
     """
 
     title: str
@@ -168,8 +207,11 @@ class Scene:
     contact: Contact
     surfaces: tuple[Surface, ...]
     notes: tuple[str, ...] = ()
-    question: tuple[str, ...] = UNKNOWNS
+    question: tuple[str, ...] = UNKNOWNS[1:]
     priors: dict[str, Prior] = field(default_factory=default_priors)
+    departure: dict[str, Departure] = field(default_factory=dict)
+    marks: dict[str, tuple[Mark, ...]] = field(default_factory=dict)
+    robust: bool = False
 
     def inputs(self) -> dict[str, Measured]:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
@@ -198,12 +240,27 @@ class Scene:
         return flat
 
     def evidence(self) -> dict[str, Measured]:
-        """The measured rest poses by flat name (rest_x_a, …): what the likelihood compares with."""
-        return {
-            f"rest_{part}_{v}": getattr(self.rest[v], part)
-            for v in VEHICLES
-            for part in ("x", "y", "heading")
-        }
+        """What the likelihood compares with, by flat name: rest_x_a, departure_speed_b, mark_1_a, …
+
+        A mark's value is its distance from the path, 0.
+        """
+        flat: dict[str, Measured | None] = {}
+        for v in VEHICLES:
+            rest = self.rest.get(v)
+            for part in ("x", "y", "heading"):
+                flat[f"rest_{part}_{v}"] = rest and getattr(rest, part)
+        for v in VEHICLES:
+            departure = self.departure.get(v, Departure())
+            for each in fields(departure):
+                flat[f"departure_{each.name}_{v}"] = getattr(departure, each.name)
+            for number, mark in enumerate(self.marks.get(v, ()), start=1):
+                flat[f"mark_{number}_{v}"] = Measured(0.0, mark.sd, source=mark.source)
+        return {name: measured for name, measured in flat.items() if measured is not None}
+
+    def reported(self) -> tuple[str, ...]:
+        """Which of `REPORTED` its results tell, where the model knows them."""
+        known = self.approach["a"].speed is not None and "speed_a" not in self.question
+        return tuple(name for name in REPORTED if name != "speed_a" or not known)
 
 
 _APPROACH_NAMES = {"yaw_rate": "omega"}

@@ -346,7 +346,7 @@ class SceneEntry(_Table):
     title: Title = Field(examples=['"Two cars on a bend"'])
     notes: list[Note] = Field([], max_length=50, examples=['["one remark", "another"]'])
     question: Annotated[tuple[str, ...], BeforeValidator(_asked)] = Field(
-        UNKNOWNS, examples=['["speed_b"]']
+        UNKNOWNS[1:], examples=['["speed_b"]']
     )
     vehicles: VehiclesEntry = Field(examples=["{ A = { … }, B = { … } }"])
     impact: ImpactEntry = Field(
