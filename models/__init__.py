@@ -6,8 +6,11 @@ A new impact or run-out is a file and a name below.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
+import jax.numpy as jnp
 from retrodict.models import (
+    evidence,
     momentum,
     parts,
     planar,
@@ -72,7 +75,9 @@ class Rung:
 
     def of_scene(self, scene: Scene) -> tuple[parts.Structure, parts.Data]:
         """A scene, as this rung sees it, as a program's structure and its arguments."""
-        return parts.of_scene(self.run_out.seen(scene), self.name, self.run_out.rests)
+        rests = self.run_out.rests
+        explained = partial(evidence.explained, turns="heading" in rests)
+        return parts.of_scene(self.run_out.seen(scene), self.name, rests, explained)
 
     def model(
         self,
@@ -89,8 +94,13 @@ class Rung:
         """
         x = parts.measured(structure, data)
         after = self.impact.story(structure, data, x)
-        rests = (rest_poses or self.run_out.rest_poses)(structure, data, x, after)
-        parts.observe(structure, data, rests)
+        rests, paths = jnp.full((2, len(structure.rests)), jnp.nan), None
+        if structure.rested:
+            rests = (rest_poses or self.run_out.rest_poses)(structure, data, x, after)
+        if structure.marks:
+            paths = self.run_out.paths(structure, data, x, after)
+        evidence.observe(structure, data, x, after, rests, paths)
+        parts.tell_skids(structure, x, after)
 
 
 _NO_DIRECTION = (

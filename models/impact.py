@@ -181,9 +181,9 @@ def planar(name: str, title: str, levels: tuple[Level, ...], story: Story) -> Im
             left_out=("secondary impacts, and crush as evidence",),
         ),
         story=story,
-        answers=("speed_b", "e", *freed),
+        answers=("speed_a", "speed_b", "e", *freed),
         levels=levels,
         unknowns=planar_unknowns(levels),
-        priors=("speed_b", "omega_b", "e", *freed),
+        priors=("speed_a", "speed_b", "omega_b", "e", *freed),
         fullness=frozenset({"contact", *freed}),
     )

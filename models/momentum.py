@@ -52,9 +52,9 @@ IMPACT = Impact(
         left_out=("restitution, friction and moment of the contact; where the vehicles touched",),
     ),
     story=story,
-    answers=("speed_b",),
+    answers=("speed_a", "speed_b"),
     levels=(),
     unknowns=unknowns,
-    priors=("speed_b", "impulse", "Omega"),
+    priors=("speed_a", "speed_b", "impulse", "Omega"),
     fullness=frozenset(),
 )

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import numpyro
 import numpyro.distributions as dist
+from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 
 import retrodict._precision  # noqa: F401
@@ -29,13 +30,16 @@ from retrodict.mechanics import (
     lever_arms,
     separation,
 )
-from retrodict.scene.records import VEHICLES, Measured, Scene
+from retrodict.mechanics.runout import GRAVITY
+from retrodict.scene.records import VEHICLES, WHEELS, Measured, Scene
 
 Values = dict[str, Float[Array, ""]]
 
 # measured of B before impact: evidence on what the impact's inverse gives, not an input of its own
-OF_B = ("direction_b", "omega_b")
-_WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
+OF_B = ("direction_b", "omega_b", "speed_b")
+
+# velocities after the impact, of each vehicle
+AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
 
 # Where the contact hardly slides or hardly presses, mu_c says little of mu: the prior's centre stays
 # within +-_MU_MOST, what friction between cars was seen to be (SAE 2014-01-0469: to 1.6 in size)
@@ -55,7 +59,10 @@ class Structure:
         known_of_b: which of `OF_B` was measured.
         constant_friction: whether no surface's friction depends on speed.
         rolling: whether some wheel is not locked.
-        rests: what of a rest pose the rung explains.
+        rests: what of a rest pose the rung follows.
+        evidence: names of the items of evidence that the rung explains.
+        marks: name of each mark among them, and what of its vehicle passed it.
+        robust: whether errors of the evidence have heavy tails.
         steps: of each run-out's integration; `inference` takes as many as the scene needs.
     """
 
@@ -66,6 +73,9 @@ class Structure:
     constant_friction: bool
     rolling: bool
     rests: tuple[str, ...]
+    evidence: tuple[str, ...]
+    marks: tuple[tuple[str, str], ...] = ()
+    robust: bool = False
     steps: int = 48
 
     @property
@@ -74,9 +84,27 @@ class Structure:
         return tuple(name for name, _ in self.uncertain)
 
     @property
-    def evidence(self) -> tuple[str, ...]:
-        """Names of the items of evidence that the rung explains, A's first."""
-        return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
+    def aims(self) -> tuple[str, ...]:
+        """What the coordinates of the motion after the impact stand for, A's first.
+
+        Each part of a rest pose; where it was not measured, a velocity instead.
+        """
+        pairs = [
+            (f"rest_{part}_{v}", velocity)
+            for v, velocities in zip(VEHICLES, AFTER, strict=True)
+            for part, velocity in zip(self.rests, velocities, strict=False)
+        ]
+        return tuple(rest if rest in self.evidence else velocity for rest, velocity in pairs)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Those of `aims` that are velocities."""
+        return tuple(aim for aim in self.aims if not aim.startswith("rest_"))
+
+    @property
+    def rested(self) -> bool:
+        """Whether anything of a rest pose was measured."""
+        return any(name.startswith("rest_") for name in self.evidence)
 
 
 class Data(NamedTuple):
@@ -88,26 +116,40 @@ class Data(NamedTuple):
         inputs: (location, scale) of every measured input: of the quantity itself, or of its
             logarithm where the law is lognormal and the input uncertain.
         evidence: (value, sd) of every item of evidence.
+        aims: (value, sd) of each of `Structure.aims`: of a rest, what was measured; of a velocity,
+            whatever makes good coordinates.
+        marks: x and y of every mark, m.
         priors: numbers of each prior, as `Scene.priors` has them.
         edges: where each edge runs: point and unit normal into the zone, m.
     """
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
     evidence: dict[str, Float[Array | np.ndarray, "2"]]
+    aims: dict[str, Float[Array | np.ndarray, "2"]]
+    marks: dict[str, Float[Array | np.ndarray, "2"]]
     priors: dict[str, Float[Array | np.ndarray, " numbers"]]
     edges: Zone
 
 
-def of_scene(scene: Scene, rung: str, rests: tuple[str, ...]) -> tuple[Structure, Data]:
+def of_scene(
+    scene: Scene, rung: str, rests: tuple[str, ...], explained: Callable[[str], bool]
+) -> tuple[Structure, Data]:
     """A scene as a program's structure and its arguments.
 
     Args:
         scene: as the rung's run-out sees it.
         rung: its name.
-        rests: what of a rest pose it explains.
+        rests: what of a rest pose it follows.
+        explained: whether it predicts an item of evidence.
     """
     inputs = scene.inputs()
-    uncertain = tuple((k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B)
+    uncertain = [(k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B]
+    numbers = {k: _location_and_scale(m) for k, m in inputs.items()}
+    if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
+        uncertain.append(("speed_a", "halfnormal"))
+        numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
+    evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
+    marks = {f"mark_{i}_{v}": mark for v in scene.marks for i, mark in enumerate(scene.marks[v], 1)}
     edges = [s.edge for s in scene.surfaces if s.edge is not None]
     sign = {"left": 1.0, "right": -1.0}
     angles = np.array([e.direction for e in edges])
@@ -116,25 +158,31 @@ def of_scene(scene: Scene, rung: str, rests: tuple[str, ...]) -> tuple[Structure
         point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
         inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
     )
-    return (
-        Structure(
-            rung=rung,
-            uncertain=uncertain,
-            surfaces=tuple(s.name for s in scene.surfaces),
-            known_of_b=tuple(k for k in OF_B if k in inputs),
-            constant_friction=all(
-                s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
-            ),
-            rolling=any(vehicle.wheels is not None for vehicle in scene.vehicles.values()),
-            rests=rests,
+    structure = Structure(
+        rung=rung,
+        uncertain=tuple(uncertain),
+        surfaces=tuple(s.name for s in scene.surfaces),
+        known_of_b=tuple(k for k in OF_B if k in inputs),
+        constant_friction=all(
+            s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
         ),
-        Data(
-            inputs={k: _location_and_scale(m) for k, m in inputs.items()},
-            evidence={k: np.array([m.value, m.sd]) for k, m in scene.evidence().items()},
-            priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
-            edges=zones,
-        ),
+        rolling=any(vehicle.wheels is not None for vehicle in scene.vehicles.values()),
+        rests=rests,
+        evidence=tuple(evidence),
+        marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
+        robust=scene.robust,
     )
+    measured_as = {k: np.array([m.value, m.sd]) for k, m in evidence.items()}
+    anywhere = np.array([0.0, 1.0])
+    data = Data(
+        inputs=numbers,
+        evidence=measured_as,
+        aims={k: measured_as.get(k, anywhere) for k in structure.aims},
+        marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
+        priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
+        edges=zones,
+    )
+    return structure, data
 
 
 def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
@@ -176,6 +224,9 @@ def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"])
         location, scale = jnp.stack(pairs, axis=1)
         x = location + scale * xi
         x = jnp.where(_has_law(structure, "lognormal"), jnp.exp(x), x)
+        if "halfnormal" in dict(structure.uncertain).values():
+            half = -scale * ndtri(ndtr(-xi) / 2)
+            x = jnp.where(_has_law(structure, "halfnormal"), half, x)
         if "logitnormal" in dict(structure.uncertain).values():
             x = jnp.where(_has_law(structure, "logitnormal"), jax.nn.sigmoid(x), x)
         values |= dict(zip(structure.names, x, strict=True))
@@ -231,7 +282,7 @@ def cars(structure: Structure, x: Values) -> Car:
 
 def _wheels(x: Values) -> Wheels:
     """How both vehicles' wheels turn; locked where nothing else is said."""
-    drag = [[x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in _WHEELS] for v in VEHICLES]
+    drag = [[x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in WHEELS] for v in VEHICLES]
     steer = [x.get(f"steer_{v}", jnp.zeros(())) for v in VEHICLES]
     front = jnp.array([1.0, 1.0, 0.0, 0.0])
     return Wheels(jnp.stack([jnp.stack(row) for row in drag]), jnp.stack(steer)[:, None] * front)
@@ -271,19 +322,18 @@ def each_vehicle(function: Callable[..., Array], *arguments: Array, car: Car, on
 RestPoses = Callable[[Structure, Data, Values, Float[Array, " separation"]], Array]
 
 
-def measured_rests(
-    structure: Structure, data: Data, z: Float[Array, " rests"]
-) -> Float[Array, "2 rest"]:
-    """Rests that lie z standard deviations from those measured."""
-    value, sd = jnp.stack([data.evidence[name] for name in structure.evidence], axis=1)
+def aimed(structure: Structure, data: Data, z: Float[Array, " aims"]) -> Float[Array, "2 aim"]:
+    """What lies z standard deviations from the aims, a row for each vehicle."""
+    value, sd = jnp.stack([data.aims[name] for name in structure.aims], axis=1)
     return (value + sd * z).reshape(2, -1)
 
 
-def observe(structure: Structure, data: Data, rests: Float[Array, "2 rest"]) -> None:
-    """Compare the rests with those measured."""
-    for name, predicted in zip(structure.evidence, rests.ravel(), strict=True):
-        value, sd = data.evidence[name]
-        numpyro.sample(name, dist.Normal(predicted, sd), obs=value)
+def reached(
+    structure: Structure, after: Float[Array, " separation"], rests: Float[Array, "2 rest"]
+) -> Float[Array, "2 aim"]:
+    """What a motion comes to where the aims are: rests, or velocities after the impact."""
+    free = np.array([name in structure.free for name in structure.aims]).reshape(2, -1)
+    return jnp.where(free, after.reshape(2, -1), rests)
 
 
 # --- what is not measured: priors and what follows from them ------------------------------------
@@ -291,7 +341,11 @@ def observe(structure: Structure, data: Data, rests: Float[Array, "2 rest"]) -> 
 
 def velocity_of_b(structure: Structure, data: Data) -> Float[Array, "2"]:
     """B's velocity before impact from its prior, m/s."""
-    speed = numpyro.sample("speed_b", dist.HalfNormal(data.priors["speed_b"][0]))
+    if "speed_b" in structure.known_of_b:
+        of_speed = dist.TruncatedNormal(*data.inputs["speed_b"], low=0.0)
+    else:
+        of_speed = dist.HalfNormal(data.priors["speed_b"][0])
+    speed = numpyro.sample("speed_b", of_speed)
     if "direction_b" in structure.known_of_b:
         prior = dist.Normal(*data.inputs["direction_b"])
     else:
@@ -361,6 +415,33 @@ def collide(before: Float[Array, "6"], to: Bodies, coefficients: Coefficients) -
     return after
 
 
+def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "2 2"]:
+    """Change of velocity of A and of B, m/s: B's by momentum (SAE 770014 eqs 19, 20)."""
+    of_a = after[:2] - approach_of_a(x)[:2]
+    return jnp.stack([of_a, -x["mass_a"] / x["mass_b"] * of_a])
+
+
+def tell_skids(
+    structure: Structure, x: Values, after: Float[Array, " separation"]
+) -> None:
+    """Record how fast a vehicle was before it skidded to the impact, all wheels locked.
+
+    v0² = v² + 2 g f exp(−c v̄) s, v̄ the mean of v0 and v.
+    """
+    road = structure.surfaces[0]
+    before = after.reshape(2, -1)[:, :2] - delta_v(x, after)
+    for i, v in enumerate(VEHICLES):
+        if f"skid_{v}" not in x:
+            continue
+        square = jnp.sum(before[i] ** 2)
+        speed = initial = jnp.sqrt(square)
+        for _ in range(1 if structure.constant_friction else 8):
+            slowing = jnp.exp(-x[f"speed_dependence_{road}"] * (initial + speed) / 2)
+            friction = x[f"friction_{road}"] * x[f"grip_{v}"] * slowing
+            initial = jnp.sqrt(square + 2 * GRAVITY * friction * x[f"skid_{v}"])
+        numpyro.deterministic(f"initial_speed_{v}", initial)
+
+
 def tell_motion(after: Float[Array, " separation"], delta_v: Float[Array, "2 2"]) -> None:
     """Record velocities after the impact and each vehicle's delta-v.
 
@@ -368,8 +449,7 @@ def tell_motion(after: Float[Array, " separation"], delta_v: Float[Array, "2 2"]
         after: of A, then B: x and y (m/s), and the yaw rate (rad/s) where the rung has one.
         delta_v: change of velocity of A and of B, m/s.
     """
-    spins = ("Omega_a", "Omega_b") if after.size == 6 else ()
-    names = ("Vax", "Vay", *spins[:1], "Vbx", "Vby", *spins[1:])
+    names = [name for of_one in AFTER for name in of_one[: after.size // 2]]
     for name, value in zip(names, after, strict=True):
         numpyro.deterministic(name, value)
     for v, change in zip(VEHICLES, delta_v, strict=True):

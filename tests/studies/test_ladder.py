@@ -121,7 +121,7 @@ def test_other_priors_agree_with_the_product_of_normals(other) -> None:
     rng = np.random.default_rng(1)
     precision = 1 / 2.5**2 + 30.0**-2  # likelihood 20 ± 2.5, far from nought
     speed = rng.normal(20 / 2.5**2 / precision, precision**-0.5, 50_000)
-    found = ladders.reweighed(speed, "other", 30.0, other)
+    found = ladders.reweighed(speed, "other", speed**2 / 2 * (30.0**-2 - other**-2))
     precision = 1 / 2.5**2 + other**-2
     assert found.median == pytest.approx(20 / 2.5**2 / precision, abs=0.06)
     assert found.sd == pytest.approx(precision**-0.5, rel=0.02)

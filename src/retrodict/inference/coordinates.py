@@ -2,8 +2,9 @@
 
 A rest pose measured to a hand's breadth pins the velocities after the impact to a thin curved
 sheet, so neither the paper's unknowns nor their whitening makes an easy target. Sampled instead is
-q = (z_a, z_b, xi): how many standard deviations each rest pose misses its measurement by, and the
-measured inputs as standard normal deviates. A quadratic in q, fitted to run-outs beforehand, gives
+q = (z_a, z_b, xi): how many standard deviations each rest pose misses its measurement by (or, where
+none was measured, each velocity after the impact a likely one), and the measured inputs as standard
+normal deviates. A quadratic in q, fitted to run-outs beforehand, gives
 velocities after the impact; the impact model's closed-form inverse gives its unknowns. Any smooth
 bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
 
@@ -114,7 +115,7 @@ def levels_of(structure: parts.Structure) -> tuple[Level, ...]:
 
 def length(structure: parts.Structure) -> int:
     """Number of entries of q."""
-    return len(structure.evidence) + len(structure.uncertain)
+    return len(structure.aims) + len(structure.uncertain)
 
 
 def size(structure: parts.Structure) -> int:
@@ -125,7 +126,7 @@ def size(structure: parts.Structure) -> int:
 def shaping_inputs(structure: parts.Structure, vehicle: str) -> list[int]:
     """Which uncertain inputs shape a vehicle's run-out, by index."""
     other = "_b" if vehicle == "a" else "_a"
-    before = ("Gamma", "speed_a", "direction_a", "omega_a")
+    before = ("Gamma", "speed_a", "direction_a", "omega_a", "skid_a", "skid_b")
     return [i for i, n in enumerate(structure.names) if not n.endswith(other) and n not in before]
 
 
@@ -163,7 +164,7 @@ def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"
 
 def _split(structure: parts.Structure, q: Q) -> tuple[Array, Array]:
     """z and xi of q."""
-    n = len(structure.evidence)
+    n = len(structure.aims)
     return q[:n], q[n:]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error
 from retrodict.inference.outcome import Checks
-from retrodict.scene.quantities import REPORTED, describe, unit_of
+from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -39,7 +39,8 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     import arviz_stats  # slow to import; `reconstruct` does it while programs compile
 
     everything = idata["posterior"].to_dataset()
-    names = [name for name in REPORTED if name in everything]  # a simpler rung tells of fewer
+    # a simpler rung tells of fewer
+    names = [name for name in scene.reported() if name in everything]
     posterior = everything[names]
     stats = idata["sample_stats"].to_dataset()
     divergences = int(stats["diverging"].sum()) if "diverging" in stats else None

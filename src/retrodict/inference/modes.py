@@ -12,6 +12,7 @@ from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
 from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.programs import CHUNK
+from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
 
@@ -45,7 +46,9 @@ class Solution:
         """The total rotations to rest, in words; nothing where all were stated."""
         told = []
         for v in self.turns:
-            turn = self.scene.rest[v].heading.value - self.scene.vehicles[v].heading.value
+            heading = self.scene.rest[v].heading
+            assert heading is not None, "only measured headings hide turns"
+            turn = heading.value - self.scene.vehicles[v].heading.value
             told.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
         return ", ".join(told)
 
@@ -63,7 +66,8 @@ def solutions(scene: Scene, rung: str) -> list[Solution]:
     Raises:
         Unanswerable: no number of turns leads to the rest poses, or none has a finite mode.
     """
-    unknown = [v for v in VEHICLES if not scene.rest[v].turns_known]
+    explained = RUNGS[rung].of_scene(scene)[0].evidence
+    unknown = [v for v in VEHICLES if f"rest_heading_{v}" in explained and not scene.rest[v].turns_known]
     if not unknown:
         return [Solution(prepare(scene, rung), scene, {})]
     tried: dict[tuple[int, ...], Solution | None] = {}
@@ -273,6 +277,7 @@ def _turned(scene: Scene, turns: dict[str, int]) -> Scene:
     rest = dict(scene.rest)
     for v, count in turns.items():
         heading = rest[v].heading
+        assert heading is not None, "only measured headings hide turns"
         heading = replace(heading, value=heading.value + 2 * np.pi * count)
         rest[v] = replace(rest[v], heading=heading)
     return replace(scene, rest=rest)

@@ -10,11 +10,13 @@ from retrodict.inference import coordinates, sheet
 from retrodict.inference.coordinates import Chart, Wall
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import Programs, in_chunks, programs_for
+from retrodict.inference.scout import scouted
 from retrodict.models import RUNGS, parts
 from retrodict.scene.records import Scene
 
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
 _MOST_STEPS = 768
+_SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,15 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = RUNGS[rung].of_scene(scene)
+    if not structure.free:
+        return _whitened(structure, data)
+    found = _whitened(structure, scouted(programs_for(structure), data))
+    # what was scouted is but near, and sheets are to fit where the posterior lies
+    return _whitened(found.programs.structure, _aimed_anew(found))
+
+
+def _whitened(structure: parts.Structure, data: parts.Data) -> Posterior:
+    """The posterior about its mode, with as many steps of the run-outs as it takes."""
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
         programs = programs_for(structure)
@@ -80,7 +91,9 @@ def prepare(scene: Scene, rung: str) -> Posterior:
             break
         structure = replace(structure, steps=2 * structure.steps)
     n = coordinates.length(structure)
-    chart = _chart(programs, data, sheets, np.zeros(n), np.eye(n))
+    chart = _likeliest(
+        programs, data, [_chart(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
+    )
     # walls and whitening depend on the mode and it on them: twice is enough
     for _ in range(3):
         mode, value = _mode(programs, data, chart)
@@ -90,6 +103,18 @@ def prepare(scene: Scene, rung: str) -> Posterior:
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         chart = _chart(programs, data, sheets, centre, spread)
     return Posterior(programs, data, chart, error, -value, unresolved)
+
+
+def _aimed_anew(posterior: Posterior) -> parts.Data:
+    """The data, with the aims for velocities moved to the mode and as wide as the posterior."""
+    structure, data, chart = posterior.programs.structure, posterior.data, posterior.chart
+    aims = dict(data.aims)
+    for i, name in enumerate(structure.aims):
+        if name in structure.free:
+            value, sd = aims[name]
+            deviation = np.linalg.norm(np.asarray(chart.spread)[i])
+            aims[name] = np.array([value + sd * float(chart.centre[i]), sd * deviation])
+    return data._replace(aims=aims)
 
 
 def blank_chart(structure: parts.Structure) -> Chart:
@@ -140,6 +165,24 @@ def _chart(
     spread = keep @ (R * np.sign(np.diag(R))[:, None]).T
     volume = np.linalg.slogdet(np.concatenate([spread, along[held].T], axis=1))[1]
     return Chart(sheets, wall, centre, spread, np.array(volume))
+
+
+def _starts(structure: parts.Structure) -> list[np.ndarray]:
+    """Where a mode may be sought from: all as measured, and A's speed anywhere if it was not."""
+    middle = np.zeros(coordinates.length(structure))
+    if ("speed_a", "halfnormal") not in structure.uncertain:
+        return [middle]
+    unknown = len(structure.aims) + structure.names.index("speed_a")
+    return [middle + deviate * (np.arange(middle.size) == unknown) for deviate in _SPEEDS]
+
+
+def _likeliest(programs: Programs, data: parts.Data, charts: list[Chart]) -> Chart:
+    """The chart at whose centre the density is the highest."""
+    if len(charts) == 1:
+        return charts[0]
+    nowhere = np.zeros(coordinates.size(programs.structure))
+    heights = [float(programs("potential", nowhere, data, chart)[0]) for chart in charts]
+    return charts[int(np.argmin(np.nan_to_num(heights, nan=np.inf)))]
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:

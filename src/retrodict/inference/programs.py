@@ -28,7 +28,7 @@ from retrodict.inference import coordinates, executables
 from retrodict.models import RUNGS, parts
 from retrodict.models.impact import quotients
 
-BATCH = 512  # run-outs per call of `rests`
+BATCH = 512  # run-outs per call of `reached`
 CHUNK = 500  # draws per call of `simulate`
 BLOCK = 50  # iterations per call of `advance`
 """Chains run in blocks: between them progress is told and an interrupt is heeded."""
@@ -101,7 +101,7 @@ class Programs:
 
         def rest_poses(structure: parts.Structure, data: parts.Data, *at: Any) -> Array:
             exact = self.rung.run_out.rest_poses(structure, data, *jax.lax.stop_gradient(at))
-            sheet = parts.measured_rests(structure, data, q[: len(structure.evidence)])
+            sheet = parts.aimed(structure, data, q[: len(structure.aims)])
             return sheet + jax.lax.stop_gradient(exact - sheet)
 
         given = {"rest_poses": rest_poses}
@@ -120,10 +120,11 @@ class Programs:
 
         return jax.vmap(one)(xi)
 
-    def _rests(self, data: parts.Data, separation: Array, xi: Array) -> Array:
+    def _reached(self, data: parts.Data, separation: Array, xi: Array) -> Array:
         def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
-            return self.rung.run_out.rest_poses(self.structure, data, x, V)
+            rests = self.rung.run_out.rest_poses(self.structure, data, x, V)
+            return parts.reached(self.structure, V, rests)
 
         return jax.vmap(one)(separation, xi)
 
@@ -221,7 +222,7 @@ class Programs:
         in_batch = jax.vmap(coordinates.locate, in_axes=(None, None, None, 0))
         return {
             "inputs": self._inputs,
-            "rests": self._rests,
+            "reached": self._reached,
             "potential": jax.value_and_grad(self.potential),
             "locate": lambda data, chart, w: in_batch(s, data, chart, w),
             "levels": self._levels,

@@ -22,6 +22,7 @@ from retrodict.inference.outcome import Checks, Mode, Outcome
 from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart
 from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
 from retrodict.models import RUNGS, parts
+from retrodict.models.evidence import FREEDOM
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import Scene
 
@@ -260,12 +261,12 @@ def _compile_ahead(programs: Programs, data: parts.Data, method: str, warmup: in
     structure = programs.structure
     chart = blank_chart(structure)
     n = chart.spread.shape[1]
-    separation = np.zeros((BATCH, len(structure.evidence)))
+    separation = np.zeros((BATCH, len(structure.aims)))
     xi = np.zeros((BATCH, len(structure.uncertain)))
     programs.expect("inputs", data, xi)
-    programs.expect("rests", data, separation, xi)
+    programs.expect("reached", data, separation, xi)
     finer = programs_for(replace(structure, steps=4 * structure.steps))
-    finer.expect("rests", data, separation, xi)
+    finer.expect("reached", data, separation, xi)
     programs.expect("potential", np.zeros(n), data, chart)
     if programs.rung.impact.levels:
         programs.expect("levels", data, chart, chart.centre)
@@ -325,7 +326,7 @@ def _tree(solution: Solution, drawn: Draws, seed: int) -> xr.DataTree:
     def noisy(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         return {
             f"predicted/{k}": values[f"predicted/{k}"]
-            + m.sd * rng.standard_normal(np.shape(values[f"predicted/{k}"]))
+            + m.sd * _errors(rng, np.shape(values[f"predicted/{k}"]), scene.robust)
             for k, m in evidence.items()
         }
 
@@ -346,6 +347,11 @@ def _tree(solution: Solution, drawn: Draws, seed: int) -> xr.DataTree:
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
 
 
+def _errors(rng: np.random.Generator, shape: tuple[int, ...], robust: bool) -> np.ndarray:
+    """Errors of measurement in standard deviations."""
+    return rng.standard_t(FREEDOM, shape) if robust else rng.standard_normal(shape)
+
+
 def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Dataset:
     import xarray as xr
 
@@ -363,9 +369,9 @@ def _trajectories(posterior: Posterior, sites: dict, told: dict) -> xr.Dataset:
 
     count = len(sites["speed_b"])
     index = np.linspace(0, count - 1, PATHS).astype(int)
-    columns = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
     known = sites | told
-    V = np.stack([known[name][index] for name in columns if name in known], axis=1)
+    columns = [name for of_one in parts.AFTER for name in of_one if name in known]
+    V = np.stack([known[name][index] for name in columns], axis=1)
     chosen = {k: v[index] for k, v in sites.items()}
     path = posterior.programs("paths", posterior.data, chosen, V)
     return xr.Dataset(

@@ -39,10 +39,12 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
     size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
     poses, k2, friction, _ = (np.asarray(a)[0] for a in programs("inputs", data, xi))
-    target, sd = _evidence(programs, data)
+    target, sd = _aims(programs, data)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
     V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
+    free = np.array([aim in programs.structure.free for aim in programs.structure.aims])
+    V = np.where(free.reshape(2, size), target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
     weight = _TURNING[:size]
@@ -54,7 +56,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         for j in range(size):
             nudged[:, j + 1, :, j] += _STEP
         batch = np.resize(nudged.reshape(-1, 2 * size), (BATCH, 2 * size))
-        ends = np.asarray(programs("rests", data, batch, xi))[: starts * (size + 1)]
+        ends = np.asarray(programs("reached", data, batch, xi))[: starts * (size + 1)]
         ends = ends.reshape(starts, size + 1, 2, size)
         miss = (ends[:, 0] - target) / sd
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
@@ -109,7 +111,7 @@ def fit(
     n, size = coordinates.length(structure), len(structure.rests)
     sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
     xi = sample[:, 2 * size :]
-    target, sd = _evidence(programs, data)
+    target, sd = _aims(programs, data)
     mine = [slice(size * v, size * (v + 1)) for v in range(2)]
     scale = np.asarray(programs("inputs", data, xi)[3])
     shaping = [coordinates.shaping_inputs(structure, v) for v in "ab"]
@@ -123,7 +125,7 @@ def fit(
             ],
             axis=1,
         )
-        z = (np.asarray(programs("rests", data, V, xi)) - target) / sd
+        z = (np.asarray(programs("reached", data, V, xi)) - target) / sd
         for v in range(2):
             wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
@@ -152,9 +154,9 @@ def unresolved(
     """
     s = programs.structure
     finer = programs_for(replace(s, steps=4 * s.steps))
-    _, sd = _evidence(programs, data)
-    moved = np.asarray(finer("rests", data, *run_outs)) - np.asarray(
-        programs("rests", data, *run_outs)
+    _, sd = _aims(programs, data)
+    moved = np.asarray(finer("reached", data, *run_outs)) - np.asarray(
+        programs("reached", data, *run_outs)
     )
     return float(np.quantile(np.abs(moved / sd), 0.9))
 
@@ -195,14 +197,14 @@ def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> lis
     """First sheets: linear in the rest pose and the inputs, by difference quotients."""
     structure = programs.structure
     p, size = len(structure.uncertain), len(structure.rests)
-    _, sd = _evidence(programs, data)
+    _, sd = _aims(programs, data)
     V, xi = np.tile(separation, (BATCH, 1)), np.zeros((BATCH, p))
     for j in range(size):
         V[1 + j, [j, size + j]] += _STEP
     h = 0.01
     for j in range(p):
         xi[1 + size + j, j] = h
-    ends = np.asarray(programs("rests", data, V, xi))
+    ends = np.asarray(programs("reached", data, V, xi))
     sheets = []
     for v, vehicle in enumerate("ab"):
         shape = coordinates.shaping_inputs(structure, vehicle)
@@ -225,9 +227,9 @@ def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> lis
     return sheets
 
 
-def _evidence(programs: Programs, data: parts.Data) -> tuple[np.ndarray, np.ndarray]:
-    """Measured rests and their standard deviations, a row each for A and B."""
-    pairs = np.array([data.evidence[name] for name in programs.structure.evidence])
+def _aims(programs: Programs, data: parts.Data) -> tuple[np.ndarray, np.ndarray]:
+    """What is aimed at and its standard deviations, a row each for A and B."""
+    pairs = np.array([data.aims[name] for name in programs.structure.aims])
     value, sd = pairs.T.reshape(2, 2, -1)
     return value, sd
 

@@ -9,6 +9,7 @@ from retrodict.scene.priors import Prior, default_priors
 from retrodict.scene.quantities import REPORTED
 
 VEHICLES = ("a", "b")
+WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")  # what a scene may ask, in this order
 Law = Literal["normal", "lognormal", "logitnormal"]
 
@@ -265,5 +266,5 @@ class Scene:
 
 _APPROACH_NAMES = {"yaw_rate": "omega"}
 _WHEEL_NAMES = {
-    wheel: f"drag_{wheel}" for wheel in ("front_left", "front_right", "rear_left", "rear_right")
+    wheel: f"drag_{wheel}" for wheel in WHEELS
 }

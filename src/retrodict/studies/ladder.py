@@ -14,7 +14,8 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods.weights import log_mean, smoothed
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.models import RUNGS, Rung
-from retrodict.scene.quantities import REPORTED, describe
+from retrodict.models.evidence import FREEDOM
+from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
 
 if TYPE_CHECKING:
@@ -88,10 +89,10 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class Reweighed:
-    """The answer on B's speed under another prior of it, by weighing the same draws anew.
+    """The answer on B's speed under another prior of the unknown speeds, by weighing draws anew.
 
     Args:
-        prior: "halved" or "doubled" (the half-normal's scale), or "flat".
+        prior: "halved" or "doubled" (the half-normals' scale), or "flat".
         median, sd: m/s.
         pareto_k: of the weights; above 0.7 they cannot be relied on.
     """
@@ -274,16 +275,13 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
     Returns:
         A reason for each rung, from simplest to fullest.
     """
-    evidence = scene.evidence()
     why = {}
     for name, rung in RUNGS.items():
         mute = [REPORTED[q][0] for q in question if q not in rung.answers]
-        needs = [f"rest_{part}_{v}" for v in VEHICLES for part in rung.run_out.rests]
-        absent = [describe(need)[0] for need in needs if need not in evidence]
         if mute:
             why[name] = f"does not answer {', '.join(mute)}"
-        elif absent:
-            why[name] = f"needs what was not measured: {', '.join(absent)}"
+        elif not rung.of_scene(scene)[0].evidence:
+            why[name] = "explains nothing of what was measured"
         else:
             twins = (n for n, no in why.items() if not no and _alike(rung, RUNGS[n], scene))
             twin = next(twins, None)
@@ -298,7 +296,11 @@ def _alike(rung: Rung, other: Rung, scene: Scene) -> bool:
         inputs = rung.run_out.seen(scene).inputs()
         return {name: (m.value, m.sd, m.law if m.sd else "") for name, m in inputs.items()}
 
-    same = rung.impact is other.impact and rung.run_out.rest_poses is other.run_out.rest_poses
+    if rung.impact is not other.impact:
+        return False
+    if not scene.rest and not scene.marks:  # nobody asks how they came to rest
+        return rung.run_out.rests == other.run_out.rests
+    same = rung.run_out.rest_poses is other.run_out.rest_poses
     return same and seen(rung) == seen(other)
 
 
@@ -381,8 +383,12 @@ def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
     """The step, with what a run of its rung brought."""
     posterior = outcome.idata["posterior"].to_dataset()
     evidence, error = log_evidence(outcome)
+    unknown = [f"speed_{v}" for v in VEHICLES if outcome.scene.approach[v].speed is None]
+    squares = {
+        name: (np.asarray(posterior[name]).ravel() / outcome.scene.priors[name].numbers[0]) ** 2
+        for name in unknown
+    }
     speed = np.asarray(posterior["speed_b"]).ravel()
-    scale = outcome.scene.priors["speed_b"].numbers[0]
     return replace(
         step,
         answers={name: summary(np.asarray(posterior[name]).ravel()) for name in question},
@@ -393,7 +399,9 @@ def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
         priors=tuple(
-            reweighed(speed, prior, scale, times * scale) for prior, times in _PRIORS.items()
+            reweighed(speed, prior, sum(squares.values()) / 2 * (1 - times**-2))
+            for prior, times in _PRIORS.items()
+            if unknown
         ),
     )
 
@@ -412,9 +420,10 @@ def summary(draws: np.ndarray) -> Summary:
 
 def fit(outcome: Outcome) -> Fit:
     """How a reconstruction explains what was measured: see `Fit`."""
-    from scipy.special import chdtrc
+    from scipy.special import chdtrc, ndtri, stdtr
 
-    tree = outcome.idata
+    tree, robust = outcome.idata, outcome.scene.robust
+    noise = FREEDOM / (FREEDOM - 2) if robust else 1.0  # variance, of a prediction's own error
     used = set(tree["log_likelihood"].data_vars)
     items, squares, freedom = [], 0.0, 0.0
 
@@ -429,8 +438,11 @@ def fit(outcome: Outcome) -> Fit:
         below = float(np.mean(z < 0))
         items.append(Item(name, name in used, -float(z.mean()), 2 * min(below, 1 - below)))
         if name in used:
-            squares += z.mean() ** 2
-            freedom += 1 - (z.var() - 1)  # predictions have the measurement's noise on them
+            residual = abs(z.mean())
+            if robust:  # the normal residual that is as improbable
+                residual = -ndtri(stdtr(FREEDOM, -residual))
+            squares += residual**2
+            freedom += 1 - (z.var() - noise)  # predictions have the measurement's error on them
     for name, measured in outcome.scene.inputs().items():
         if measured.sd > 0 and name in tree["posterior"].data_vars:
             z = standardised("posterior", name, measured)
@@ -454,19 +466,18 @@ def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
     return log_mean(np.asarray(outcome.idata["sample_stats"]["log_weight"]).ravel())
 
 
-def reweighed(speed: np.ndarray, prior: str, scale: float, other: float) -> Reweighed:
-    """The answer under a half-normal prior of another scale.
+def reweighed(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighed:
+    """The answer under another prior.
 
     Args:
         speed: draws, shape (any,), m/s.
         prior: what the other is called.
-        scale: of the prior that they were drawn under, m/s.
-        other: of the other, m/s; infinite for a flat one.
+        log_weight: log of its density over that of the one they were drawn under, shape (any,).
 
     Returns:
         The answer, and how far it can be relied on.
     """
-    weights, k = smoothed(speed**2 / 2 * (scale**-2 - other**-2))
+    weights, k = smoothed(log_weight)
     order = np.argsort(speed)
     middle = float(np.interp(0.5, np.cumsum(weights[order]), speed[order]))
     mean = float(weights @ speed)

@@ -1,0 +1,44 @@
+"""Where motion after the impact is to be sought, when no rest pose tells."""
+
+from __future__ import annotations
+
+import jax
+import numpy as np
+
+from retrodict.inference.programs import CHUNK, Programs
+from retrodict.models import parts
+
+_ROUNDS = 20  # of CHUNK crashes from the prior
+_LEAST = 0.1  # m/s and rad/s: of the spread about the best of them
+
+
+def scouted(programs: Programs, data: parts.Data) -> parts.Data:
+    """Data whose aims for velocities are those of the likeliest crash among many from the prior.
+
+    Items of evidence count by Cauchy's law, so that one sharp item does not silence all others.
+    Nothing here needs to be exact: it only places coordinates.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+
+    Returns:
+        The data, with (value, sd) of every aim that is a velocity.
+    """
+    structure = programs.structure
+    scores, velocities = [], []
+    for seed in range(_ROUNDS):
+        keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
+        sites = programs("prior", keys, data)
+        told = sites | programs("simulate", data, sites)
+        score = np.zeros(CHUNK)
+        for name in structure.evidence:
+            value, sd = data.evidence[name]
+            score -= np.log1p(((np.asarray(told[f"predicted/{name}"]) - value) / sd) ** 2)
+        scores.append(np.nan_to_num(score, nan=-np.inf))
+        velocities.append(np.stack([told[name] for name in structure.free], axis=1))
+    score, velocity = np.concatenate(scores), np.concatenate(velocities)
+    best = velocity[score.argmax()]
+    weight = np.exp(score - score.max())
+    sd = np.sqrt(weight @ (velocity - best) ** 2 / weight.sum()) + _LEAST
+    return data._replace(aims=data.aims | dict(zip(structure.free, np.stack([best, sd], axis=1), strict=True)))

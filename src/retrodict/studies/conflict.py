@@ -1,0 +1,90 @@
+"""Which measurements disagree with all others, and by how much: each is left out in turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.inference.methods.weights import MAX_PARETO_K, smoothed
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+DOUBT = 0.01  # probability below which a measurement is said to disagree
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """One item of evidence beside what all else says of it, and the answer without it (SI units).
+
+    Args:
+        name: its flat name.
+        value, sd: as measured.
+        expected, expected_sd: of the measurement, from all else, its own error included.
+        probability: two-sided, of a measurement as far out as this one.
+        speed_b, speed_b_sd: B's speed before impact without it.
+        pareto_k: of the weights that leave it out; above 0.7 the numbers cannot be relied on, for
+            without the item the answer is far from what it is with it.
+    """
+
+    name: str
+    value: float
+    sd: float
+    expected: float
+    expected_sd: float
+    probability: float
+    speed_b: float
+    speed_b_sd: float
+    pareto_k: float
+
+    @property
+    def told(self) -> bool:
+        """Whether the weights can be relied on."""
+        return self.pareto_k <= MAX_PARETO_K
+
+    @property
+    def disagrees(self) -> bool:
+        """Whether it is as improbable as `DOUBT`, by weights that can be relied on."""
+        return self.told and self.probability < DOUBT
+
+
+def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
+    """What a reconstruction says of each item of evidence without that item.
+
+    The draws are weighed anew, by Pareto-smoothed importance sampling (Vehtari, Gelman and Gabry
+    2017); nothing is sampled again.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        One record an item that the model explains.
+    """
+    tree = outcome.idata
+    measured = outcome.scene.evidence()
+    speed = np.asarray(tree["posterior"]["speed_b"]).ravel()
+    found = []
+    for name in map(str, tree["log_likelihood"].data_vars):
+        weights, k = smoothed(-np.asarray(tree["log_likelihood"][name]).ravel())
+        predicted = np.asarray(tree["posterior_predictive"][name]).ravel()
+        value, sd = measured[name].value, measured[name].sd
+        beyond = weights @ (predicted > value)
+        found.append(
+            LeftOut(
+                name,
+                value,
+                sd,
+                *_moments(predicted, weights),
+                float(2 * min(beyond, 1 - beyond)),
+                *_moments(speed, weights),
+                k,
+            )
+        )
+    return tuple(found)
+
+
+def _moments(draws: np.ndarray, weights: np.ndarray) -> tuple[float, float]:
+    mean = float(weights @ draws)
+    return mean, float(np.sqrt(weights @ (draws - mean) ** 2))

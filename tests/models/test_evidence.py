@@ -1,0 +1,125 @@
+"""What a model predicts of each item of evidence, against values found by hand or by SciPy."""
+
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpyro import handlers
+from numpyro.infer.util import log_density
+from retrodict.models import RUNGS, evidence, parts
+from scipy import stats
+
+from retrodict.scene.records import Departure, Mark, Measured, Scene
+from tests.scenes import DEGREE, collision
+
+RUNG = RUNGS["planar-moment+spin"]
+SITES = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.35, "e_m": 0.7}
+
+
+def told(scene: Scene, rung=RUNG) -> dict:
+    """All that the model says at one point."""
+    structure, data = rung.of_scene(scene)
+    sites = SITES | {"measured": jnp.zeros(len(structure.uncertain))}
+    model = handlers.substitute(rung.model, {k: jnp.asarray(v) for k, v in sites.items()})
+    return handlers.trace(handlers.seed(model, 0)).get_trace(structure, data)
+
+
+def test_departures_are_what_velocities_after_the_impact_say() -> None:
+    every = Departure(*(Measured(value, 0.1) for value in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)))
+    scene = replace(collision(share=0.0, berm=False), departure={"a": every, "b": every})
+    trace = told(scene)
+    value = {k: float(site["value"]) for k, site in trace.items() if site["type"] == "deterministic"}
+    before = {"a": (-20.1168, 0.0), "b": (value["vbx"], value["vby"])}
+    for v in "ab":
+        V = np.array([value[f"V{v}x"], value[f"V{v}y"]])
+        heading = scene.vehicles[v].heading.value
+        ahead = np.array([np.cos(heading), np.sin(heading)])
+        change = V - before[v]
+        expected = {
+            "speed": np.hypot(*V),
+            "yaw_rate": value[f"Omega_{v}"],
+            "delta_v": value[f"delta_v_{v}"],
+            "delta_v_forward": change @ ahead,
+            "delta_v_left": change @ [-ahead[1], ahead[0]],
+        }
+        for name, wanted in expected.items():
+            assert float(trace[f"departure_{name}_{v}"]["fn"].mean) == pytest.approx(wanted), name
+        direction = float(trace[f"departure_direction_{v}"]["fn"].mean)
+        assert np.cos(direction - np.arctan2(V[1], V[0])) == pytest.approx(1)
+        assert abs(direction - 5.0) <= np.pi  # the representative nearest to what was measured
+
+
+@pytest.mark.parametrize("of", ["centre", "rear_left"])
+def test_a_mark_is_as_far_as_the_nearest_of_many_points_of_the_path(of: str) -> None:
+    point = Mark(3.0, -4.0, 0.2, of)
+    scene = replace(collision(share=0.0, berm=False), marks={"b": (point,)})
+    trace, (structure, data) = told(scene), RUNG.of_scene(scene)
+    x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
+    after = jnp.array([trace[name]["value"] for of_one in parts.AFTER for name in of_one])
+    path = np.asarray(RUNG.run_out.paths(structure, data, x, after))[1]
+    line = path[:, :2]
+    if of == "rear_left":  # 1.45 m behind, 0.75 m to the left
+        ahead = np.stack([np.cos(path[:, 2]), np.sin(path[:, 2])], axis=1)
+        line = line - 1.45 * ahead + 0.75 * np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    share = np.linspace(0, 1, 1000)[:, None, None]
+    apart = line[:-1] + share * np.diff(line, axis=0) - [3.0, -4.0]
+    predicted = float(trace["mark_1_b"]["fn"].mean)
+    assert abs(predicted) == pytest.approx(np.linalg.norm(apart, axis=-1).min(), abs=1e-4)
+
+
+def test_a_robust_scene_errs_by_students_t() -> None:
+    normal, robust = collision(share=0.0, berm=False), replace(collision(share=0.0, berm=False), robust=True)
+    sites = SITES | {"measured": jnp.zeros(3)}
+    found = [log_density(RUNG.model, RUNG.of_scene(s), {}, sites)[0] for s in (normal, robust)]
+    residuals = [
+        (float(site["fn"].mean) - float(site["value"])) / float(site["fn"].scale)
+        for name, site in told(normal).items()
+        if name in normal.evidence()
+    ]
+    expected = stats.t(4).logpdf(residuals).sum() - stats.norm.logpdf(residuals).sum()
+    assert float(found[1] - found[0]) == pytest.approx(expected)
+
+
+def test_a_skid_to_impact_adds_its_energy() -> None:
+    scene = collision(share=0.0, berm=False)
+    b = replace(scene.approach["b"], skid=Measured(12.0, 0.0, "lognormal"))
+    trace = told(replace(scene, approach=scene.approach | {"b": b}))
+    friction = float(parts.from_standard(*RUNG.of_scene(scene), jnp.zeros(3))["friction_road"])
+    expected = np.sqrt(19.0**2 + 2 * 9.80665 * friction * 12.0)
+    assert float(trace["initial_speed_b"]["value"]) == pytest.approx(expected)
+    assert "initial_speed_a" not in trace
+
+
+def test_a_rung_without_yaw_explains_no_yaw() -> None:
+    names = [*collision().evidence(), "departure_yaw_rate_a", "departure_speed_a", "mark_2_b"]
+    left = [name for name in names if not evidence.explained(name, turns=False)]
+    assert left == ["rest_heading_a", "rest_heading_b", "departure_yaw_rate_a"]
+    assert all(evidence.explained(name, turns=True) for name in names)
+
+
+def test_an_unknown_speed_of_a_has_its_prior() -> None:
+    scene = collision(share=0.0, berm=False)
+    a = replace(scene.approach["a"], speed=None)
+    structure, data = RUNG.of_scene(replace(scene, approach=scene.approach | {"a": a}))
+    i = structure.names.index("speed_a")
+    for deviate in (-3.0, -0.5, 0.0, 2.0, 6.0):
+        xi = jnp.zeros(len(structure.uncertain)).at[i].set(deviate)
+        speed = float(parts.from_standard(structure, data, xi)["speed_a"])
+        law = stats.halfnorm(scale=30)
+        assert law.sf(speed) == pytest.approx(stats.norm.sf(deviate), rel=1e-9)
+        assert law.cdf(speed) == pytest.approx(stats.norm.cdf(deviate), rel=1e-9)
+
+
+def test_aims_stand_for_velocities_where_no_rest_was_measured() -> None:
+    scene = collision()
+    rest = {"a": scene.rest["a"], "b": replace(scene.rest["b"], heading=None)}
+    structure, data = RUNG.of_scene(replace(scene, rest=rest))
+    assert structure.aims[:3] == ("rest_x_a", "rest_y_a", "rest_heading_a")
+    assert structure.aims[3:] == ("rest_x_b", "rest_y_b", "Omega_b")
+    assert set(data.aims) == set(structure.aims)
+    assert "rest_heading_b" not in structure.evidence
+    alone = RUNG.of_scene(replace(scene, rest={"a": scene.rest["a"]}))[0]
+    assert alone.aims[3:] == ("Vbx", "Vby", "Omega_b")
+    heading = 3 * DEGREE
+    assert float(data.aims["rest_heading_a"][1]) == pytest.approx(heading)
