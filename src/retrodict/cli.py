@@ -72,7 +72,7 @@ def check(scene: SceneFile) -> None:
     asked = ", ".join(describe(name)[0] for name in found.question)
     typer.echo(
         f"{scene}: {found.title}: fine. It asks for {asked}. "
-        f"{len(found.evidence())} items of evidence at rest, "
+        f"{len(found.evidence())} items of evidence, "
         f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
     )
 

@@ -5,6 +5,7 @@ schema = 1
 title = "Two cars on a bend"
 notes = ["a remark", "another"]
 question = ["mu", "speed_b"]
+errors = "robust"
 
 [vehicles.A]
 name = "sedan"
@@ -18,6 +19,10 @@ length = "5.2 m"
 width = "1.8 m"
 impact_centre = { distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }
 grip = "1.02 ± 0.04"
+marks = [
+  { point = ["-2 m", "0.5 m"], of = "front_left", uncertainty = "0.2 m" },
+  { point = ["-3 m", { value = 1, unit = "m", source = "taped" }] },
+]
 steer = "3 ± 2 deg"
 
 [vehicles.A.wheels]
@@ -33,6 +38,14 @@ heading = "180 ± 2 deg"
 speed = "45 ± 2 mph"
 direction = "181 ± 2 deg"
 yaw_rate = "0 ± 1 deg/s"
+skid = "12 ± 0.4 m"
+
+[vehicles.A.departure]
+direction = "160 ± 5 deg"
+speed = "5 ± 1 m/s"
+yaw_rate = "35 ± 5 deg/s"
+delta_v_forward = "-13 ± 1 m/s"
+delta_v_left = "-2 ± 1 m/s"
 
 [vehicles.A.rest]
 position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]
@@ -47,6 +60,9 @@ impact_centre = { distance = "1.76 m", angle = "60 deg" }
 
 [vehicles.B.impact]
 heading = "8 deg"
+
+[vehicles.B.departure]
+delta_v = "30 ± 2 mph"
 
 [vehicles.B.rest]
 position = ["6.1 m", "-9 m"]
@@ -64,6 +80,10 @@ edge = { point = ["0 m", "4 m"], direction = "90 deg", side = "left", uncertaint
 [surfaces.road]
 kind = "dry asphalt"
 friction = "0.50 ± 0.03"
+
+[priors.speed_a]
+scale = "50 mph"
+source = "a survey of A's road"
 
 [priors.speed_b]
 scale = "40 mph"
@@ -84,6 +104,21 @@ def changed(*changes: tuple[str, str]) -> str:
         assert old in text, f"the example has no {old!r}"
         text = text.replace(old, new, 1)
     return text
+
+
+def stripped(of_b: str = "") -> str:
+    """A scene of two like vehicles, with nothing known of their motion but these lines of B."""
+    vehicle = """
+[vehicles.{}]
+mass = "1857 kg"
+wheelbase = "2.85 m"
+track = "1.54 m"
+impact_centre = {{ distance = "2.09 m", angle = "10 deg" }}
+impact = {{ heading = "180 deg" }}
+"""
+    head = 'schema = 1\ntitle = "Little is known"\n'
+    impact = '[impact]\npoint = ["0 m", "0 m"]\ncontact_line = "-8.9 ± 3 deg"\n'
+    return head + vehicle.format("A") + vehicle.format("B") + of_b + "\n" + impact
 
 
 def without(*starts: str) -> str:

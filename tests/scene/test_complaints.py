@@ -8,7 +8,7 @@ import pickle
 import pytest
 
 from retrodict.scene import SceneError, load_scene, parse_scene
-from tests.scene.example import SCENE, changed, without
+from tests.scene.example import SCENE, changed, stripped, without
 
 A, B = "vehicles.A", "vehicles.B"
 EDGE = 'edge = { point = ["0 m", "4 m"], direction = "9 deg", side = "right" }'
@@ -57,7 +57,7 @@ WRONG = [
     ("[vehicles.B]", "[vehicles.C]\n[vehicles.B]", "vehicles.C", "{}", "known here: A, B"),
     ("[vehicles.B]", "[vehicles.a]\n[vehicles.B]", "vehicles.a", "{}", "keep either A or a"),
     ("[vehicles.B]", "[vehicles.B.approach]\nspeed = 3\n[vehicles.B]",
-     f"{B}.approach.speed", "3", "speed of B is what is sought"),
+     f"{B}.approach.speed", "3", 'write "3 m/s"'),
     ('"1778 kg"', '{ value = 1, unit = "kg", std = 3 }', f"{B}.mass.std", "3", 'did you mean "sd"'),
     ("[surfaces.road]", "[surfaces.Road]", "surfaces.Road", '"Road"', "lower case"),
     ("[surfaces.road]", '[surfaces."a b"]', "surfaces.a b", '"a b"', "lower case"),
@@ -93,6 +93,34 @@ WRONG = [
     ('["mu", "speed_b"]', "[]", "question", "[]", 'like ["speed_b"]'),
     ('["mu", "speed_b"]', '["speed"]', "question", '"speed"', 'cannot be asked; write one or more'),
     ('["mu", "speed_b"]', "[[1]]", "question", "[", "cannot be asked; write one or more"),
+    # what is known before and after the impact
+    ('errors = "robust"', 'errors = "some"', "errors", '"some"', 'write errors = "robust", or "normal"'),
+    ('"12 ± 0.4 m"', '"12"', f"{A}.approach.skid", '"12"', 'write "12 m"'),
+    ('"12 ± 0.4 m"', '"0 m"', f"{A}.approach.skid", '"0 m"', "between 0.1 and 500 m"),
+    ('"12 ± 0.4 m"', '"0.3 m"', f"{A}.approach.skid", '"0.3 m"', "default uncertainty is over 100 %"),
+    ('rotation = "35 deg"', 'skid = "3 m"', f"{A}.rest.skid", '"3 m"', "known here: position, heading"),
+    ('heading = "215 ± 3 deg"', "", f"{A}.rest.rotation", '"35 deg"', 'or write heading = "215 ± 3'),
+    ('"30 ± 2 mph"', '"30 mph"', f"{B}.departure.delta_v", '"30 mph"', 'like "12 ± 1 m/s"'),
+    ('"30 ± 2 mph"', '"-30 ± 2 mph"', f"{B}.departure.delta_v", "-30", "between 0 and 150 m/s"),
+    ('"-13 ± 1 m/s"', '"-13 m/s"', f"{A}.departure.delta_v_forward", "-13", 'like "-12 ± 1 m/s"'),
+    ('"5 ± 1 m/s"', '"5 m/s"', f"{A}.departure.speed", '"5 m/s"', 'like "45 ± 2 mph"'),
+    ('"35 ± 5 deg/s"', '"35 deg/s"', f"{A}.departure.yaw_rate", "35", 'like "35 ± 5 deg/s"'),
+    ('delta_v = "30 ± 2 mph"', "", f"{B}.departure", "{}", "write one or more of direction, speed"),
+    ('delta_v_left = "-2 ± 1 m/s"', 'delta_v = "13 ± 1 m/s"', f"{A}.departure.delta_v", '"13 ± 1 m/s"',
+     "the same measurement twice"),
+    ("delta_v_left", "delta_v_right", f"{A}.departure.delta_v_right", "-2", "did you mean"),
+    ('["-2 m", "0.5 m"]', '["-2 m"]', f"{A}.marks[0].point", "", 'write point = ["3 m", "1 m"]'),
+    ('["-2 m", "0.5 m"]', '["-2 m", "5"]', f"{A}.marks[0].point[1]", '"5"', 'write "5 m"'),
+    ('["-2 m", "0.5 m"]', '["-2 m", "5 ± 1 m"]', f"{A}.marks[0].point[1]", "5 ±",
+     "goes into its key uncertainty"),
+    ('point = ["-2 m", "0.5 m"],', "", f"{A}.marks[0].point", "", 'missing; write point = ["3 m"'),
+    ('"front_left", unc', '"bumper", unc', f"{A}.marks[0].of", '"bumper"', 'or a wheel: "front_left"'),
+    ('"0.2 m" },', '"0.2 ± 0.1 m" },', f"{A}.marks[0].uncertainty", "0.2 ±", 'like "0.2 m"'),
+    ('of = "front_left"', 'off = "front_left"', f"{A}.marks[0].off", "front_left", 'did you mean "of"'),
+    ("marks = [", "marks = [] \nmark = [", f"{A}.mark", "[{", 'did you mean "marks"'),
+    ("marks = [", "marks = 3\nnotes = [", f"{A}.marks", "3", "write marks = [{ point ="),
+    ("marks = [", "marks = [3,", f"{A}.marks[0]", "3", "write marks = [{ point ="),
+    ("marks = [", "marks = [" + 49 * "{},", f"{A}.marks", "[{…}", "51 marks; write at most 50"),
     # wheels and grip
     ('"1.02 ± 0.04"', '"5 ± 0.04"', f"{A}.grip", "5", "between 0.2 and 2"),
     ('front_left = "locked"', 'front_left = "lockt"', f"{A}.wheels.front_left", "lockt", '"rolling"'),
@@ -117,6 +145,7 @@ WRONG = [
     ('scale = "40 mph"', "", "priors.speed_b.scale", "", 'write scale = "40 m/s"'),
     ('source = "a survey"', "", "priors.speed_b.source", "", "missing; write source ="),
     ("[priors.speed_b]", "[priors.speed]", "priors.speed", "{", 'did you mean "speed_b"'),
+    ('"50 mph"', '"50"', "priors.speed_a.scale", '"50"', 'write "50 m/s"'),
     ('fast = 0.2\nslow = 0.6\nover = "12 mph"', "", "priors.e", "{", "write one or more of fast"),
     ("fast =", "high =", "priors.e.high", "0.2", "known here: source, fast, slow, over"),
     ("[priors.speed_b]", "[priors]\nmu = 1\n[priors.speed_b]", "priors.mu", "1", "write mu = { scale"),
@@ -151,9 +180,7 @@ REQUIRED = [
     ("track", f'{A}.track: missing; write track = "1.54 m"'),
     ("impact_centre", f"{A}.impact_centre: missing; write impact_centre = {{ distance"),
     ('heading = "180', f'{A}.impact.heading: missing; write heading = "180 ± 2 deg"'),
-    ("speed", f'{A}.approach.speed: missing; write speed = "45 ± 2 mph"'),
     ("position", f"{A}.rest.position: missing; write position = ["),
-    ('heading = "215', f'{A}.rest.heading: missing; write heading = "215 ± 3 deg"'),
     ('wheelbase = "2.75', f'{B}.cg_to_front_axle: missing; write cg_to_front_axle = "1.35 m"'),
     ("point", "impact.point: missing; write point = ["),
     ("contact_line", 'impact.contact_line: missing; write contact_line = "-8.9 ± 3 deg"'),
@@ -172,8 +199,38 @@ def test_missing_tables_say_what_to_write():
     with pytest.raises(SceneError) as caught:
         parse_scene('schema = 1\ntitle = "t"\n[vehicles.A]\nmass = "1 t"\n', "bend")
     said = str(caught.value)
-    for key in (f"{A}.impact", f"{A}.approach", f"{A}.rest", "vehicles.B", "impact", "surfaces"):
+    for key in (f"{A}.impact", f"{A}.track", "vehicles.B", "impact"):
         assert f"bend: {key}: missing; write " in said
+
+
+def test_a_scene_without_evidence_after_the_impact_says_what_to_write():
+    with pytest.raises(SceneError) as caught:
+        parse_scene(stripped(), "bend")
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith("bend: vehicles = {")
+    assert "write rest = { position = [" in line
+    assert line.endswith(", departure or marks of one")
+
+
+@pytest.mark.parametrize(
+    ("written", "needed"),
+    [
+        ('rest = { position = ["1 m", "2 m"] }', True),
+        ('marks = [{ point = ["1 m", "2 m"] }]', True),
+        ('departure = { speed = "3 ± 1 m/s" }\napproach = { skid = "9 m" }', True),
+        ('departure = { speed = "3 ± 1 m/s" }', False),
+    ],
+)
+def test_surfaces_are_needed_where_something_slid(written, needed):
+    text = stripped(written)
+    if needed:
+        with pytest.raises(SceneError) as caught:
+            parse_scene(text, "bend")
+        assert str(caught.value) == (
+            'bend: surfaces: missing; write surfaces = { road = { friction = "0.50 ± 0.03" } }'
+        )
+    else:
+        assert parse_scene(text, "bend").surfaces
 
 
 def test_every_problem_has_its_line():
@@ -204,9 +261,9 @@ def test_a_long_or_hostile_value_is_clipped_and_escaped():
 
 
 TOML = [
-    ('"1857 ± 37 kg"', "1857 kg", "line 8, column 13 = ", '"mass = 1857 kg"', "stand in quotes"),
-    ("[surfaces.berm]", "[surfaces.road]\n[surfaces.road]", "line 57", "surfaces.road", "once"),
-    ("track =", 'mass = "3 kg"\ntrack =', "line 13", "mass", "once"),
+    ('"1857 ± 37 kg"', "1857 kg", "line 9, column 13 = ", '"mass = 1857 kg"', "stand in quotes"),
+    ("[surfaces.berm]", "[surfaces.road]\n[surfaces.road]", "line 73", "surfaces.road", "once"),
+    ("track =", 'mass = "3 kg"\ntrack =', "line 14", "mass", "once"),
     ("schema = 1", "schema = " + "9" * 5000, "line 1 = ", "schema = 9", "2000 characters"),
     ("schema = 1", "schema = [\n" + "9" * 1999 + "]", "schema", "[a whole", "write schema = 1"),
     ("schema = 1", "schema = " + "[" * 1500 + "]" * 400, "", "", "nested too deeply"),
@@ -234,7 +291,7 @@ def test_files_that_cannot_be_read_are_problems_too(tmp_path):
     cases = [
         (tmp_path / "none.toml", "no such file"),
         (tmp_path, "is a folder"),
-        (latin, "line 8 is not UTF-8"),
+        (latin, "line 9 is not UTF-8"),
         (huge, "longer than"),
         ("\0", "write the path"),
         ("x" * 5000, "path"),

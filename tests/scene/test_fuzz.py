@@ -49,7 +49,21 @@ written = st.builds(
 scalars = st.one_of(
     quantities, written, st.integers(), st.floats(), st.booleans(), st.dates(), st.times()
 )
-keys = st.sampled_from(["value", "sd", "unit", "source", "a", "A", "mass", "edge"]) | st.text()
+KEYS = [
+    "value",
+    "sd",
+    "unit",
+    "source",
+    "a",
+    "A",
+    "mass",
+    "edge",
+    "marks",
+    "of",
+    "departure",
+    "rest",
+]
+keys = st.sampled_from(KEYS) | st.text()
 values = st.recursive(
     scalars,
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=4),
@@ -70,7 +84,12 @@ def places(table: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 def toml(value: Any) -> str:
     """A value as TOML, written apart from the code under test."""
     if isinstance(value, str):
-        return '"' + "".join(c if c.isalnum() else f"\\U{ord(c):08x}" for c in value) + '"'
+        plain = (c.isprintable() and c not in '"\\' for c in value)
+        return (
+            '"'
+            + "".join(c if p else f"\\U{ord(c):08x}" for c, p in zip(value, plain, strict=True))
+            + '"'
+        )
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, dict):

@@ -11,7 +11,7 @@ import pytest
 from retrodict.scene import SceneError, load_scene, parse_scene
 from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Measured
-from tests.scene.example import SCENE, changed, without
+from tests.scene.example import SCENE, changed, stripped, without
 
 DEGREE = math.pi / 180
 
@@ -36,6 +36,7 @@ def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
         "direction_a": (181 * DEGREE, 2 * DEGREE, "normal"),
         "omega_a": (0, DEGREE, "normal"),
         "grip_a": (1.02, 0.04, "lognormal"),
+        "skid_a": (12, 0.4, "lognormal"),
         "drag_front_left_a": (1, 0, "logitnormal"),
         "drag_rear_left_a": (0.3, 0.1, "logitnormal"),
         "drag_rear_right_a": (0.2, 0.05, "logitnormal"),
@@ -50,6 +51,13 @@ def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
         "rest_x_a": (-5.1, 0.15, "normal"),
         "rest_y_a": (1.9, 0.15, "normal"),
         "rest_heading_a": (215 * DEGREE, 3 * DEGREE, "normal"),
+        "departure_direction_a": (160 * DEGREE, 5 * DEGREE, "normal"),
+        "departure_speed_a": (5, 1, "normal"),
+        "departure_yaw_rate_a": (35 * DEGREE, 5 * DEGREE, "normal"),
+        "departure_delta_v_forward_a": (-13, 1, "normal"),
+        "departure_delta_v_left_a": (-2, 1, "normal"),
+        "departure_delta_v_b": (30 * 0.44704, 2 * 0.44704, "normal"),
+        "mark_1_a": (0, 0.2, "normal"),
     }
     found = scene.inputs() | scene.evidence()
     for name, (value, sd, law) in written.items():
@@ -58,6 +66,52 @@ def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
     assert (a.name, a.length, a.width) == ("sedan", 5.2, 1.8)
     assert (scene.title, scene.name, scene.text) == ("Two cars on a bend", "bend", SCENE)
     assert scene.notes == ("a remark", "another")
+    assert scene.robust
+
+
+def test_a_scene_may_be_silent_of_all_but_one_item_of_evidence():
+    scene = parse_scene(stripped('departure = { delta_v = "12 ± 1 m/s" }'), "bend")
+    assert list(scene.evidence()) == ["departure_delta_v_b"]
+    assert (scene.rest, scene.marks, scene.robust) == ({}, {}, False)
+    for v in "ab":
+        assert (scene.approach[v].speed, scene.approach[v].skid) == (None, None)
+    assert scene.question == ("speed_a", "speed_b", "e", "e_m", "mu")
+    assert {"speed_a", "speed_b"} < set(scene.reported())
+    (road,) = scene.surfaces
+    assert (road.edge, road.friction.assumed) == (None, "value")
+    assert close(road.friction, 0.75, 0.07)
+    assert "dry asphalt" in road.friction.source
+
+
+def test_the_speed_of_either_vehicle_may_be_known():
+    text = stripped('approach = { speed = "45 ± 2 mph" }\nrest = { position = ["9 m", "1 m"] }')
+    scene = parse_scene(text + "[surfaces.road]\nfriction = '0.5 ± 0.1'\n", "bend")
+    assert scene.approach["a"].speed is None
+    assert close(scene.approach["b"].speed, 20.1168, 0.89408)
+    assert "speed_b" in scene.inputs()
+    assert list(scene.evidence()) == ["rest_x_b", "rest_y_b"]
+    assert (scene.rest["b"].heading, scene.rest["b"].turns_known) == (None, False)
+
+
+def test_what_is_assumed_before_and_after_the_impact_says_so():
+    text = changed(('"12 ± 0.4 m"', '"12 m"'), ('"160 ± 5 deg"', '"160 deg"'))
+    scene = parse_scene(text, "bend")
+    assumed = {
+        "skid_a": (12, 0.5, "0.5 m"),
+        "departure_direction_a": (160 * DEGREE, 8 * DEGREE, "8 deg"),
+        "mark_2_a": (0, 0.15, "taped; uncertainty assumed: 0.15 m"),
+    }
+    found = scene.inputs() | scene.evidence()
+    for name, (value, sd, figure) in assumed.items():
+        assert close(found[name], value, sd), name
+        assert found[name].assumed == "sd", name
+        assert f"{figure} (grade C" in found[name].source, name
+
+
+def test_marks_keep_their_place_and_what_passed_there():
+    first, second = parse_scene(SCENE, "bend").marks["a"]
+    assert (first.x, first.y, first.sd, first.of) == (-2, 0.5, 0.2, "front_left")
+    assert (second.x, second.y, second.of) == (-3, 1, "centre")
 
 
 def test_missing_uncertainties_and_values_are_assumed_and_say_so():
@@ -104,6 +158,8 @@ def test_a_vehicle_whose_wheels_are_locked_has_no_inputs_for_them():
 def test_the_question_is_told_in_one_order_and_is_all_unless_written():
     assert parse_scene(SCENE, "bend").question == ("speed_b", "mu")
     assert parse_scene(without("question"), "bend").question == ("speed_b", "e", "e_m", "mu")
+    asked = parse_scene(without("question", 'speed = "45'), "bend").question
+    assert asked == ("speed_a", "speed_b", "e", "e_m", "mu")
 
 
 def test_friction_that_is_written_counts_whatever_the_kind():

@@ -9,9 +9,12 @@ from dataclasses import replace
 from retrodict.scene.defaults import DEFAULTS, FRICTION
 from retrodict.scene.priors import Prior, default_priors, overridden
 from retrodict.scene.records import (
+    UNKNOWNS,
     Approach,
     Contact,
+    Departure,
     Edge,
+    Mark,
     Measured,
     Rest,
     Scene,
@@ -20,9 +23,9 @@ from retrodict.scene.records import (
     Wheels,
 )
 from retrodict.scene.schema import (
-    ApproachAEntry,
-    ApproachBEntry,
+    ApproachEntry,
     EdgeEntry,
+    MarkEntry,
     PriorsEntry,
     RestEntry,
     SceneEntry,
@@ -46,8 +49,11 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
         The scene, with every default filled in.
     """
     entries = {"A": entry.vehicles.A, "B": entry.vehicles.B}
+    # the schema sees to it that nothing slides where none is written; still a scene has a road
+    written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
     # surfaces keep their order, but for the one without an edge
-    surfaces = sorted(entry.surfaces.items(), key=lambda item: item[1].edge is not None)
+    surfaces = sorted(written.items(), key=lambda item: item[1].edge is not None)
+    speed_of_a_is_known = entry.vehicles.A.approach.speed is not None
     return Scene(
         title=entry.title,
         name=name,
@@ -55,17 +61,27 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
         vehicles={v.lower(): _vehicle(v, entries[v], complain) for v in entries},
         approach={
             "a": _approach_a(entry.vehicles.A.approach, entry.vehicles.A.impact.heading),
-            "b": _approach_b(entry.vehicles.B.approach),
+            "b": Approach(**dict(entry.vehicles.B.approach)),
         },
         rest={
-            v.lower(): _rest(v, entries[v].rest, entries[v].impact.heading.value, complain)
-            for v in entries
+            v.lower(): _rest(v, each.rest, each.impact.heading.value, complain)
+            for v, each in entries.items()
+            if each.rest
         },
         contact=Contact(*entry.impact.point, entry.impact.contact_line),
         surfaces=tuple(_surface(*item) for item in surfaces),
         notes=tuple(entry.notes),
-        question=entry.question,
+        question=entry.question or UNKNOWNS[speed_of_a_is_known:],
         priors=_priors(entry.priors),
+        departure={
+            v.lower(): Departure(**dict(each.departure))
+            for v, each in entries.items()
+            if each.departure
+        },
+        marks={
+            v.lower(): tuple(map(_mark, each.marks)) for v, each in entries.items() if each.marks
+        },
+        robust=entry.errors == "robust",
     )
 
 
@@ -168,7 +184,7 @@ def _estimated_yaw_inertia(mass: float, wheelbase: float) -> Measured:
     return Measured(value, spread.of(value), "lognormal", source, "value")
 
 
-def _approach_a(entry: ApproachAEntry, heading: Measured) -> Approach:
+def _approach_a(entry: ApproachEntry, heading: Measured) -> Approach:
     assumed = DEFAULTS["yaw_rate"]
     return Approach(
         speed=entry.speed,
@@ -176,15 +192,24 @@ def _approach_a(entry: ApproachAEntry, heading: Measured) -> Approach:
         or Measured(heading.value, source="assumed to be the heading at impact", assumed="value"),
         yaw_rate=entry.yaw_rate
         or Measured(0.0, assumed.of(0.0), source=f"assumed: 0 ± {assumed}", assumed="value"),
+        skid=entry.skid,
     )
 
 
-def _approach_b(entry: ApproachBEntry) -> Approach:
-    return Approach(speed=None, direction=entry.direction, yaw_rate=entry.yaw_rate)
+def _mark(entry: MarkEntry) -> Mark:
+    x, y = entry.point
+    default = DEFAULTS["mark"]
+    across = entry.uncertainty or Measured(
+        default.of(0.0), source=f"uncertainty assumed: {default}", assumed="sd"
+    )
+    sources = dict.fromkeys(m.source for m in (x, y, across) if m.source)  # each once
+    return Mark(x.value, y.value, across.value, entry.of, "; ".join(sources), across.assumed)
 
 
 def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -> Rest:
     x, y = entry.position
+    if entry.heading is None:
+        return Rest(x, y, None, turns_known=False)
     turned = entry.heading.value - at_impact  # but for whole turns
     expected = entry.rotation.value if entry.rotation else 0.0
     rotation = turned + math.tau * round((expected - turned) / math.tau)

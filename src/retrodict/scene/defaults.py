@@ -127,6 +127,29 @@ DEFAULTS: dict[str, Default] = {
         "C",
         "judgement: a vehicle that tracks straight or along a gentle bend",
     ),
+    "skid": Default(
+        "skid on locked wheels up to the impact, length",
+        0.5,
+        "m",
+        "C",
+        "judgement: the place where a skid starts; no published figure known",
+    ),
+    "departure_direction": Default(
+        "direction of travel after impact, where given",
+        8,
+        "deg",
+        "C",
+        "judgement: read off a scene without marks; 3 deg do with tyre marks",
+    ),
+    "mark": Default(
+        "mark on the way to rest, across the path",
+        0.15,
+        "m",
+        "C",
+        "judgement: which point of the vehicle passed there, 0.15 m, over which the 0.03 m of a point "
+        "from drone photographs (Drones 2022, 6(9), 259) add nothing; allow 0.5 m from a photograph "
+        "alone",
+    ),
     "rest_position": Default(
         "rest position, each coordinate",
         0.15,

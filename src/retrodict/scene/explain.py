@@ -72,6 +72,8 @@ def _unknown_key(parts: list[Any]) -> str:
 
 
 def _assignment(parts: list[Any]) -> str:
+    while isinstance(parts[-1], int):
+        parts = parts[:-1]
     _, field = _descend(parts)
     if field is None:  # a surface, under a name that the user chose
         example = '{ friction = "0.50 ± 0.03" }'
@@ -88,10 +90,12 @@ def _descend(parts: list[Any]) -> tuple[type[BaseModel] | None, FieldInfo | None
     field: FieldInfo | None = None
     named = False  # the next part is a name that the user chose
     for part in parts:
+        if isinstance(part, int):  # a place in a list
+            continue
         if named:
             named, field = False, None
             continue
-        if model:  # else it is a place in a list
+        if model:
             field = _fields(model).get(part)
         annotation = field.annotation if field else None
         named = get_origin(annotation) is dict

@@ -140,6 +140,17 @@ Speed = Annotated[
     Measured,
     Kind(units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required"),
 ]
+Skid = Annotated[Measured, Kind(units.LENGTH, 0.1, 500, "12 ± 0.5 m", "lognormal", default="skid")]
+DepartureDirection = Annotated[
+    Measured, Kind(units.ANGLE, -360, 360, "35 ± 8 deg", default="departure_direction")
+]
+DepartureYawRate = Annotated[
+    Measured, Kind(units.YAW_RATE, -2000, 2000, "35 ± 5 deg/s", uncertainty="required")
+]
+DeltaV = Annotated[Measured, Kind(units.SPEED, 0, 150, "12 ± 1 m/s", uncertainty="required")]
+DeltaVComponent = Annotated[
+    Measured, Kind(units.SPEED, -150, 150, "-12 ± 1 m/s", uncertainty="required")
+]
 _ORIGIN = "count from an origin near the impact"
 RestCoordinate = Annotated[
     Measured,
@@ -226,6 +237,22 @@ EdgeUncertainty = Annotated[
     Kind(
         units.LENGTH,
         0.0001,
+        100,
+        "0.2 m",
+        uncertainty="refused",
+        advice="it is itself one standard deviation",
+    ),
+]
+_MARK = "that of the mark goes into its key uncertainty"
+MarkCoordinate = Annotated[
+    Measured,
+    Kind(units.LENGTH, -1000, 1000, "3 m", uncertainty="refused", advice=_MARK),
+]
+MarkUncertainty = Annotated[
+    Measured,
+    Kind(
+        units.LENGTH,
+        0.001,
         100,
         "0.2 m",
         uncertainty="refused",

@@ -130,7 +130,7 @@ class Mark:
     """A point that a vehicle passed on its way to rest (m).
 
     `of` is what of it passed there: "centre" of gravity or a wheel ("front_left", …). `sd` is the
-    uncertainty of the point across the path.
+    uncertainty of the point across the path; `source` and `assumed` are as of a `Measured`.
     """
 
     x: float
@@ -138,6 +138,7 @@ class Mark:
     sd: float
     of: str
     source: str = ""
+    assumed: Literal["", "sd", "value"] = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,13 +250,15 @@ class Scene:
         for v in VEHICLES:
             rest = self.rest.get(v)
             for part in ("x", "y", "heading"):
-                flat[f"rest_{part}_{v}"] = rest and getattr(rest, part)
+                flat[f"rest_{part}_{v}"] = getattr(rest, part) if rest else None
         for v in VEHICLES:
             departure = self.departure.get(v, Departure())
             for each in fields(departure):
                 flat[f"departure_{each.name}_{v}"] = getattr(departure, each.name)
             for number, mark in enumerate(self.marks.get(v, ()), start=1):
-                flat[f"mark_{number}_{v}"] = Measured(0.0, mark.sd, source=mark.source)
+                flat[f"mark_{number}_{v}"] = Measured(
+                    0.0, mark.sd, source=mark.source, assumed=mark.assumed
+                )
         return {name: measured for name, measured in flat.items() if measured is not None}
 
     def reported(self) -> tuple[str, ...]:

@@ -19,6 +19,10 @@ from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
     AxleDistance,
     ContactLine,
+    DeltaV,
+    DeltaVComponent,
+    DepartureDirection,
+    DepartureYawRate,
     Direction,
     EdgeCoordinate,
     EdgeDirection,
@@ -29,6 +33,8 @@ from retrodict.scene.kinds import (
     ImpactAngle,
     ImpactCoordinate,
     ImpactDistance,
+    MarkCoordinate,
+    MarkUncertainty,
     Mass,
     MomentCentre,
     MuCentre,
@@ -38,6 +44,7 @@ from retrodict.scene.kinds import (
     RestCoordinate,
     RestHeading,
     Rotation,
+    Skid,
     Speed,
     SpeedDependence,
     SpeedScale,
@@ -72,10 +79,6 @@ def _pattern_name(raw: object) -> str:
     return name
 
 
-def _sought(raw: object) -> None:
-    raise fault("leave it out: the speed of B is what is sought")
-
-
 def _asked(raw: object) -> tuple[str, ...]:
     names = ", ".join(f'"{name}"' for name in UNKNOWNS)
     if not isinstance(raw, list) or not raw:
@@ -93,12 +96,19 @@ def _known_surface(raw: object) -> object:
     return raw
 
 
+def _few(raw: object) -> object:
+    if isinstance(raw, list) and len(raw) > _MARKS:
+        raise fault(f"{len(raw)} marks; write at most {_MARKS} for a vehicle")
+    return raw
+
+
 def _by_wheel(raw: object) -> object:
     if raw != "locked" and not isinstance(raw, dict):
         raise fault(f'write "locked", or each wheel: wheels = {_WHEELS}')
     return None if raw == "locked" else raw
 
 
+_MARKS = 50  # for a vehicle
 _WHEELS = (
     '{ front_left = "locked", front_right = "rolling", '
     'rear_left = "rolling", rear_right = "0.3 ± 0.1" }'
@@ -107,6 +117,9 @@ _WHEELS = (
 Title = Annotated[str, _line(200)]
 Note = Annotated[str, _line(1000)]
 SurfaceName = Annotated[str, BeforeValidator(_pattern_name)]
+
+
+_REST = '{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 deg" }'
 
 
 class _Table(BaseModel):
@@ -126,20 +139,47 @@ class ImpactPoseEntry(_Table):
     heading: Heading
 
 
-class ApproachAEntry(_Table):
-    """`[vehicles.A.approach]`: motion of the vehicle whose speed is known."""
+class ApproachEntry(_Table):
+    """`[vehicles.A.approach]`: what is known of the motion just before impact."""
 
-    speed: Speed
+    speed: Speed | None = None
     direction: Direction | None = None
     yaw_rate: YawRate | None = None
+    skid: Skid | None = None
 
 
-class ApproachBEntry(_Table):
-    """`[vehicles.B.approach]`: evidence, if any, on the vehicle whose speed is sought."""
+class DepartureEntry(_Table):
+    """`[vehicles.A.departure]`: what is known of the motion just after impact."""
 
-    speed: Annotated[None, BeforeValidator(_sought)] = None
-    direction: Direction | None = None
-    yaw_rate: YawRate | None = None
+    direction: DepartureDirection | None = None
+    speed: Speed | None = None
+    yaw_rate: DepartureYawRate | None = None
+    delta_v: DeltaV | None = None
+    delta_v_forward: DeltaVComponent | None = None
+    delta_v_left: DeltaVComponent | None = None
+
+    @model_validator(mode="after")
+    def _tells_something_once(self) -> DepartureEntry:
+        keys = list(type(self).model_fields)
+        written = [key for key in keys if getattr(self, key) is not None]
+        if not written:
+            raise fault(f"tells nothing; write one or more of {', '.join(keys)}")
+        if self.delta_v and (self.delta_v_forward or self.delta_v_left):
+            raise fault(
+                "the same measurement twice; keep it, or delta_v_forward and delta_v_left",
+                "delta_v",
+            )
+        return self
+
+
+class MarkEntry(_Table):
+    """One of `marks` of a vehicle: a point that it passed on its way to rest."""
+
+    point: tuple[MarkCoordinate, MarkCoordinate] = Field(examples=['["3 m", "1 m"]'])
+    of: Literal["centre", "front_left", "front_right", "rear_left", "rear_right"] = Field(
+        "centre", examples=['"centre", or a wheel: "front_left"']
+    )
+    uncertainty: MarkUncertainty | None = None
 
 
 class RestEntry(_Table):
@@ -148,8 +188,18 @@ class RestEntry(_Table):
     position: tuple[RestCoordinate, RestCoordinate] = Field(
         examples=['["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]']
     )
-    heading: RestHeading
+    heading: RestHeading | None = None
     rotation: Rotation | None = None
+
+    @model_validator(mode="after")
+    def _what_turned_has_a_heading(self) -> RestEntry:
+        if self.rotation is not None and self.heading is None:
+            raise fault(
+                "it counts the turns of a measured heading; leave it out, or write "
+                'heading = "215 ± 3 deg"',
+                "rotation",
+            )
+        return self
 
 
 class WheelsEntry(_Table):
@@ -162,7 +212,7 @@ class WheelsEntry(_Table):
 
 
 class VehicleEntry(_Table):
-    """What `[vehicles.A]` and `[vehicles.B]` have in common."""
+    """`[vehicles.A]` and `[vehicles.B]`: a vehicle, how it stood at impact, where it went."""
 
     name: Annotated[str, _line(60)] | None = Field(None, examples=['"sedan"'])
     mass: Mass
@@ -180,9 +230,12 @@ class VehicleEntry(_Table):
         examples=['{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }']
     )
     impact: ImpactPoseEntry = Field(examples=['{ heading = "180 ± 2 deg" }'])
-    rest: RestEntry = Field(
-        examples=['{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 deg" }']
+    approach: ApproachEntry = Field(ApproachEntry(), examples=['{ speed = "45 ± 2 mph" }'])
+    departure: DepartureEntry | None = Field(None, examples=['{ delta_v = "12 ± 1 m/s" }'])
+    marks: Annotated[list[MarkEntry], BeforeValidator(_few)] = Field(
+        [], examples=['[{ point = ["3 m", "1 m"], of = "front_left" }]']
     )
+    rest: RestEntry | None = Field(None, examples=[_REST])
 
     @model_validator(mode="after")
     def _axles_are_known(self) -> VehicleEntry:
@@ -201,27 +254,24 @@ class VehicleEntry(_Table):
         return self
 
 
-class VehicleAEntry(VehicleEntry):
-    """`[vehicles.A]`: the vehicle whose speed before impact is known."""
-
-    approach: ApproachAEntry = Field(examples=['{ speed = "45 ± 2 mph" }'])
-
-
-class VehicleBEntry(VehicleEntry):
-    """`[vehicles.B]`: the vehicle whose speed before impact is sought."""
-
-    approach: ApproachBEntry = Field(ApproachBEntry(), examples=['{ direction = "0 ± 5 deg" }'])
-
-
 class VehiclesEntry(_Table):
     """`[vehicles]`: exactly A and B."""
 
-    A: VehicleAEntry = Field(
+    A: VehicleEntry = Field(
         validation_alias=AliasChoices("A", "a"), examples=['{ mass = "1857 ± 37 kg", … }']
     )
-    B: VehicleBEntry = Field(
+    B: VehicleEntry = Field(
         validation_alias=AliasChoices("B", "b"), examples=['{ mass = "1778 ± 36 kg", … }']
     )
+
+    @model_validator(mode="after")
+    def _something_is_known_after_impact(self) -> VehiclesEntry:
+        if not any(v.rest or v.departure or v.marks for v in (self.A, self.B)):
+            raise fault(
+                "nothing is known of either after the impact; "
+                f"write rest = {_REST}, departure or marks of one"
+            )
+        return self
 
 
 class ImpactEntry(_Table):
@@ -251,7 +301,7 @@ class SurfaceEntry(_Table):
     friction: Friction | None = None
     speed_dependence: SpeedDependence | None = None
     edge: EdgeEntry | None = Field(
-        None, examples=['{ point = ["0 m", "4 m"], direction = "0 deg", side = "left" }']
+        default=None, examples=['{ point = ["0 m", "4 m"], direction = "0 deg", side = "left" }']
     )
 
     @model_validator(mode="after")
@@ -276,7 +326,7 @@ class PriorEntry(_Table):
 
 
 class SpeedPriorEntry(PriorEntry):
-    """`[priors.speed_b]` and `[priors.impulse]`: how large a speed, or change of it, may be."""
+    """`[priors.speed_a]`, `speed_b` and `impulse`: how large a speed, or change of it, may be."""
 
     scale: SpeedScale
 
@@ -312,6 +362,9 @@ class MomentPriorEntry(PriorEntry):
 class PriorsEntry(_Table):
     """`[priors]`: what is assumed of the unknowns, in place of the defaults."""
 
+    speed_a: SpeedPriorEntry | None = Field(
+        default=None, examples=['{ scale = "40 m/s", source = "…" }']
+    )
     speed_b: SpeedPriorEntry | None = Field(
         default=None, examples=['{ scale = "40 m/s", source = "…" }']
     )
@@ -331,6 +384,9 @@ class PriorsEntry(_Table):
     )
 
 
+_ROAD = '{ road = { friction = "0.50 ± 0.03" } }'
+
+
 def _one_without_edge(surfaces: dict[str, SurfaceEntry]) -> dict[str, SurfaceEntry]:
     bare = [name for name, surface in surfaces.items() if surface.edge is None]
     if len(bare) != 1:
@@ -346,13 +402,21 @@ class SceneEntry(_Table):
     title: Title = Field(examples=['"Two cars on a bend"'])
     notes: list[Note] = Field([], max_length=50, examples=['["one remark", "another"]'])
     question: Annotated[tuple[str, ...], BeforeValidator(_asked)] = Field(
-        UNKNOWNS[1:], examples=['["speed_b"]']
+        (), examples=['["speed_b"]']
     )
+    errors: Literal["normal", "robust"] = Field("normal", examples=['"robust", or "normal"'])
     vehicles: VehiclesEntry = Field(examples=["{ A = { … }, B = { … } }"])
     impact: ImpactEntry = Field(
         examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }']
     )
     surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_edge)] = Field(
-        max_length=20, examples=['{ road = { friction = "0.50 ± 0.03" } }']
+        {}, max_length=20, examples=[_ROAD]
     )
     priors: PriorsEntry = Field(PriorsEntry(), examples=["{ speed_b = { … } }"])
+
+    @model_validator(mode="after")
+    def _what_slid_slid_on_something(self) -> SceneEntry:
+        vehicles = (self.vehicles.A, self.vehicles.B)
+        if not self.surfaces and any(v.rest or v.marks or v.approach.skid for v in vehicles):
+            raise fault(f"missing; write surfaces = {_ROAD}", "surfaces")
+        return self
