@@ -6,7 +6,6 @@ A new impact or run-out is a file and a name below.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import jax.numpy as jnp
 from retrodict.models import (
@@ -75,9 +74,12 @@ class Rung:
 
     def of_scene(self, scene: Scene) -> tuple[parts.Structure, parts.Data]:
         """A scene, as this rung sees it, as a program's structure and its arguments."""
-        rests = self.run_out.rests
-        explained = partial(evidence.explained, turns="heading" in rests)
-        return parts.of_scene(self.run_out.seen(scene), self.name, rests, explained)
+        seen = self.run_out.seen(scene)
+        return parts.of_scene(seen, self.name, self.run_out.rests, self.explains)
+
+    def explains(self, name: str) -> bool:
+        """Whether it predicts an item of evidence, by its flat name."""
+        return evidence.explained(name, turns="heading" in self.run_out.rests)
 
     def model(
         self,

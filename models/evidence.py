@@ -86,7 +86,11 @@ def observe(
         rests: of A and B.
         paths: of A and B; None where there are no marks.
     """
-    cars, changes, velocities = parts.cars(structure, x), parts.delta_v(x, after), after.reshape(2, -1)
+    cars, changes, velocities = (
+        parts.cars(structure, x),
+        parts.delta_v(x, after),
+        after.reshape(2, -1),
+    )
     passed = dict(structure.marks)
     for i, v in enumerate(VEHICLES):
         car = Car(*(own[i] for own in cars[:4]))
@@ -103,7 +107,11 @@ def observe(
             if "direction" in name:  # the representative nearest to what was measured
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))
-            law = dist.StudentT(FREEDOM, predicted, sd) if structure.robust else dist.Normal(predicted, sd)
+            law = (
+                dist.StudentT(FREEDOM, predicted, sd)
+                if structure.robust
+                else dist.Normal(predicted, sd)
+            )
             numpyro.sample(name, law, obs=value)
 
 

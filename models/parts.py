@@ -421,9 +421,7 @@ def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "2 2"
     return jnp.stack([of_a, -x["mass_a"] / x["mass_b"] * of_a])
 
 
-def tell_skids(
-    structure: Structure, x: Values, after: Float[Array, " separation"]
-) -> None:
+def tell_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> None:
     """Record how fast a vehicle was before it skidded to the impact, all wheels locked.
 
     v0² = v² + 2 g f exp(−c v̄) s, v̄ the mean of v0 and v.

@@ -29,7 +29,9 @@ def test_departures_are_what_velocities_after_the_impact_say() -> None:
     every = Departure(*(Measured(value, 0.1) for value in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)))
     scene = replace(collision(share=0.0, berm=False), departure={"a": every, "b": every})
     trace = told(scene)
-    value = {k: float(site["value"]) for k, site in trace.items() if site["type"] == "deterministic"}
+    value = {
+        k: float(site["value"]) for k, site in trace.items() if site["type"] == "deterministic"
+    }
     before = {"a": (-20.1168, 0.0), "b": (value["vbx"], value["vby"])}
     for v in "ab":
         V = np.array([value[f"V{v}x"], value[f"V{v}y"]])
@@ -69,7 +71,10 @@ def test_a_mark_is_as_far_as_the_nearest_of_many_points_of_the_path(of: str) -> 
 
 
 def test_a_robust_scene_errs_by_students_t() -> None:
-    normal, robust = collision(share=0.0, berm=False), replace(collision(share=0.0, berm=False), robust=True)
+    normal, robust = (
+        collision(share=0.0, berm=False),
+        replace(collision(share=0.0, berm=False), robust=True),
+    )
     sites = SITES | {"measured": jnp.zeros(3)}
     found = [log_density(RUNG.model, RUNG.of_scene(s), {}, sites)[0] for s in (normal, robust)]
     residuals = [

@@ -155,17 +155,17 @@ def test_rungs_that_a_scene_cannot_tell_apart_are_skipped() -> None:
 
 @pytest.fixture
 def rungs(monkeypatch):
-    """Three made-up rungs, of which the first answers the speed only and one needs headings."""
+    """Three made-up rungs: the first answers the speed only, the second explains headings only."""
 
-    def rung(rank, answers, rests=("x", "y")):
+    def rung(rank, answers, explains=""):
         return SimpleNamespace(
-            answers=answers, run_out=SimpleNamespace(rests=rests), rank=rank,
+            answers=answers, explains=lambda name: explains in name, rank=rank,
             above=lambda other: rank > other.rank, impact=rank, of_scene=lambda _: (None, None),
         )  # fmt: skip
 
     made = {
         "low": rung(0, ("speed_b",)),
-        "middle": rung(1, ("speed_b", "e"), ("x", "y", "heading")),
+        "middle": rung(1, ("speed_b", "e"), "heading"),
         "full": rung(2, ("speed_b", "e", "e_m", "mu")),
     }
     monkeypatch.setattr(ladders, "RUNGS", made)
@@ -182,13 +182,13 @@ def test_only_rungs_that_the_question_allows(rungs) -> None:
 
 def test_only_rungs_that_the_evidence_allows(rungs, monkeypatch) -> None:
     scene = make_scene()
-    left = {k: v for k, v in scene.evidence().items() if k != "rest_heading_b"}
+    left = {k: v for k, v in scene.evidence().items() if "heading" not in k}
     monkeypatch.setattr(type(scene), "evidence", lambda _: left)
     refused = refusals(scene, ASKED)
-    assert "not measured: rest of B, heading" in refused["middle"]
+    assert refused["middle"] == "explains nothing of what was measured"
     assert not refused["low"]
     monkeypatch.setattr(type(scene), "evidence", lambda _: {})
-    with pytest.raises(Unanswerable, match="not measured: rest of A, x"):
+    with pytest.raises(Unanswerable, match="explains nothing of what was measured"):
         ladder(scene, question=ASKED)
 
 

@@ -41,4 +41,6 @@ def scouted(programs: Programs, data: parts.Data) -> parts.Data:
     best = velocity[score.argmax()]
     weight = np.exp(score - score.max())
     sd = np.sqrt(weight @ (velocity - best) ** 2 / weight.sum()) + _LEAST
-    return data._replace(aims=data.aims | dict(zip(structure.free, np.stack([best, sd], axis=1), strict=True)))
+    return data._replace(
+        aims=data.aims | dict(zip(structure.free, np.stack([best, sd], axis=1), strict=True))
+    )

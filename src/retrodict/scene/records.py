@@ -268,6 +268,4 @@ class Scene:
 
 
 _APPROACH_NAMES = {"yaw_rate": "omega"}
-_WHEEL_NAMES = {
-    wheel: f"drag_{wheel}" for wheel in WHEELS
-}
+_WHEEL_NAMES = {wheel: f"drag_{wheel}" for wheel in WHEELS}

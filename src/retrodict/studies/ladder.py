@@ -280,7 +280,7 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
         mute = [REPORTED[q][0] for q in question if q not in rung.answers]
         if mute:
             why[name] = f"does not answer {', '.join(mute)}"
-        elif not rung.of_scene(scene)[0].evidence:
+        elif not any(map(rung.explains, scene.evidence())):
             why[name] = "explains nothing of what was measured"
         else:
             twins = (n for n, no in why.items() if not no and _alike(rung, RUNGS[n], scene))
