@@ -16,6 +16,7 @@ from retrodict.scene.records import Scene
 
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
 _MOST_STEPS = 768
+_ROLLING_STEPS, _MOST_ROLLING = 384, 3072  # little holds a rolling vehicle back: its clock runs stiff
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
 
@@ -82,12 +83,15 @@ def prepare(scene: Scene, rung: str) -> Posterior:
 def _whitened(structure: parts.Structure, data: parts.Data) -> Posterior:
     """The posterior about its mode, with as many steps of the run-outs as it takes."""
     # no more steps of the run-out than this scene's measurements can tell apart
+    most = _MOST_ROLLING if structure.rolling else _MOST_STEPS
+    if structure.rolling:
+        structure = replace(structure, steps=max(structure.steps, _ROLLING_STEPS))
     while True:
         programs = programs_for(structure)
         separation = sheet.shoot(programs, data)
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)
-        if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
+        if unresolved <= RESOLVED or structure.steps >= most:
             break
         structure = replace(structure, steps=2 * structure.steps)
     n = coordinates.length(structure)

@@ -42,7 +42,8 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
     target, sd = _aims(programs, data)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
-    V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
+    least = _least_drag(programs.structure, data)
+    V = np.stack([_guesses(way[v], grip, k[v], least[v], starts) for v in range(2)], axis=1)
     free = np.array([aim in programs.structure.free for aim in programs.structure.aims])
     V = np.where(free.reshape(2, size), target, V)
     best = np.full((2,), np.inf)
@@ -234,7 +235,17 @@ def _aims(programs: Programs, data: parts.Data) -> tuple[np.ndarray, np.ndarray]
     return value, sd
 
 
-def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.ndarray:
+def _least_drag(structure: parts.Structure, data: parts.Data) -> np.ndarray:
+    """What holds each vehicle back if it rolls all the way, over what does if it slides."""
+    if not structure.rolling:
+        return np.ones(2)
+    x = parts.from_standard(structure, data, np.zeros(len(structure.uncertain)))
+    return np.asarray(parts.cars(structure, x).wheels.drag).mean(axis=1)
+
+
+def _guesses(
+    displacement: np.ndarray, grip: float, k: float, least: float, count: int
+) -> np.ndarray:
     """Starting velocities: sliding that far while turning that much, faster and slower."""
     dx, dy = displacement[:2]
     turn = displacement[2] if displacement.size == 3 else 0.0
@@ -242,7 +253,8 @@ def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.
     # energy to slide and to turn, spread over both; a spinning car slides further for its speed
     speed = np.sqrt(2 * grip * max(far, 0.05))
     spin = np.sign(turn) * np.sqrt(2 * grip * abs(turn) / k)
-    a, b, c = (g.ravel()[:count] for g in np.meshgrid(*_GRID, indexing="ij"))
+    paces = _GRID[0] if least == 1 else np.geomspace(0.8 * np.sqrt(least), 1.0, len(_GRID[0]))
+    a, b, c = (g.ravel()[:count] for g in np.meshgrid(paces, *_GRID[1:], indexing="ij"))
     angle = np.arctan2(dy, dx) + c
     guesses = np.stack([a * speed * np.cos(angle), a * speed * np.sin(angle), b * spin], axis=1)
     return np.resize(guesses[:, : displacement.size], (count, displacement.size))
