@@ -16,6 +16,7 @@ from retrodict.report.findings import (
     DERIVED,
     LEVELS,
     NOT_TO_BE_RELIED_ON,
+    InputRow,
     inputs_table,
     reported,
     statistics,
@@ -198,7 +199,7 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
             "label": row.label,
             "unit": row.unit(units),
             "measured": row.told_measured(units),
-            "law": row.measured.law if row.measured.sd > 0 else "exact",
+            "law": _law(outcome.scene, row),
             "found": "" if row.mean is None else marked(outcome, row.told_found(units)),
             "shift": "" if row.shift is None else marked(outcome, row.told_shift()),
             "far": "yes" if row.shift is not None and abs(row.shift) > 2 else "",
@@ -208,6 +209,12 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
         for row in inputs_table(outcome)
         if row.kind == kind
     ]
+
+
+def _law(scene: Scene, row: InputRow) -> str:
+    if row.measured.sd == 0:
+        return "exact"
+    return "heavy-tailed" if scene.robust and row.kind == "evidence" else row.measured.law
 
 
 def _command(outcome: Outcome) -> str:
