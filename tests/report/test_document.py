@@ -173,7 +173,9 @@ def test_evidence_of_every_kind_is_registered(sparse):
         "skid of B up to impact m 12.00 ± 0.50 lognormal",
     ):
         assert wanted in register
-    assert "the figure of the scene numbers the marks" in register
+    assert "mark 1 of B: x = 2.00 m, y = −1.50 m, front left wheel" in register
+    assert "mark 2 of B: x = 4.50 m, y = −5.00 m, centre of gravity" in register
+    assert "mark 1 of B: x = 6.56 ft, y = −4.92 ft" in flat(report_html(sparse, "us"))
     assert "rest of A" not in text
     assert "mark 2 of B" in scene_html(sparse.scene)
 
@@ -181,7 +183,7 @@ def test_evidence_of_every_kind_is_registered(sparse):
 def test_a_report_where_the_speed_of_a_is_known_asks_for_that_of_b(good):
     assert "Asked: how fast vehicle B was travelling" in flat(good)
     assert "heavy-tailed" not in good
-    assert "numbers the marks" not in good
+    assert "mark 1 of" not in good
 
 
 def test_a_report_is_written_whole(outcome, tmp_path, monkeypatch):

@@ -25,7 +25,7 @@ from retrodict.report.findings import (
 from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import MARK, WITHHELD, answer, marked, result_rows
 from retrodict.report.rounding import NOTHING, told, told_with_sd
-from retrodict.scene.quantities import Units
+from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def report_html(
         "derived": _side_by_side(outcome, system_order, reported(outcome, DERIVED)),
         "inputs": _input_cells(outcome, units, "input"),
         "evidence": _input_cells(outcome, units, "evidence"),
+        "marks": _marks(outcome.scene, units),
         "size": _size(outcome),
         "max_rhat": told(outcome.checks.max_rhat, 3),
         "min_ess_bulk": told(outcome.checks.min_ess_bulk, 0),
@@ -215,6 +216,18 @@ def _law(scene: Scene, row: InputRow) -> str:
     if row.measured.sd == 0:
         return "exact"
     return "heavy-tailed" if scene.robust and row.kind == "evidence" else row.measured.law
+
+
+def _marks(scene: Scene, units: Units) -> list[str]:
+    """Where each mark lies and what passed there, in words."""
+    unit = unit_of("length", units)
+    return [
+        f"mark {number} of {v.upper()}: x = {told(mark.x / unit.worth, 2)} {unit.symbol}, "
+        f"y = {told(mark.y / unit.worth, 2)} {unit.symbol}, "
+        + ("centre of gravity" if mark.of == "centre" else f"{mark.of.replace('_', ' ')} wheel")
+        for v, marks in scene.marks.items()
+        for number, mark in enumerate(marks, start=1)
+    ]
 
 
 def _command(outcome: Outcome) -> str:
