@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -16,7 +17,9 @@ from retrodict.scene.records import (
     VEHICLES,
     Approach,
     Contact,
+    Departure,
     Edge,
+    Mark,
     Measured,
     Rest,
     Scene,
@@ -112,6 +115,34 @@ def make_scene() -> Scene:
     )
 
 
+def make_sparse_scene() -> Scene:
+    """The same cars with other evidence: A's speed and rest and B's heading at rest are not known."""
+    full = make_scene()
+    a, b = full.approach["a"], full.approach["b"]
+    return replace(
+        full,
+        approach={
+            "a": replace(a, speed=None),
+            "b": replace(b, skid=Measured(12.0, 0.5, "lognormal", "tape")),
+        },
+        rest={"b": replace(full.rest["b"], heading=None, turns_known=False)},
+        departure={
+            "a": Departure(
+                direction=Measured(140 * DEGREE, 8 * DEGREE, source="first metres of the marks"),
+                delta_v_forward=Measured(-13.0, 1.0, source="event data recorder"),
+            ),
+        },
+        marks={
+            "b": (
+                Mark(2.0, -1.5, 0.2, "front_left", "taped", ""),
+                Mark(4.5, -5.0, 0.15, "centre", "photograph", "sd"),
+            )
+        },
+        question=("speed_a", "speed_b", "e", "e_m", "mu"),
+        robust=True,
+    )
+
+
 def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
     """An outcome whose draws are normal about known values: speed_b is 19.2 ± 0.9 m/s."""
     scene = scene or make_scene()
@@ -151,8 +182,14 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
         if m.sd > 0:
             posterior[name] = normal(m.value + rng.normal(0, 0.4) * m.sd, 0.85 * m.sd)
             prior[name] = normal(m.value, m.sd, 500, 1)
+    for v, approach in scene.approach.items():
+        if approach.speed is None and v == "a":
+            posterior["speed_a"] = normal(20.3, 0.7)
+            prior["speed_a"] = np.abs(normal(0, 30, 500, 1))
+        if approach.skid is not None:
+            posterior[f"initial_speed_{v}"] = np.sqrt(posterior[f"speed_{v}"] ** 2 + 118.0)
     evidence = scene.evidence()
-    shift = dict(zip(evidence, (0.2, -0.4, 0.1, 0.6, 1.7, -0.2), strict=True))
+    shift = dict(zip(evidence, cycle((0.2, -0.4, 0.1, 0.6, 1.7, -0.2)), strict=False))
     predictive = {
         name: normal(m.value + shift[name] * m.sd, 1.3 * m.sd) for name, m in evidence.items()
     }
@@ -193,12 +230,13 @@ def _paths(
     s = np.linspace(0, 1, steps)
     path = np.zeros((count, 2, steps, 3))
     for i, v in enumerate(VEHICLES):
-        vehicle, rest = scene.vehicles[v], scene.rest[v]
+        vehicle, rest = scene.vehicles[v], scene.rest.get(v, make_scene().rest[v])
+        at_rest = rest.heading or Measured(0.0, 1.0)
         heading = vehicle.heading.value
         angle = heading + vehicle.impact_angle.value
         start = -vehicle.impact_distance.value * np.array([np.cos(angle), np.sin(angle)])
-        end = np.array([rest.x.value, rest.y.value, rest.heading.value])
-        ends = end + rng.normal(size=(count, 3)) * [rest.x.sd, rest.y.sd, rest.heading.sd]
+        end = np.array([rest.x.value, rest.y.value, at_rest.value])
+        ends = end + rng.normal(size=(count, 3)) * [rest.x.sd, rest.y.sd, at_rest.sd]
         for j in range(2):
             bulge = rng.normal(0.6 * (-1) ** (i + j), 0.15, (count, 1)) * s * (1 - s)
             path[:, i, :, j] = start[j] + (ends[:, j : j + 1] - start[j]) * s + bulge
@@ -222,6 +260,11 @@ def without(outcome: Outcome, group: str) -> Outcome:
 @pytest.fixture(scope="session")
 def outcome() -> Outcome:
     return make_outcome()
+
+
+@pytest.fixture(scope="session")
+def sparse() -> Outcome:
+    return make_outcome(make_sparse_scene())
 
 
 @pytest.fixture(scope="session")

@@ -161,6 +161,31 @@ def test_fragments_show_results_and_sources(outcome, failing):
     assert "event data recorder" in scene_html(outcome.scene)
 
 
+@pytest.mark.usefixtures("no_figures")
+def test_evidence_of_every_kind_is_registered(sparse):
+    text = flat(report_html(sparse))
+    assert "Asked: how fast each vehicle was travelling" in text
+    register = text[text.index("What was measured of the vehicles after") :]
+    for wanted in (
+        "direction of travel of A after impact deg 140.0 ± 8.0 heavy-tailed",
+        "delta-v of A along its heading m/s −13.0 ± 1.0 heavy-tailed",
+        "mark 1 of B, distance from its path m 0.00 ± 0.20 heavy-tailed",
+        "skid of B up to impact m 12.00 ± 0.50 lognormal",
+    ):
+        assert wanted in register
+    assert "mark 1 of B: x = 2.00 m, y = −1.50 m, front left wheel" in register
+    assert "mark 2 of B: x = 4.50 m, y = −5.00 m, centre of gravity" in register
+    assert "mark 1 of B: x = 6.56 ft, y = −4.92 ft" in flat(report_html(sparse, "us"))
+    assert "rest of A" not in text
+    assert "mark 2 of B" in scene_html(sparse.scene)
+
+
+def test_a_report_where_the_speed_of_a_is_known_asks_for_that_of_b(good):
+    assert "Asked: how fast vehicle B was travelling" in flat(good)
+    assert "heavy-tailed" not in good
+    assert "mark 1 of" not in good
+
+
 def test_a_report_is_written_whole(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(document, "report_html", lambda *_: "<p>new ±</p>")
     path = write_report(outcome, tmp_path / "deep" / "report.html")

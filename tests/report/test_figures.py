@@ -6,11 +6,13 @@ import matplotlib.image
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.patches import Wedge
 from matplotlib.text import Text
 
 from retrodict.report import figures, files
 from retrodict.report.figure_scene import half_plane, impact_pose, outline
 from retrodict.report.figures import FIGURES, save_figures, to_png
+from retrodict.report.findings import inputs_table
 from retrodict.scene.records import Edge, Measured
 
 NEEDS = (
@@ -45,6 +47,56 @@ def test_a_figure_draws_without_a_group_it_shows(outcome, drop, name, group):
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_draws_without_any_group(outcome, name):
     FIGURES[name].draw(replace(outcome, idata=xr.DataTree()), "si").draw_without_rendering()
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_draws_where_rests_are_missing(sparse, name):
+    FIGURES[name].draw(sparse, "us").draw_without_rendering()
+
+
+def test_unknown_speeds_of_both_stand_side_by_side(outcome, sparse):
+    for name, label in (("posterior", "Speed of A before impact"), ("pair", "speed of A (m/s)")):
+        assert label in words(FIGURES[name].draw(sparse, "si"))
+        assert label not in words(FIGURES[name].draw(outcome, "si"))
+
+
+def test_the_scene_draws_what_was_measured_and_nothing_else(outcome, sparse):
+    full, other = (words(FIGURES["scene"].draw(o, "si")).split("\n") for o in (outcome, sparse))
+    new = {"B1", "B2", "mark on the way to rest", "direction after impact ± 2 sd"}
+    assert new <= set(other)
+    assert not new & set(full)
+    assert {"A rest", "B rest", "at rest, measured"} <= set(full)
+    assert "B rest" in other
+    assert not {"A rest", "at rest, measured"} & set(other)
+    bare = replace(sparse, scene=replace(sparse.scene, rest={}, marks={}, departure={}))
+    assert "rest" not in words(FIGURES["scene"].draw(bare, "si"))
+
+
+def test_run_outs_to_where_no_rest_was_measured_are_in_the_picture(sparse):
+    axes = FIGURES["scene"].draw(sparse, "si").axes[0]
+    ends = sparse.idata["trajectories"]["path"].isel(step=-1)
+    for v in "ab":
+        x, y = (ends.sel(vehicle=v, pose=pose).median() for pose in "xy")
+        room = sparse.scene.vehicles[v].length / 2
+        assert axes.get_xlim()[0] + room < x < axes.get_xlim()[1] - room
+        assert axes.get_ylim()[0] + room < y < axes.get_ylim()[1] - room
+
+
+def test_marks_and_directions_are_drawn_where_they_were_measured(sparse):
+    axes = FIGURES["scene"].draw(sparse, "us").axes[0]
+    crosses = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "x"]
+    assert np.array(crosses) * 0.3048 == pytest.approx(np.array([[2.0, -1.5], [4.5, -5.0]]))
+    (wedge,) = [patch for patch in axes.patches if isinstance(patch, Wedge)]
+    x, y, _ = impact_pose(sparse.scene, "a")
+    assert np.array(wedge.center) * 0.3048 == pytest.approx([x, y])
+    assert (wedge.theta1, wedge.theta2) == pytest.approx((124, 156))
+
+
+def test_every_item_of_evidence_has_its_row(sparse):
+    text = words(FIGURES["predictive"].draw(sparse, "si"))
+    for row in inputs_table(sparse):
+        assert row.measured.sd == 0 or row.label in text
+    assert "0.00 ± 0.15 m *" in text
 
 
 def test_a_missing_variable_is_said_in_its_panel(outcome, drop):

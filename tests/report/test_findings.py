@@ -15,8 +15,8 @@ from retrodict.report.findings import (
     write_summary,
 )
 from retrodict.report.results import MARK, WITHHELD, answer, result_rows
-from retrodict.scene.quantities import REPORTED
 
+NAMES = ["speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b"]
 STATISTICS = {
     "unit", "label", "mean", "sd", "median", "hdi_50", "hdi_90", "hdi_95", "ess_bulk", "ess_tail",
     "rhat", "mcse_mean", "error", "error_50", "error_90", "error_95", "passed",
@@ -40,7 +40,7 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"
-    assert list(found["parameters"]) == list(REPORTED)
+    assert list(found["parameters"]) == NAMES
     assert all(set(entry) == STATISTICS for entry in found["parameters"].values())
     assert found["parameters"]["speed_b"]["unit"] == "m/s"
     assert set(found["checks"]) == {
@@ -48,6 +48,14 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
         "flags",
     }  # fmt: skip
     assert (found["seed"], found["complete"]) == (20, True)
+
+
+def test_a_known_speed_is_no_result_and_an_unknown_one_is(outcome, sparse):
+    assert "speed_a" in outcome.idata["posterior"]  # among the inputs
+    assert "speed_a" not in summarise(outcome)["parameters"]
+    speeds = ["speed_a", "speed_b", "initial_speed_b"]
+    assert list(summarise(sparse)["parameters"]) == speeds + NAMES[1:]
+    assert [row.name for row in result_rows(sparse, "si")] == speeds + NAMES[1:]
 
 
 def test_statistics_are_those_of_the_draws(outcome):
@@ -106,6 +114,24 @@ def test_inputs_table_holds_every_input_and_item_of_evidence(outcome):
     assert [r.name for r in rows if r.kind == "evidence"] == list(outcome.scene.evidence())
 
 
+def test_evidence_of_every_kind_is_told_with_label_value_unit_and_source(sparse):
+    told = {
+        row.label: (f"{row.told_measured('si')} {row.unit('si')}", row.source, row.assumed)
+        for row in inputs_table(sparse)
+        if row.kind == "evidence"
+    }
+    assert told == {
+        "rest of B, x": ("6.60 ± 0.30 m", "total station", ""),
+        "rest of B, y": ("−9.40 ± 0.30 m", "total station", ""),
+        "direction of travel of A after impact": (
+            "140.0 ± 8.0 deg", "first metres of the marks", "",
+        ),
+        "delta-v of A along its heading": ("−13.0 ± 1.0 m/s", "event data recorder", ""),
+        "mark 1 of B, distance from its path": ("0.00 ± 0.20 m", "taped", ""),
+        "mark 2 of B, distance from its path": ("0.00 ± 0.15 m", "photograph", "sd"),
+    }  # fmt: skip
+
+
 def test_shift_is_counted_in_measured_standard_deviations(outcome):
     rows = {row.name: row for row in inputs_table(outcome)}
     y = rows["rest_y_b"]
@@ -137,6 +163,23 @@ def test_answer_gives_the_speed_with_its_interval_in_both_systems(outcome):
         "17.5 and 21.0 m/s (63 and 76 km/h; 39 and 47 mph)."
     )
     assert "about 43 mph (19.1 m/s; 69 km/h)" in answer(outcome, "us")
+
+
+def test_answer_tells_both_speeds_where_neither_is_known(sparse):
+    of_a, of_b = answer(sparse, "si").split(". ")
+    assert of_a.startswith(
+        "Vehicle A (saloon A) was travelling at about 20.3 m/s (73 km/h; 45 mph)"
+    )
+    assert of_b.startswith("Vehicle B (saloon B) was travelling at about 19.1 m/s")
+
+
+def test_each_speed_is_withheld_by_its_own_checks(sparse):
+    half = replace(sparse, checks=replace(sparse.checks, failed=("speed_a",)))
+    of_a, of_b = answer(half).split(". ")
+    assert of_a == (
+        "Vehicle A (saloon A): its speed before impact is withheld, because checks of the draws failed"
+    )
+    assert "19.1 m/s" in of_b
 
 
 def test_answer_is_withheld_when_checks_fail(failing):
@@ -176,7 +219,7 @@ def test_no_digit_is_printed_that_the_monte_carlo_error_reaches(outcome):
 
 def test_frame_has_numbers_in_the_units_asked_for(outcome):
     si, us = summary_frame(outcome), summary_frame(outcome, "us")
-    assert list(si.index) == list(REPORTED)
+    assert list(si.index) == NAMES
     assert us.loc["speed_b", "unit"] == "mph"
     assert us.loc["speed_b", "hdi_95_high"] * 0.44704 == pytest.approx(
         si.loc["speed_b", "hdi_95_high"]

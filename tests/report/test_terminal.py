@@ -51,6 +51,17 @@ def test_every_interval_fits_on_a_narrow_terminal(outcome):
     assert "…" not in text  # no label is cut
 
 
+def test_unknown_speeds_of_both_and_before_a_skid_are_printed(outcome, sparse):
+    text = printed(sparse)
+    line_of(text, "speed of A before impact, m/s")
+    line_of(text, "speed of B before impact, m/s")
+    line_of(text, "speed of B before its skid to impact, m/s")
+    narrow = printed(sparse, width=80)
+    assert max(map(len, narrow.splitlines())) <= 80
+    assert "…" not in narrow
+    assert "speed of A" not in printed(outcome)
+
+
 def test_an_interrupted_run_says_so(outcome):
     assert "interrupted" in printed(replace(outcome, complete=False))
 

@@ -16,6 +16,7 @@ from retrodict.report.findings import (
     DERIVED,
     LEVELS,
     NOT_TO_BE_RELIED_ON,
+    InputRow,
     inputs_table,
     reported,
     statistics,
@@ -24,7 +25,7 @@ from retrodict.report.findings import (
 from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import MARK, WITHHELD, answer, marked, result_rows
 from retrodict.report.rounding import NOTHING, told, told_with_sd
-from retrodict.scene.quantities import Units
+from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ def report_html(
         "derived": _side_by_side(outcome, system_order, reported(outcome, DERIVED)),
         "inputs": _input_cells(outcome, units, "input"),
         "evidence": _input_cells(outcome, units, "evidence"),
+        "marks": _marks(outcome.scene, units),
         "size": _size(outcome),
         "max_rhat": told(outcome.checks.max_rhat, 3),
         "min_ess_bulk": told(outcome.checks.min_ess_bulk, 0),
@@ -198,7 +200,7 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
             "label": row.label,
             "unit": row.unit(units),
             "measured": row.told_measured(units),
-            "law": row.measured.law if row.measured.sd > 0 else "exact",
+            "law": _law(outcome.scene, row),
             "found": "" if row.mean is None else marked(outcome, row.told_found(units)),
             "shift": "" if row.shift is None else marked(outcome, row.told_shift()),
             "far": "yes" if row.shift is not None and abs(row.shift) > 2 else "",
@@ -207,6 +209,24 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
         }
         for row in inputs_table(outcome)
         if row.kind == kind
+    ]
+
+
+def _law(scene: Scene, row: InputRow) -> str:
+    if row.measured.sd == 0:
+        return "exact"
+    return "heavy-tailed" if scene.robust and row.kind == "evidence" else row.measured.law
+
+
+def _marks(scene: Scene, units: Units) -> list[str]:
+    """Where each mark lies and what passed there, in words."""
+    unit = unit_of("length", units)
+    return [
+        f"mark {number} of {v.upper()}: x = {told(mark.x / unit.worth, 2)} {unit.symbol}, "
+        f"y = {told(mark.y / unit.worth, 2)} {unit.symbol}, "
+        + ("centre of gravity" if mark.of == "centre" else f"{mark.of.replace('_', ' ')} wheel")
+        for v, marks in scene.marks.items()
+        for number, mark in enumerate(marks, start=1)
     ]
 
 

@@ -31,8 +31,8 @@ INK, GREY, PALE = "#222222", "#777777", "#d9d9d9"
 BLUE, ORANGE = "#0072B2", "#D55E00"
 OF_VEHICLE = {"a": BLUE, "b": ORANGE}
 LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
-SHOWN = ("speed_b", "e", "e_m", "mu")  # in the figures of unknowns
-SHORT = {"speed_b": "speed of B", "e": "e", "e_m": "e$_m$", "mu": "μ"}
+_SHOWN = ("speed_a", "speed_b", "e", "e_m", "mu")  # in the figures of unknowns
+SHORT = {"speed_a": "speed of A", "speed_b": "speed of B", "e": "e", "e_m": "e$_m$", "mu": "μ"}
 
 STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
@@ -87,6 +87,11 @@ def new_figure(width: float, height: float) -> Figure:
     """An empty figure (inches) that belongs to no window and lays itself out."""
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
     return Figure(figsize=(width, height), layout=layout, facecolor="white")
+
+
+def shown(outcome: Outcome) -> tuple[str, ...]:
+    """The quantities that the figures of unknowns hold, in their order."""
+    return tuple(name for name in _SHOWN if name in outcome.scene.reported())
 
 
 def axis_label(name: str, units: Units) -> str:

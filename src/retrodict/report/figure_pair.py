@@ -30,7 +30,7 @@ _DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45
 
 @drawing.styled
 def pair_figure(outcome: Outcome, units: Units = "si") -> Figure:
-    """Pair plot of B's speed, e, e_m and μ with density regions and correlations.
+    """Pair plot of the unknown speeds, e, e_m and μ with density regions and correlations.
 
     Args:
         outcome: the reconstruction.
@@ -39,15 +39,16 @@ def pair_figure(outcome: Outcome, units: Units = "si") -> Figure:
     Returns:
         The figure.
     """
+    names = drawing.shown(outcome)
     values = {
         name: None if (v := draws(outcome, "posterior", name)) is None
         else v / drawing.worth(name, units).worth
-        for name in drawing.SHOWN
+        for name in names
     }  # fmt: skip
     figure = drawing.new_figure(7.2, 6.9)
-    grid = figure.subplots(4, 4)
-    for i, row in enumerate(drawing.SHOWN):
-        for j, column in enumerate(drawing.SHOWN):
+    grid = figure.subplots(len(names), len(names))
+    for i, row in enumerate(names):
+        for j, column in enumerate(names):
             axes, x, y = grid[i, j], values[column], values[row]
             if x is None or y is None:
                 drawing.nothing_here(axes, "no draws")
@@ -75,15 +76,17 @@ def _frame(axes: Axes, i: int, j: int, units: Units, values: dict[str, np.ndarra
     """Limits shared along rows and columns; ticks and labels at the outer panels only."""
     if i < j:
         return
-    for axis, k, outer in ((axes.xaxis, j, i == 3), (axes.yaxis, i, j == 0 and i > 0)):
+    names = list(values)
+    bottom = i == len(names) - 1
+    for axis, k, outer in ((axes.xaxis, j, bottom), (axes.yaxis, i, j == 0 and i > 0)):
         if axis is axes.yaxis and i == j:
             axes.set_yticks([])
             continue
         axis.set_major_locator(MaxNLocator(5, steps=drawing.STEPS, prune="both"))
         axis.set_tick_params(labelleft=outer, labelbottom=outer)
         if outer:
-            axis.set_label_text(drawing.axis_label(drawing.SHOWN[k], units))
-        data = values[drawing.SHOWN[k]]
+            axis.set_label_text(drawing.axis_label(names[k], units))
+        data = values[names[k]]
         if data is not None and np.ptp(data) > 0:
             low, high = np.quantile(data, [0.001, 0.999])
             margin = 0.08 * (high - low)

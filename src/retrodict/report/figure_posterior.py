@@ -31,7 +31,7 @@ CAPTION = (
 
 @drawing.styled
 def posterior_figure(outcome: Outcome, units: Units = "si") -> Figure:
-    """Marginal posteriors of B's speed, e, e_m and μ over their priors.
+    """Marginal posteriors of the unknown speeds, e, e_m and μ over their priors.
 
     Args:
         outcome: the reconstruction.
@@ -40,9 +40,14 @@ def posterior_figure(outcome: Outcome, units: Units = "si") -> Figure:
     Returns:
         The figure.
     """
-    figure = drawing.new_figure(7.2, 5.0)
-    for axes, name in zip(figure.subplots(2, 2).flat, drawing.SHOWN, strict=True):
+    names = drawing.shown(outcome)
+    rows = (len(names) + 1) // 2
+    figure = drawing.new_figure(7.2, 2.5 * rows)
+    panels = figure.subplots(rows, 2).flat
+    for axes, name in zip(panels, names, strict=False):
         _panel(axes, outcome, name, units)
+    for axes in panels[len(names) :]:
+        axes.set_axis_off()
     figure.legend(handles=_legend(), loc="outside lower center", ncols=5)
     return figure
 

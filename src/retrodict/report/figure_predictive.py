@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
 CAPTION = (
-    "Top: for each measured rest pose, what the model predicts for a measurement like it, as "
+    "Top: for each item of evidence, what the model predicts for a measurement like it, as "
     "distance from the measured value in its standard deviations. Bottom: for each measured "
     "input, its posterior, likewise. Bars hold the middle 50 % (thick) and 95 % (thin) of the "
     "draws; dots are medians, filled where they lie more than two standard deviations from the "

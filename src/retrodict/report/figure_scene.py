@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon
+from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Wedge
 from matplotlib.ticker import MaxNLocator
 
 from retrodict.report import drawing
@@ -26,9 +26,11 @@ CAPTION = (
     "The scene from above, to scale, in the scene's own axes. Dashed outlines: the vehicles at "
     "impact as measured, each centre of gravity (+) placed by its lever from the impact centre. "
     "Solid outlines: the measured rest poses, with ellipses of two standard deviations in x and "
-    "y. Thin lines: paths of the centres of gravity in run-outs of posterior draws, with the "
-    "outlines at the end of a dozen of them. A dark triangle marks a vehicle's front; an "
-    "outline's middle is taken to lie midway between the axles."
+    "y; an ellipse alone where no heading was measured. Numbered crosses: marks on the way to "
+    "rest. Wedges at the centres of gravity: measured directions of travel after impact, within "
+    "two standard deviations. Thin lines: paths of the centres of gravity in run-outs of "
+    "posterior draws, with the outlines at the end of a dozen of them. A dark triangle marks a "
+    "vehicle's front; an outline's middle is taken to lie midway between the axles."
 )
 _ENDS = 12  # outlines drawn at the end of run-outs
 _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
@@ -59,6 +61,8 @@ def scene_figure(outcome: Outcome, units: Units = "si") -> Figure:
     handles = _surfaces(axes, scene, view, unit.worth)
     handles += _run_outs(axes, scene, paths, unit.worth)
     handles += _vehicles(axes, scene, unit.worth)
+    handles += _departures(axes, scene, unit.worth)
+    handles += _marks(axes, scene, unit.worth)
     handles += _contact(axes, scene, unit.worth)
     _scale_bar(axes, view, unit.symbol)
     for axis in (axes.xaxis, axes.yaxis):
@@ -128,18 +132,28 @@ def _paths(outcome: Outcome, worth: float) -> dict[str, np.ndarray]:
 def _view(
     scene: Scene, paths: dict[str, np.ndarray], worth: float
 ) -> tuple[float, float, float, float]:
-    points = [_rest_outline(scene, v) / worth for v in VEHICLES]
-    points += [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in VEHICLES]
+    points = [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in VEHICLES]
+    points += [_rest_points(scene, v) / worth for v in scene.rest]
+    points += [np.array([[m.x, m.y] for m in marks]) / worth for marks in scene.marks.values()]
     # the odd run-out that ends far away must not shrink the rest to a dot
-    points += [np.quantile(p[..., :2], [0.02, 0.98], axis=(0, 1)) for p in paths.values() if p.size]
+    for v, runs in paths.items():
+        if runs.size:
+            ends = np.quantile(runs[..., :2], [0.02, 0.98], axis=(0, 1))
+            # a measured outline makes room for those at the end of run-outs; else their length does
+            outlined = v in scene.rest and scene.rest[v].heading
+            room = 0.0 if outlined else 0.5 * scene.vehicles[v].length / worth
+            points.append(ends + np.array([[-room], [room]]))
     both = np.concatenate(points)
     low, high = both.min(axis=0), both.max(axis=0)
     margin = 0.07 * (high - low).max() + 1.0 / worth
     return low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin
 
 
-def _rest_outline(scene: Scene, v: str) -> np.ndarray:
+def _rest_points(scene: Scene, v: str) -> np.ndarray:
+    """The corners at rest, or the centre of gravity alone where no heading was measured."""
     rest = scene.rest[v]
+    if rest.heading is None:
+        return np.array([[rest.x.value, rest.y.value]])
     return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
 
 
@@ -168,6 +182,8 @@ def _surfaces(
 def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: float) -> list[Artist]:
     handles: list[Artist] = []
     for v, runs in paths.items():
+        if not runs.size:
+            continue
         colour, line = drawing.OF_VEHICLE[v], drawing.LINE_OF_VEHICLE[v]
         axes.add_collection(
             LineCollection(
@@ -192,37 +208,86 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
 
 
 def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    for v in VEHICLES:
-        vehicle, rest, colour = scene.vehicles[v], scene.rest[v], drawing.OF_VEHICLE[v]
-        x, y = rest.x.value / worth, rest.y.value / worth
-        at_rest = (rest.x.value, rest.y.value, rest.heading.value)
-        poses = (
-            (impact_pose(scene, v), (0, (4, 2)), f"{v.upper()} impact", 4.0),
-            (at_rest, "-", f"{v.upper()} rest", 5.0),
-        )
-        for pose, line, label, z in poses:
-            corners = outline(vehicle, pose) / worth
-            axes.add_patch(Polygon(corners[:4], fill=False, ec=colour, lw=1.5, ls=line, zorder=z))
-            axes.add_patch(Polygon(corners[4:], fc=colour, ec="none", zorder=z))
-            cx, cy = pose[0] / worth, pose[1] / worth
-            axes.plot(cx, cy, "+", color=drawing.INK, ms=5, mew=1.0, zorder=z + 2)
-            # the name goes behind the centre of gravity, inside the outline
-            back = 0.3 * vehicle.length / worth
-            tx, ty = cx - back * np.cos(pose[2]), cy - back * np.sin(pose[2])
-            axes.text(
-                tx, ty, label, ha="center", va="center", color=colour, size=7.5, weight="bold",
-                zorder=z + 3, path_effects=_HALO,
-            )  # fmt: skip
-        size = (4 * rest.x.sd / worth, 4 * rest.y.sd / worth)
-        ellipse = Ellipse((x, y), *size, fc=(1, 1, 1, 0.45), ec=drawing.INK, lw=1.1, zorder=5.5)
-        axes.add_patch(ellipse)
     ink = drawing.INK
-    return [
-        Patch(fill=False, ec=ink, lw=1.5, ls=(0, (4, 2)), label="at impact, measured"),
-        Patch(fill=False, ec=ink, lw=1.5, label="at rest, measured"),
-        Line2D([], [], ls="", marker="o", mfc="white", mec=ink, ms=8, label="rest ± 2 sd"),
-        Line2D([], [], ls="", marker="+", color=ink, label="centre of gravity"),
+    for v in VEHICLES:
+        _outlined(axes, scene.vehicles[v], v, "impact", impact_pose(scene, v), worth)
+    for v, rest in scene.rest.items():
+        x, y = rest.x.value, rest.y.value
+        size = (4 * rest.x.sd / worth, 4 * rest.y.sd / worth)
+        ellipse = Ellipse(
+            (x / worth, y / worth), *size, fc=(1, 1, 1, 0.45), ec=ink, lw=1.1, zorder=5.5
+        )
+        axes.add_patch(ellipse)
+        if rest.heading is not None:
+            _outlined(axes, scene.vehicles[v], v, "rest", (x, y, rest.heading.value), worth)
+            continue
+        axes.plot(x / worth, y / worth, "+", color=ink, ms=5, mew=1.0, zorder=7)
+        axes.annotate(
+            f"{v.upper()} rest", (x / worth, y / worth), xytext=(6, 6), textcoords="offset points",
+            color=drawing.OF_VEHICLE[v], size=7.5, weight="bold", zorder=8, path_effects=_HALO,
+        )  # fmt: skip
+    handles: list[Artist] = [
+        Patch(fill=False, ec=ink, lw=1.5, ls=(0, (4, 2)), label="at impact, measured")
     ]
+    if any(rest.heading for rest in scene.rest.values()):
+        handles.append(Patch(fill=False, ec=ink, lw=1.5, label="at rest, measured"))
+    if scene.rest:
+        look: dict[str, Any] = {"ls": "", "marker": "o", "mfc": "white", "mec": ink, "ms": 8}
+        handles.append(Line2D([], [], label="rest ± 2 sd", **look))
+    return [*handles, Line2D([], [], ls="", marker="+", color=ink, label="centre of gravity")]
+
+
+def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth: float) -> None:
+    line, z = ((0, (4, 2)), 4.0) if when == "impact" else ("-", 5.0)
+    colour, corners = drawing.OF_VEHICLE[v], outline(vehicle, pose) / worth
+    axes.add_patch(Polygon(corners[:4], fill=False, ec=colour, lw=1.5, ls=line, zorder=z))
+    axes.add_patch(Polygon(corners[4:], fc=colour, ec="none", zorder=z))
+    cx, cy = pose[0] / worth, pose[1] / worth
+    axes.plot(cx, cy, "+", color=drawing.INK, ms=5, mew=1.0, zorder=z + 2)
+    # the name goes behind the centre of gravity, inside the outline
+    back = 0.3 * vehicle.length / worth
+    tx, ty = cx - back * np.cos(pose[2]), cy - back * np.sin(pose[2])
+    axes.text(
+        tx, ty, f"{v.upper()} {when}", ha="center", va="center", color=colour, size=7.5,
+        weight="bold", zorder=z + 3, path_effects=_HALO,
+    )  # fmt: skip
+
+
+def _departures(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    """The measured directions of travel after impact."""
+    look: dict[str, Any] = {"alpha": 0.35, "lw": 0}
+    drawn = []
+    for v, departure in scene.departure.items():
+        direction = departure.direction
+        if direction is None:
+            continue
+        x, y, _ = impact_pose(scene, v)
+        reach = min(2 * direction.sd, np.pi)  # all round, at most
+        low, high = np.degrees([direction.value - reach, direction.value + reach])
+        radius = 0.6 * scene.vehicles[v].length / worth
+        colour = drawing.OF_VEHICLE[v]
+        axes.add_patch(
+            Wedge((x / worth, y / worth), radius, low, high, color=colour, zorder=3, **look)
+        )
+        drawn.append(v)
+    handle = Patch(color=drawing.INK, label="direction after impact ± 2 sd", **look)
+    return [handle] if drawn else []
+
+
+def _marks(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    """The measured points on the way to rest, numbered as the evidence is."""
+    look: dict[str, Any] = {"ls": "", "marker": "x", "ms": 5, "mew": 1.4}
+    for v, marks in scene.marks.items():
+        colour = drawing.OF_VEHICLE[v]
+        for number, mark in enumerate(marks, start=1):
+            at = (mark.x / worth, mark.y / worth)
+            axes.plot(*at, color=colour, zorder=8, **look)
+            axes.annotate(
+                f"{v.upper()}{number}", at, xytext=(4, 4), textcoords="offset points", size=7,
+                color=colour, zorder=8, path_effects=_HALO,
+            )  # fmt: skip
+    handle = Line2D([], [], color=drawing.INK, label="mark on the way to rest", **look)
+    return [handle] if scene.marks else []
 
 
 def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:

@@ -15,7 +15,7 @@ import xarray as xr
 from retrodict.inference.digits import monte_carlo_error
 from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
-from retrodict.scene.quantities import REPORTED, Unit, Units, describe, unit_of
+from retrodict.scene.quantities import Unit, Units, describe, unit_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,16 +68,17 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
     return label, unit_of(dimension, units)
 
 
-def reported(outcome: Outcome, names: Iterable[str] = REPORTED) -> tuple[str, ...]:
+def reported(outcome: Outcome, names: Iterable[str] | None = None) -> tuple[str, ...]:
     """Which quantities a model tells of: a simpler one knows fewer.
 
     Args:
         outcome: the reconstruction.
-        names: to choose from.
+        names: to choose from; None for those that its scene reports.
 
     Returns:
         Those that it has draws of, in their order.
     """
+    names = outcome.scene.reported() if names is None else names
     if "posterior" not in outcome.idata.children:
         return tuple(names)
     return tuple(name for name in names if name in outcome.idata["posterior"].data_vars)

@@ -9,6 +9,7 @@ from retrodict.inference.digits import decimals_of
 from retrodict.report.findings import DERIVED, LEVELS, reported, scaled, statistics, told_as
 from retrodict.report.rounding import told, told_range, told_with_sd
 from retrodict.scene.quantities import Unit, Units, unit_of
+from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -116,18 +117,24 @@ def marked(outcome: Outcome, text: str, withheld: bool = False) -> str:
 
 
 def answer(outcome: Outcome, units: Units = "si") -> str:
-    """The answer in one sentence: B's speed before impact with its 95 % interval, or why not.
+    """The answer, a sentence a speed: each that was sought with its 95 % interval, or why not.
 
     Args:
         outcome: the reconstruction.
         units: which come first; both are told.
 
     Returns:
-        A sentence.
+        One sentence or two, that of A first.
     """
-    who = f"Vehicle B ({outcome.scene.vehicles['b'].name})"
-    numbers = statistics(outcome, ("speed_b",))["speed_b"]
-    if not outcome.checks.passed or is_withheld(outcome, "speed_b") or numbers["mean"] is None:
+    speeds = {f"speed_{v}": v for v in VEHICLES if f"speed_{v}" in outcome.scene.reported()}
+    found = statistics(outcome, tuple(speeds))
+    return " ".join(_answer(outcome, units, v, found[name]) for name, v in speeds.items())
+
+
+def _answer(outcome: Outcome, units: Units, v: str, numbers: dict[str, Any]) -> str:
+    who = f"Vehicle {v.upper()} ({outcome.scene.vehicles[v].name})"
+    withheld = is_withheld(outcome, f"speed_{v}")
+    if not outcome.checks.passed or withheld or numbers["mean"] is None:
         return f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
     # a court outside the United States reads km/h, which is no unit of the tables
     told_in = [Unit("m/s", 1.0), Unit("km/h", 1 / 3.6)]

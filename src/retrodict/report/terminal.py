@@ -82,7 +82,7 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
         units: "si" or "us".
     """
     _line(console, ladder.scene.title, "bold")
-    # the median above its sd: with all four unknowns asked it still fits a narrow terminal
+    # the median above its sd: with every unknown asked it still fits a narrow terminal
     table = Table(show_lines=True, padding=0)
     table.add_column("rung", no_wrap=True)
     for name in ladder.question:
