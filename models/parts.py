@@ -58,7 +58,7 @@ class Structure:
         surfaces: names, the one that lies everywhere first.
         known_of_b: which of `OF_B` was measured.
         constant_friction: whether no surface's friction depends on speed.
-        rolling: whether some wheel is not locked.
+        rolling: vehicles of which some wheel is not locked.
         rests: what of a rest pose the rung follows.
         evidence: names of the items of evidence that the rung explains.
         marks: name of each mark among them, and what of its vehicle passed it.
@@ -71,7 +71,7 @@ class Structure:
     surfaces: tuple[str, ...]
     known_of_b: tuple[str, ...]
     constant_friction: bool
-    rolling: bool
+    rolling: tuple[str, ...]
     rests: tuple[str, ...]
     evidence: tuple[str, ...]
     marks: tuple[tuple[str, str], ...] = ()
@@ -87,14 +87,19 @@ class Structure:
     def aims(self) -> tuple[str, ...]:
         """What the coordinates of the motion after the impact stand for, A's first.
 
-        Each part of a rest pose; where it was not measured, a velocity instead.
+        Each part of a rest pose; where it was not measured, a velocity instead, and so all of a
+        vehicle that rolls: its tyres soon end what sideways motion it had, so that its rest tells
+        little of that.
         """
         pairs = [
-            (f"rest_{part}_{v}", velocity)
+            (v, f"rest_{part}_{v}", velocity)
             for v, velocities in zip(VEHICLES, AFTER, strict=True)
             for part, velocity in zip(self.rests, velocities, strict=False)
         ]
-        return tuple(rest if rest in self.evidence else velocity for rest, velocity in pairs)
+        return tuple(
+            rest if rest in self.evidence and v not in self.rolling else velocity
+            for v, rest, velocity in pairs
+        )
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -166,7 +171,7 @@ def of_scene(
         constant_friction=all(
             s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
         ),
-        rolling=any(vehicle.wheels is not None for vehicle in scene.vehicles.values()),
+        rolling=tuple(v for v in VEHICLES if scene.vehicles[v].wheels is not None),
         rests=rests,
         evidence=tuple(evidence),
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),

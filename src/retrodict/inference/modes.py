@@ -67,9 +67,7 @@ def solutions(scene: Scene, rung: str) -> list[Solution]:
         Unanswerable: no number of turns leads to the rest poses, or none has a finite mode.
     """
     told = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
-    unknown = [
-        v for v in VEHICLES if f"rest_heading_{v}" in told and not scene.rest[v].turns_known
-    ]
+    unknown = [v for v in VEHICLES if f"rest_heading_{v}" in told and not scene.rest[v].turns_known]
     if not unknown:
         return [Solution(prepare(scene, rung), scene, {})]
     tried: dict[tuple[int, ...], Solution | None] = {}

@@ -8,6 +8,7 @@ import numpy as np
 
 from retrodict.inference import coordinates, sheet
 from retrodict.inference.coordinates import Chart, Wall
+from retrodict.inference.differences import curvature, slope
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import Programs, in_chunks, programs_for
 from retrodict.inference.scout import scouted
@@ -16,7 +17,11 @@ from retrodict.scene.records import Scene
 
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
 _MOST_STEPS = 768
-_ROLLING_STEPS, _MOST_ROLLING = 384, 3072  # little holds a rolling vehicle back: its clock runs stiff
+_ROLLING_STEPS, _MOST_ROLLING = (
+    192,
+    768,
+)  # little holds a rolling vehicle back: its clock runs stiff
+_NEWTON, _ARRIVED = 30, 0.01  # steps of Newton's method at most; gain of log density of the last
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
 
@@ -75,13 +80,26 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     structure, data = RUNGS[rung].of_scene(scene)
     if not structure.free:
         return _whitened(structure, data)
-    found = _whitened(structure, scouted(programs_for(structure), data))
+    data, deviates = scouted(programs_for(structure), data)
+    found = _whitened(structure, data, deviates)
+    if not structure.rested or structure.rolling:
+        return found
     # what was scouted is but near, and sheets are to fit where the posterior lies
-    return _whitened(found.programs.structure, _aimed_anew(found))
+    return _whitened(
+        found.programs.structure, _aimed_anew(found), found.chart.centre[-len(deviates) :]
+    )
 
 
-def _whitened(structure: parts.Structure, data: parts.Data) -> Posterior:
-    """The posterior about its mode, with as many steps of the run-outs as it takes."""
+def _whitened(
+    structure: parts.Structure, data: parts.Data, deviates: np.ndarray | None = None
+) -> Posterior:
+    """The posterior about its mode, with as many steps of the run-outs as it takes.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        deviates: of the inputs, where the mode is to be sought from, if not where they were measured.
+    """
     # no more steps of the run-out than this scene's measurements can tell apart
     most = _MOST_ROLLING if structure.rolling else _MOST_STEPS
     if structure.rolling:
@@ -95,17 +113,26 @@ def _whitened(structure: parts.Structure, data: parts.Data) -> Posterior:
             break
         structure = replace(structure, steps=2 * structure.steps)
     n = coordinates.length(structure)
+    starts = _starts(structure)
+    if deviates is not None:
+        starts.append(np.concatenate([np.zeros(n - len(deviates)), deviates]))
     chart = _likeliest(
-        programs, data, [_chart(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
+        programs, data, [_chart(programs, data, sheets, q, np.eye(n)) for q in starts]
     )
     # walls and whitening depend on the mode and it on them: twice is enough
-    for _ in range(3):
-        mode, value = _mode(programs, data, chart)
+    for _ in range(_NEWTON if structure.free else 3):
+        if structure.free:
+            mode, value, gain, whitening = _newton(programs, data, chart)
+        else:
+            mode, value = _mode(programs, data, chart)
+            gain, whitening = np.inf, _spread_at(programs, data, chart, mode)
         centre = np.asarray(programs("bent", data, chart, mode))
-        spread = np.asarray(chart.spread) @ _spread_at(programs, data, chart, mode)
+        spread = np.asarray(chart.spread) @ whitening
         if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         chart = _chart(programs, data, sheets, centre, spread)
+        if gain < _ARRIVED:
+            break
     return Posterior(programs, data, chart, error, -value, unresolved)
 
 
@@ -209,6 +236,35 @@ def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarra
     if best.fun > 1e9:
         raise Unanswerable("the posterior has no finite density near the measured scene")
     return best.x, float(best.fun)
+
+
+def _newton(
+    programs: Programs, data: parts.Data, chart: Chart
+) -> tuple[np.ndarray, float, float, np.ndarray]:
+    """A step of Newton's method from the chart's centre, by differences.
+
+    Returns where it leads, the potential there, how much was gained, and the whitening at the centre.
+
+    Far from the mode the bend's derivatives are too rough to steer by, and where velocities are
+    coordinates the search begins far off.
+    """
+
+    def heights(w: np.ndarray) -> np.ndarray:
+        found = in_chunks(lambda w: programs("weigh", data, chart, w)[0], w)
+        return np.where(np.isfinite(found), -found, 1e10)
+
+    here = np.zeros(chart.spread.shape[1])
+    value, gradient = slope(heights, here)
+    if value > 1e9:
+        raise Unanswerable("the posterior has no finite density near the measured scene")
+    values, vectors = np.linalg.eigh(curvature(heights, here))
+    values = np.clip(np.abs(values), 1e-2, 1e8)
+    step = -vectors @ (vectors.T @ gradient / values)
+    tried = np.concatenate([here[None], np.geomspace(1e-3, 1.5, 24)[:, None] * step])
+    reached = heights(tried)
+    best = int(np.argmin(reached))
+    whitening = vectors @ np.diag(values**-0.5) @ vectors.T
+    return tried[best], float(reached[best]), value - float(reached[best]), whitening
 
 
 def _spread_at(programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray) -> np.ndarray:

@@ -89,7 +89,8 @@ class Programs:
         volume and reverse under any field of forces, and NUTS weighs its points by the value, so it
         samples the same density; how good the sheets are decides only how many draws it is worth.
         A run-out then never has to be differentiated: a gradient costs little more than a value,
-        and the sampler compiles in half the time.
+        and the sampler compiles in half the time. That of a vehicle that rolls has no sheet, and is
+        differentiated.
         """
         return self.weighed(w, data, chart)[0]
 
@@ -104,7 +105,7 @@ class Programs:
             sheet = parts.aimed(structure, data, q[: len(structure.aims)])
             return sheet + jax.lax.stop_gradient(exact - sheet)
 
-        given = {"rest_poses": rest_poses}
+        given = {} if self.structure.rolling else {"rest_poses": rest_poses}
         joint, _ = log_density(self.model, (self.structure, data), given, sites)
         return joint + log_det, sites
 
@@ -120,11 +121,13 @@ class Programs:
 
         return jax.vmap(one)(xi)
 
-    def _reached(self, data: parts.Data, separation: Array, xi: Array) -> Array:
-        def one(V: Array, deviates: Array) -> Array:
+    def _reached(self, data: parts.Data, separation: Array, xi: Array) -> tuple[Array, Array]:
+        """What each motion comes to where the aims are, and where it comes to rest."""
+
+        def one(V: Array, deviates: Array) -> tuple[Array, Array]:
             x = parts.from_standard(self.structure, data, deviates)
             rests = self.rung.run_out.rest_poses(self.structure, data, x, V)
-            return parts.reached(self.structure, V, rests)
+            return parts.reached(self.structure, V, rests), rests
 
         return jax.vmap(one)(separation, xi)
 

@@ -12,7 +12,7 @@ _ROUNDS = 20  # of CHUNK crashes from the prior
 _LEAST = 0.1  # m/s and rad/s: of the spread about the best of them
 
 
-def scouted(programs: Programs, data: parts.Data) -> parts.Data:
+def scouted(programs: Programs, data: parts.Data) -> tuple[parts.Data, np.ndarray]:
     """Data whose aims for velocities are those of the likeliest crash among many from the prior.
 
     Items of evidence count by Cauchy's law, so that one sharp item does not silence all others.
@@ -23,10 +23,11 @@ def scouted(programs: Programs, data: parts.Data) -> parts.Data:
         data: its numbers.
 
     Returns:
-        The data, with (value, sd) of every aim that is a velocity.
+        The data, with (value, sd) of every aim that is a velocity; and the deviates of that crash's
+        inputs.
     """
     structure = programs.structure
-    scores, velocities = [], []
+    scores, velocities, deviates = [], [], []
     for seed in range(_ROUNDS):
         keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
         sites = programs("prior", keys, data)
@@ -37,10 +38,10 @@ def scouted(programs: Programs, data: parts.Data) -> parts.Data:
             score -= np.log1p(((np.asarray(told[f"predicted/{name}"]) - value) / sd) ** 2)
         scores.append(np.nan_to_num(score, nan=-np.inf))
         velocities.append(np.stack([told[name] for name in structure.free], axis=1))
+        deviates.append(sites.get("measured", np.zeros((CHUNK, 0))))
     score, velocity = np.concatenate(scores), np.concatenate(velocities)
     best = velocity[score.argmax()]
     weight = np.exp(score - score.max())
     sd = np.sqrt(weight @ (velocity - best) ** 2 / weight.sum()) + _LEAST
-    return data._replace(
-        aims=data.aims | dict(zip(structure.free, np.stack([best, sd], axis=1), strict=True))
-    )
+    aims = dict(zip(structure.free, np.stack([best, sd], axis=1), strict=True))
+    return data._replace(aims=data.aims | aims), np.concatenate(deviates)[score.argmax()]

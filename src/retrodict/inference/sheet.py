@@ -16,6 +16,7 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, programs_for
 from retrodict.mechanics.runout import GRAVITY
 from retrodict.models import parts
+from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
@@ -42,8 +43,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
     target, sd = _aims(programs, data)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
-    least = _least_drag(programs.structure, data)
-    V = np.stack([_guesses(way[v], grip, k[v], least[v], starts) for v in range(2)], axis=1)
+    V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
     free = np.array([aim in programs.structure.free for aim in programs.structure.aims])
     V = np.where(free.reshape(2, size), target, V)
     best = np.full((2,), np.inf)
@@ -57,7 +57,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         for j in range(size):
             nudged[:, j + 1, :, j] += _STEP
         batch = np.resize(nudged.reshape(-1, 2 * size), (BATCH, 2 * size))
-        ends = np.asarray(programs("reached", data, batch, xi))[: starts * (size + 1)]
+        ends = np.asarray(programs("reached", data, batch, xi)[0])[: starts * (size + 1)]
         ends = ends.reshape(starts, size + 1, 2, size)
         miss = (ends[:, 0] - target) / sd
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
@@ -126,7 +126,7 @@ def fit(
             ],
             axis=1,
         )
-        z = (np.asarray(programs("reached", data, V, xi)) - target) / sd
+        z = (np.asarray(programs("reached", data, V, xi)[0]) - target) / sd
         for v in range(2):
             wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
@@ -155,11 +155,11 @@ def unresolved(
     """
     s = programs.structure
     finer = programs_for(replace(s, steps=4 * s.steps))
-    _, sd = _aims(programs, data)
-    moved = np.asarray(finer("reached", data, *run_outs)) - np.asarray(
-        programs("reached", data, *run_outs)
-    )
-    return float(np.quantile(np.abs(moved / sd), 0.9))
+    rests = [np.asarray(p("reached", data, *run_outs)[1]) for p in (programs, finer)]
+    names = [f"rest_{part}_{v}" for v in VEHICLES for part in s.rests]
+    sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in names])
+    moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
+    return float(np.quantile(np.abs(moved[:, np.isfinite(sd)]), 0.9)) if s.rested else 0.0
 
 
 def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:
@@ -205,7 +205,7 @@ def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> lis
     h = 0.01
     for j in range(p):
         xi[1 + size + j, j] = h
-    ends = np.asarray(programs("reached", data, V, xi))
+    ends = np.asarray(programs("reached", data, V, xi)[0])
     sheets = []
     for v, vehicle in enumerate("ab"):
         shape = coordinates.shaping_inputs(structure, vehicle)
@@ -235,17 +235,7 @@ def _aims(programs: Programs, data: parts.Data) -> tuple[np.ndarray, np.ndarray]
     return value, sd
 
 
-def _least_drag(structure: parts.Structure, data: parts.Data) -> np.ndarray:
-    """What holds each vehicle back if it rolls all the way, over what does if it slides."""
-    if not structure.rolling:
-        return np.ones(2)
-    x = parts.from_standard(structure, data, np.zeros(len(structure.uncertain)))
-    return np.asarray(parts.cars(structure, x).wheels.drag).mean(axis=1)
-
-
-def _guesses(
-    displacement: np.ndarray, grip: float, k: float, least: float, count: int
-) -> np.ndarray:
+def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.ndarray:
     """Starting velocities: sliding that far while turning that much, faster and slower."""
     dx, dy = displacement[:2]
     turn = displacement[2] if displacement.size == 3 else 0.0
@@ -253,8 +243,7 @@ def _guesses(
     # energy to slide and to turn, spread over both; a spinning car slides further for its speed
     speed = np.sqrt(2 * grip * max(far, 0.05))
     spin = np.sign(turn) * np.sqrt(2 * grip * abs(turn) / k)
-    paces = _GRID[0] if least == 1 else np.geomspace(0.8 * np.sqrt(least), 1.0, len(_GRID[0]))
-    a, b, c = (g.ravel()[:count] for g in np.meshgrid(paces, *_GRID[1:], indexing="ij"))
+    a, b, c = (g.ravel()[:count] for g in np.meshgrid(*_GRID, indexing="ij"))
     angle = np.arctan2(dy, dx) + c
     guesses = np.stack([a * speed * np.cos(angle), a * speed * np.sin(angle), b * spin], axis=1)
     return np.resize(guesses[:, : displacement.size], (count, displacement.size))
