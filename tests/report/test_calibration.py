@@ -93,8 +93,8 @@ def test_a_file_that_is_no_table_of_ranks_is_refused(calibration, tmp_path) -> N
 def test_a_line_leaves_its_band_where_the_verdict_says_so(calibration) -> None:
     figure = calibration_figure(calibration)
     drawn = {axes.get_title(loc="left"): axes for axes in figure.axes if axes.lines}
-    assert set(drawn) == {"speed of B", "restitution e"}
-    for axes, inside in ((drawn["speed of B"], True), (drawn["restitution e"], False)):
+    assert set(drawn) == {"speed of B", "e"}
+    for axes, inside in ((drawn["speed of B"], True), (drawn["e"], False)):
         assert (axes.lines[0].get_linestyle() == "-") is inside  # seen without colour too
 
 

@@ -68,6 +68,8 @@ def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
         f"{BAND:.0%} by itself {', '.join(alone) or 'none'} leaves its band"
     )
     word = "Calibrated" if calibrated(calibration, found) else "NOT CALIBRATED"
+    if not outside and word != "Calibrated":
+        word += ", for too many runs were withheld"
     return f"{word}: {ranks}. {compared}. {withheld}."
 
 

@@ -46,8 +46,9 @@ def calibration_figure(calibration: Calibration) -> Figure:
             color, style = (drawing.BLUE, "-") if each.inside else (drawing.ORANGE, "--")
             axes.plot(each.at, each.difference, color=color, ls=style, lw=1, drawstyle="steps-post")
             axes.axhline(0, color=drawing.GREY, lw=0.5)
-            label = "log likelihood" if name == "log_likelihood" else REPORTED[name][0]
-            axes.set_title(label.replace(" before impact", ""), size=7.5)
+            label = REPORTED[name][0] if name in REPORTED else "log likelihood"
+            label = drawing.SHORT.get(name, label.replace(" before impact", ""))
+            axes.set_title(label, size=7.5)
             axes.set_xticks([0, 0.5, 1])
         for axes in panels[len(found) :]:
             axes.set_axis_off()
