@@ -155,3 +155,25 @@ def test_ladder_writes_its_files_and_tells_the_choice(tmp_path: Path) -> None:
     refused = run("ladder", tmp_path / "none.toml")
     assert refused.returncode == 2
     assert len(refused.stderr.strip().splitlines()) == 1
+
+
+def test_calibrate_writes_its_files_and_goes_on(tmp_path: Path) -> None:
+    out = tmp_path / "ranks"
+    asked = ("calibrate", "--model", "momentum+slide", "--out", out, "--simulations")
+    done = run(*asked, 6)
+    assert done.returncode == 0, done.stderr
+    assert {p.name for p in out.iterdir()} == {
+        "calibration.json", "calibration.csv", "calibration.png", "calibration.svg",
+    }  # fmt: skip
+    first = (out / "calibration.csv").read_text()
+    done = run(*asked, 8)
+    assert done.returncode == 0, done.stderr
+    assert (out / "calibration.csv").read_text().startswith(first)
+    assert json.loads((out / "calibration.json").read_text())["done"] == 8
+    refused = run(*asked, 8, "--seed", 1)
+    assert refused.returncode == 2
+    assert "is of another calibration" in refused.stderr
+    assert len(refused.stderr.strip().splitlines()) == 1
+    refused = run("calibrate", "--model", "momentum", "--out", out)
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("--model momentum: choose one of momentum+slide, ")

@@ -6,17 +6,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from retrodict.api import Ladder, Result, ladder, reconstruct
+    from retrodict.api import Calibration, Ladder, Result, calibrate, ladder, reconstruct
     from retrodict.scene import Scene, SceneError, load_scene, parse_scene
 
     __version__: str
 
 __all__ = [
+    "Calibration",
     "Ladder",
     "Result",
     "Scene",
     "SceneError",
     "__version__",
+    "calibrate",
     "ladder",
     "load_scene",
     "parse_scene",
@@ -25,8 +27,10 @@ __all__ = [
 
 # found when first asked for, so that importing the package, or its --help, does not wait for JAX
 _HOMES = {
+    "Calibration": "retrodict.api",
     "Ladder": "retrodict.api",
     "Result": "retrodict.api",
+    "calibrate": "retrodict.api",
     "ladder": "retrodict.api",
     "reconstruct": "retrodict.api",
     "Scene": "retrodict.notebook",

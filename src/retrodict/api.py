@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.outcome import Checks, Outcome
-from retrodict.inference.reconstruct import Progress
+from retrodict.inference.reconstruct import DEFAULT_RUNG, Progress
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
+from retrodict.studies import calibration as _calibration
+from retrodict.studies.calibration import Calibration
 from retrodict.studies.ladder import Ladder, allowed, ladder
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from retrodict.report.drawing_process import DrawingProcess
 
 
-__all__ = ["CHAINS", "Ladder", "Result", "ladder", "reconstruct"]
+__all__ = ["CHAINS", "Calibration", "Ladder", "Result", "calibrate", "ladder", "reconstruct"]
 
 AUTO = "auto"  # the model that the ladder chooses
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
@@ -216,3 +218,59 @@ def reconstruct(
         resume=resume,
     )
     return Result(outcome, climbed)
+
+
+def calibrate(
+    scene: Scene | None = None,
+    *,
+    model: str = DEFAULT_RUNG,
+    method: str = "importance",
+    simulations: int = 1000,
+    seed: int = 0,
+    out: str | Path | None = None,
+    processes: int | None = None,
+    progress: Progress | None = None,
+) -> Calibration:
+    """Whether a model and a method can be relied on: simulated crashes, and where the truth lies.
+
+    Several processes are started; a script calls this under `if __name__ == "__main__":`.
+
+    Args:
+        scene: the design, of which the inputs and all errors count; None for the one of the package.
+        model: a rung's name.
+        method: importance, nuts or smc.
+        simulations: how many.
+        seed: of every random number.
+        out: folder for calibration.csv, .json, .png and .svg; a run goes on with the .csv that is
+            there. None writes nothing.
+        processes: to run side by side; None for one a core.
+        progress: called with (stage, done, of all) as the work goes on.
+
+    Returns:
+        The ranks; `retrodict.studies.calibration.uniformity` judges them. When interrupted, those of
+        the simulations that were finished.
+
+    Raises:
+        ValueError: no model or method has that name, the scene cannot be simulated, or the file in
+            `out` is of another calibration.
+        OSError: a file could not be written.
+    """
+    from retrodict.report.calibration import read_ranks, write_calibration, write_ranks
+
+    scene = scene or _calibration.design()
+    asked = Calibration(scene, model, method, seed, simulations)
+    folder = None if out is None else Path(out)
+    found = _calibration.calibrate(
+        scene,
+        model=model,
+        method=method,
+        simulations=simulations,
+        seed=seed,
+        known=read_ranks(asked, folder) if folder else (),
+        processes=processes,
+        progress=progress,
+        keep=partial(write_ranks, directory=folder) if folder else None,
+    )
+    if folder:
+        write_calibration(found, folder)
+    return found

@@ -42,7 +42,7 @@ class UnitChoice(StrEnum):
 MethodChoice = StrEnum(
     "MethodChoice", ["nuts", "importance", "smc", "laplace", "monte-carlo", "linear"]
 )
-
+ExactChoice = StrEnum("ExactChoice", ["importance", "nuts", "smc"])
 
 SceneFile = Annotated[Path, typer.Argument(help="the scene file (TOML)", show_default=False)]
 
@@ -198,6 +198,58 @@ def ladder(
     print_ladder(climbed, console, units.value)
     console.print(f"{folder / 'ladder.json'}", highlight=False, markup=False, soft_wrap=True)
     if not climbed.complete:
+        raise typer.Exit(INTERRUPTED)
+
+
+@app.command()
+def calibrate(
+    model: Annotated[str, typer.Option(help="a rung's name")] = "planar-moment+wheels",
+    method: Annotated[ExactChoice, typer.Option(help="how to draw")] = ExactChoice.importance,
+    simulations: Annotated[int, typer.Option(min=2, max=100_000, help="how many")] = 1000,
+    scene: Annotated[
+        Path | None, typer.Option(help="the design, a scene file [default: the package's]")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="folder for the results [default: out/calibration/MODEL-METHOD]"),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+) -> None:
+    """Simulate crashes and reconstruct them: are the posteriors as sure as they may be?"""
+    found = None if scene is None else _load(scene)
+
+    from retrodict.models import RUNGS
+
+    if model not in RUNGS:
+        _fail(f"--model {model}: choose one of {', '.join(RUNGS)}")
+    folder = out if out is not None else Path("out") / "calibration" / f"{model}-{method.value}"
+    _writable(folder)
+
+    from rich.console import Console
+
+    from retrodict.api import calibrate as run
+    from retrodict.report.calibration import print_calibration
+
+    console = Console(quiet=quiet)
+    try:
+        with _progress(console) as tell:
+            done = run(
+                found,
+                model=model,
+                method=method.value,
+                simulations=simulations,
+                seed=seed,
+                out=folder,
+                progress=tell,
+            )
+    except ValueError as error:
+        _fail(str(error))
+    except OSError as error:
+        _fail(f"{folder}: cannot write the results: {error}", 1)
+    print_calibration(done, console)
+    console.print(f"{folder / 'calibration.json'}", highlight=False, markup=False, soft_wrap=True)
+    if not done.complete:
         raise typer.Exit(INTERRUPTED)
 
 

@@ -1,0 +1,76 @@
+"""Are posteriors as sure as they may be? Calibrates rungs and methods, and writes docs/calibration.md.
+
+python3 -m uv run python -m benchmarks.calibration [simulations] [rung ...]
+
+A run goes on where the last one stopped: each rung's ranks stand in docs/charts/calibration/. Without
+arguments the page is written from the ranks that are there, and nothing is run.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from benchmarks import page
+from benchmarks.__main__ import DOCS
+from retrodict.api import calibrate
+
+METHOD = "importance"
+FOLDERS = DOCS / "charts" / "calibration"
+
+
+def table(folders: list[Path]) -> page.Parts:
+    """What stands between the markers of docs/calibration.md."""
+    rows, verdicts = [], []
+    for folder in folders:
+        told = json.loads((folder / "calibration.json").read_text("utf-8"))
+        outside = [k for k, v in told["quantities"].items() if not v["inside_jointly"]]
+        alone = [k for k, v in told["quantities"].items() if not v["inside"]]
+        counts = f"{told['ranked']} of {told['done']}"
+        cells = [told["model"], told["method"], counts, f"{told['withheld']:.1%}"]
+        rows.append([*cells, ", ".join(alone) or "none", ", ".join(outside) or "none"])
+        verdicts += [
+            f"### {told['model']}, {told['method']}\n",
+            f"{told['verdict']}\n",
+            f"![ranks](charts/calibration/{folder.name}/calibration.png)\n",
+            _listed(["quantity", *(f"{level} %" for level in (50, 80, 90, 95))], _coverage(told)),
+            "",
+        ]
+    heading = ["rung", "method", "ranked", "withheld", "outside its own band", "outside jointly"]
+    return {"summary": [_listed(heading, rows)], "verdicts": verdicts[:-1]}
+
+
+def _coverage(told: dict) -> list[list[str]]:
+    return [
+        [name, *(f"{c['share']:.1%} ± {c['error']:.1%}" for c in each["coverage"].values())]
+        for name, each in told["quantities"].items()
+    ]
+
+
+def _listed(heading: list[str], rows: list[list[str]]) -> str:
+    lines = [heading, ["---"] * len(heading), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def main(simulations: int, rungs: list[str]) -> None:
+    """Go on with each rung until so many simulations are done, then write the page."""
+    for rung in rungs:
+        found = calibrate(
+            model=rung,
+            method=METHOD,
+            simulations=simulations,
+            out=FOLDERS / f"{rung}-{METHOD}",
+            progress=lambda *at: print(*at, flush=True),
+        )
+        if not found.complete:
+            break
+    done = sorted(file.parent for file in FOLDERS.glob("*/calibration.json"))
+    page.refresh(DOCS / "calibration.md", table(done))
+
+
+RUNGS = ["momentum+slide", "planar+spin", "planar-moment+wheels"]
+
+if __name__ == "__main__":
+    asked = int(sys.argv[1]) if sys.argv[1:] else 0
+    main(asked, (sys.argv[2:] or RUNGS) if asked else [])

@@ -1,0 +1,215 @@
+"""A calibration as it is told: its verdict, its table of ranks, and files."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from retrodict.report.files import write_whole
+from retrodict.studies.calibration import (
+    BAND,
+    DRAWS,
+    LEVELS,
+    MOST_WITHHELD,
+    QUANTITIES,
+    Calibration,
+    Row,
+    Uniformity,
+    uniformity,
+)
+
+RANKS = "calibration.csv"
+_SETTINGS = ("model", "method", "seed", "scene")
+_COLUMNS = (*_SETTINGS, "simulation", *QUANTITIES, "reason")
+
+
+def calibrated(calibration: Calibration, found: dict[str, Uniformity]) -> bool:
+    """Whether nothing speaks against the method: ranks jointly inside, and few runs withheld.
+
+    Args:
+        calibration: its rows.
+        found: as `uniformity` gives it.
+    """
+    few = calibration.withheld <= MOST_WITHHELD
+    return bool(found) and few and all(each.inside_jointly for each in found.values())
+
+
+def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
+    """What a calibration comes to, in a few sentences.
+
+    Args:
+        calibration: its rows.
+        found: as `uniformity` gives it.
+    """
+    done, ranked = len(calibration.rows), len(calibration.ranked)
+    withheld = f"{done - ranked} of {done} runs ({calibration.withheld:.1%}) were withheld"
+    if calibration.withheld > MOST_WITHHELD:
+        withheld += f", more than {MOST_WITHHELD:.0%}"
+    if not found:
+        return f"NOT CALIBRATED: too few ranks to tell. {withheld}."
+    outside = [name for name, each in found.items() if not each.inside_jointly]
+    alone = [name for name, each in found.items() if not each.inside]
+    level = 1 - (1 - BAND) / len(found)
+    ranks = (
+        f"the ranks of {', '.join(outside)} are not uniform"
+        if outside
+        else f"nothing is seen against uniform ranks in {ranked} simulations"
+    )
+    compared = (
+        f"{len(found)} quantities were compared, each at {level:.2%} for {BAND:.0%} over all; at "
+        f"{BAND:.0%} by itself {', '.join(alone) or 'none'} leaves its band"
+    )
+    word = "Calibrated" if calibrated(calibration, found) else "NOT CALIBRATED"
+    if not outside and word != "Calibrated":
+        word += ", for too many runs were withheld"
+    return f"{word}: {ranks}. {compared}. {withheld}."
+
+
+def print_calibration(calibration: Calibration, console: Console) -> None:
+    """Print coverage and verdict of each quantity, then of all.
+
+    Args:
+        calibration: its rows.
+        console: where to.
+    """
+    found = uniformity(calibration)
+    table = Table(title=f"{calibration.model}, {calibration.method}", title_justify="left")
+    table.add_column("quantity")
+    for heading in (*(f"{level} % holds" for level in LEVELS), f"in its {BAND:.0%} band"):
+        table.add_column(heading, justify="right")
+    for name, each in found.items():
+        shares = [f"{share:.1%} ± {error:.1%}" for share, error in each.coverage.values()]
+        cells = [name, *shares, "yes" if each.inside else "no"]
+        table.add_row(*map(Text, cells), style=None if each.inside else "red")
+    console.print(table)
+    good = calibrated(calibration, found)
+    console.print(Text(verdict(calibration, found), style="green" if good else "bold red"))
+
+
+def calibration_data(calibration: Calibration) -> dict[str, Any]:
+    """A calibration's verdict in strict JSON."""
+    found = uniformity(calibration)
+    reasons: dict[str, int] = {}
+    for row in calibration.rows:
+        if row.reason:
+            kind = row.reason.split(":")[0]
+            reasons[kind] = reasons.get(kind, 0) + 1
+    return {
+        **_settings(calibration),
+        "simulations": calibration.simulations,
+        "done": len(calibration.rows),
+        "ranked": len(calibration.ranked),
+        "withheld": calibration.withheld,
+        "withheld_because": reasons,
+        "draws": DRAWS,
+        "calibrated": calibrated(calibration, found),
+        "verdict": verdict(calibration, found),
+        "quantities": {
+            name: {
+                "inside": each.inside,
+                "inside_jointly": each.inside_jointly,
+                "furthest": float(abs(each.difference).max()),
+                "coverage": {
+                    str(level): {"share": share, "error": error}
+                    for level, (share, error) in each.coverage.items()
+                },
+            }
+            for name, each in found.items()
+        },
+    }
+
+
+def write_calibration(calibration: Calibration, directory: Path) -> None:
+    """Write calibration.csv, calibration.json, and the chart as calibration.png and .svg.
+
+    Args:
+        calibration: its rows.
+        directory: made where missing; files of the same names in it are replaced, each whole.
+
+    Raises:
+        OSError: a file could not be written.
+    """
+    from retrodict.report.figure_calibration import calibration_figure
+    from retrodict.report.figures import to_png
+
+    figure = calibration_figure(calibration)
+    vectors = io.BytesIO()
+    figure.savefig(vectors, format="svg")
+    text = json.dumps(calibration_data(calibration), indent=2, ensure_ascii=False, allow_nan=False)
+    write_ranks(calibration, directory)
+    write_whole(directory / "calibration.json", f"{text}\n".encode())
+    write_whole(directory / "calibration.png", to_png(figure))
+    write_whole(directory / "calibration.svg", vectors.getvalue())
+
+
+def write_ranks(calibration: Calibration, directory: Path) -> None:
+    """Write calibration.csv, a row a simulation, from which a run goes on.
+
+    Args:
+        calibration: its rows.
+        directory: made where missing.
+
+    Raises:
+        OSError: it could not be written.
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for row in calibration.rows:
+        told = {"simulation": row.simulation, "reason": row.reason}
+        writer.writerow(_settings(calibration) | told | row.ranks)
+    write_whole(directory / RANKS, text.getvalue().encode())
+
+
+def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:
+    """The rows that `write_ranks` wrote.
+
+    Args:
+        like: of the same scene, model, method and seed.
+        directory: where they were written.
+
+    Returns:
+        The rows; none where there is no file.
+
+    Raises:
+        ValueError: the file is of another calibration, or is none.
+    """
+    file = directory / RANKS
+    if not file.exists():
+        return ()
+    mine = {k: str(v) for k, v in _settings(like).items()}
+    rows = []
+    try:
+        for row in csv.DictReader(io.StringIO(file.read_text("utf-8"))):
+            other = {k: row[k] for k in _SETTINGS}
+            if other != mine:
+                raise ValueError(f"is of another calibration ({_listed(other)})")
+            ranks = {name: int(row[name]) for name in QUANTITIES if row[name]}
+            rows.append(Row(int(row["simulation"]), ranks, row["reason"]))
+    except (KeyError, TypeError, ValueError) as error:
+        why = str(error) if str(error).startswith("is of") else "is not a table of ranks"
+        raise ValueError(
+            f"{file} {why}; this one is {_listed(mine)}: choose another folder, or delete the file"
+        ) from None
+    return tuple(rows)
+
+
+def _settings(calibration: Calibration) -> dict[str, Any]:
+    return {
+        "model": calibration.model,
+        "method": calibration.method,
+        "seed": calibration.seed,
+        "scene": hashlib.sha256(repr(calibration.scene).encode()).hexdigest()[:12],
+    }
+
+
+def _listed(settings: dict[str, Any]) -> str:
+    return ", ".join(f"{k} {str(v)[:40]!r}" for k, v in settings.items())

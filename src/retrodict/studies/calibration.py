@@ -1,0 +1,447 @@
+"""Simulation-based calibration: crashes drawn from a model's own prior, reconstructed and ranked."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from importlib import resources
+from multiprocessing import get_context
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from retrodict.inference import gate
+from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.inference.methods import METHODS, Draws, Task
+from retrodict.inference.posterior import RESOLVED, Posterior, prepare
+from retrodict.inference.programs import CHUNK, Programs, in_chunks, programs_for
+from retrodict.mechanics import contact_velocity
+from retrodict.models import RUNGS, parts
+from retrodict.scene import load_scene
+from retrodict.scene.quantities import REPORTED
+from retrodict.scene.records import VEHICLES, Scene
+
+QUANTITIES = ("speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b", "log_likelihood")
+EXACT = tuple(name for name, method in METHODS.items() if method.exact)
+DRAWS = 99  # that a truth is ranked among: few enough to be independent where the gate was passed
+LEVELS = (50, 80, 90, 95)  # per cent
+BAND = 0.95  # of all samples lie within the band everywhere
+MOST_WITHHELD = 0.05  # share beyond which it is part of the verdict
+DRIVING, CLOSING, SPIN, FAR = 3.0, 3.0, 12.0, 50.0  # what is plausible: m/s, m/s, rad/s, m
+
+_BATCH = 5  # simulations of a process at a time
+_CHAINS, _WARMUP = 4, 150
+_MOST_CHUNKS = 40  # of candidates for a batch
+_SAMPLES = 2000  # that the bands are found by
+
+Progress = Callable[[str, int, int], None]  # stage, done, of all
+Values = dict[str, np.ndarray]  # unknowns and what follows from them, a row each
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One simulation.
+
+    Args:
+        simulation: its number.
+        ranks: of the truth of each quantity among `DRAWS` draws, from 0; empty where none was found.
+        reason: why none was.
+    """
+
+    simulation: int
+    ranks: dict[str, int] = field(default_factory=dict)
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Uniformity:
+    """How evenly the ranks of a quantity lie.
+
+    Args:
+        at: cumulative probabilities, shape (n + 1,).
+        difference: the share of ranks up to there, less it.
+        band: lower and upper edge of the simultaneous 95 % band of `difference`, shape (2, n + 1).
+        inside: whether the ranks stay within it.
+        inside_jointly: whether within the band of the level that all quantities share (Bonferroni).
+        coverage: share of truths within the central interval of so many per cent, and its binomial
+            standard error were the level right.
+    """
+
+    at: Float[np.ndarray, " points"]
+    difference: Float[np.ndarray, " points"]
+    band: Float[np.ndarray, "2 points"]
+    inside: bool
+    inside_jointly: bool
+    coverage: dict[int, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Ranks of many simulations of one model by one method.
+
+    Args:
+        scene: the design: what is measured of every crash, and how well.
+        model: name of the rung.
+        method: that drew from the posteriors.
+        seed: of every random number.
+        simulations: how many were asked for.
+        rows: those that are done, in order.
+    """
+
+    scene: Scene
+    model: str
+    method: str
+    seed: int
+    simulations: int
+    rows: tuple[Row, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that were asked for are done."""
+        return len(self.rows) >= self.simulations
+
+    @property
+    def ranked(self) -> tuple[Row, ...]:
+        """Those whose draws passed their checks."""
+        return tuple(row for row in self.rows if row.ranks)
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """What was ranked."""
+        return tuple(self.ranked[0].ranks) if self.ranked else ()
+
+    @property
+    def withheld(self) -> float:
+        """Share of simulations without ranks."""
+        return 1 - len(self.ranked) / len(self.rows) if self.rows else 0.0
+
+
+def calibrate(
+    scene: Scene,
+    *,
+    model: str,
+    method: str = "importance",
+    simulations: int = 1000,
+    seed: int = 0,
+    known: Sequence[Row] = (),
+    processes: int | None = None,
+    progress: Progress | None = None,
+    keep: Callable[[Calibration], None] | None = None,
+) -> Calibration:
+    """Draw crashes from a model's prior, reconstruct each, rank the truth among posterior draws.
+
+    If model, sampler and checks are right, the ranks are uniform (Talts et al. 2018; with the log
+    likelihood as a quantity that depends on the data, Modrák et al. 2023). Prior and posterior are
+    both cut to plausible crashes, by the unknowns alone.
+
+    Args:
+        scene: the design, whose measured inputs are the priors of the inputs; of its rest poses only
+            the errors count.
+        model: a name in `retrodict.models.RUNGS`.
+        method: one of `EXACT`.
+        simulations: how many.
+        seed: of every random number.
+        known: rows of an earlier run with the same arguments, which are not done again.
+        processes: to run side by side; None for one a core, 1 for none beside this one.
+        progress: called with (stage, done, of all).
+        keep: called with what is done so far, whenever there is more of it.
+
+    Returns:
+        The calibration; when interrupted, with the rows that were finished.
+
+    Raises:
+        ValueError: no rung or exact method has that name, the scene has evidence other than rest
+            poses with normal errors, or its priors hold hardly a plausible crash.
+    """
+    for what, name, names in (("model", model, tuple(RUNGS)), ("method", method, EXACT)):
+        if name not in names:
+            raise ValueError(f"{what} is one of {', '.join(names)}; not {name!r}")
+    others = [name for name in scene.evidence() if not name.startswith("rest_")]
+    if others or scene.robust:
+        raise ValueError(
+            f"only rest poses with normal errors are simulated: leave {', '.join(others) or 'robust'} "
+            "out of the design"
+        )
+    done = {row.simulation: row for row in known if row.simulation < simulations}
+    missing = [i for i in range(simulations) if i not in done]
+    batches: dict[int, list[int]] = {}
+    for i in missing:
+        batches.setdefault(i // _BATCH, []).append(i)
+    calibration = Calibration(scene, model, method, seed, simulations)
+    job = partial(_batch, calibration)
+
+    def so_far() -> Calibration:
+        return replace(calibration, rows=tuple(done[i] for i in sorted(done)))
+
+    tell = progress or (lambda stage, done, total: None)
+    tell("simulating", len(done), simulations)
+    try:
+        for rows in _each(job, list(batches.values()), processes or os.cpu_count() or 1):
+            done |= {row.simulation: row for row in rows}
+            if keep:
+                keep(so_far())
+            tell("simulating", len(done), simulations)
+    except (KeyboardInterrupt, Interrupted):
+        pass
+    return so_far()
+
+
+def design() -> Scene:
+    """The scene that is used where none is given: two cars of middling size, one struck in its side."""
+    with resources.as_file(resources.files(__package__).joinpath("calibration.toml")) as file:
+        return load_scene(file)
+
+
+def uniformity(calibration: Calibration) -> dict[str, Uniformity]:
+    """How evenly the ranks of each quantity lie, against simultaneous bands (Säilynoja et al. 2022).
+
+    Args:
+        calibration: its rows.
+
+    Returns:
+        By quantity; nothing where fewer than two simulations were ranked.
+    """
+    from arviz_stats.ecdf_utils import compute_ecdf  # slow to import
+
+    rows, names = calibration.ranked, calibration.quantities
+    n = len(rows)
+    if n < 2:
+        return {}
+    ranks = np.array([[row.ranks[name] for name in names] for row in rows])
+    # a rank stands for an interval: a point of it at random is uniform without steps
+    rng = np.random.default_rng(calibration.seed)
+    u = (ranks + rng.random(ranks.shape)) / (DRAWS + 1)
+    at = np.arange(1, n) / n
+    band, jointly = _band(n, BAND), _band(n, 1 - (1 - BAND) / len(names))
+    found = {}
+    for name, values in zip(names, u.T, strict=True):
+        ecdf = compute_ecdf(values, at)
+        found[name] = Uniformity(
+            np.array([0.0, *at, 1.0]),
+            np.array([0.0, *(ecdf - at), 0.0]),
+            np.pad(band - at, ((0, 0), (1, 1))),
+            _within(ecdf, band),
+            _within(ecdf, jointly),
+            {
+                level: (
+                    float(np.mean(np.abs(values - 0.5) <= level / 200)),
+                    float(np.sqrt(level * (100 - level) / n) / 100),
+                )
+                for level in LEVELS
+            },
+        )
+    return found
+
+
+def _within(ecdf: np.ndarray, band: np.ndarray) -> bool:
+    return bool(np.all((band[0] <= ecdf) & (ecdf <= band[1])))
+
+
+@cache
+def _band(n: int, level: float) -> Float[np.ndarray, "2 points"]:
+    """Edges that an ECDF of n uniform numbers stays within at 1/n, 2/n, …, with this probability."""
+    from arviz_stats.ecdf_utils import get_pointwise_confidence_band, simulate_confidence_bands
+
+    at, rng = np.arange(1, n) / n, np.random.default_rng(0)
+    pointwise = simulate_confidence_bands(n, 1, at, level, _SAMPLES, rng)
+    return np.array(get_pointwise_confidence_band(pointwise, n, at))
+
+
+def _each(
+    job: Callable[[list[int]], list[Row]], batches: list[list[int]], processes: int
+) -> Iterator[list[Row]]:
+    if processes == 1:
+        yield from map(job, batches)
+        return
+    with ProcessPoolExecutor(processes, get_context("spawn"), _end_with_an_interrupt) as pool:
+        try:
+            # the first alone: it keeps the compiled programs that the others load
+            yield from pool.map(job, batches[:1])
+            yield from pool.map(job, batches[1:])
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _end_with_an_interrupt() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # at once, and without a word
+
+
+def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
+    """Some simulations of one batch, whose truths are drawn together."""
+    structure, data = RUNGS[of.model].of_scene(of.scene)
+    programs = programs_for(structure)
+    sites, told = _truths(programs, data, np.random.default_rng([of.seed, numbers[0] // _BATCH]))
+    rows = []
+    for number in numbers:
+        i, rng = number % _BATCH, np.random.default_rng([of.seed, number, 1])
+        scene = _measured(of.scene, structure, {k: v[i] for k, v in told.items()}, rng)
+        truth = {k: v[i] for k, v in sites.items()}
+        try:
+            posterior = prepare(scene, of.model)
+        except Unanswerable as error:
+            rows.append(Row(number, reason=f"refused: {error}"))
+            continue
+        ranks, reason = _ranked(posterior, scene, of.method, truth, rng)
+        rows.append(Row(number, ranks, reason))
+    return rows
+
+
+def _truths(
+    programs: Programs, data: parts.Data, rng: np.random.Generator
+) -> tuple[Values, Values]:
+    """The first `_BATCH` plausible crashes from the prior: their unknowns, and what follows."""
+    found: list[tuple[Values, Values]] = []
+    count = 0
+    for _ in range(_MOST_CHUNKS):
+        # as inference draws the prior, whose compiled program this shares
+        key = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
+        sites = programs("prior", jax.random.split(key, CHUNK), data)
+        told = _simulated(programs, data, sites)
+        good = np.flatnonzero(plausible(programs.structure, data, sites, told))
+        found.append(jax.tree.map(lambda v, good=good: np.asarray(v)[good], (sites, told)))
+        count += good.size
+        if count >= _BATCH:
+            return jax.tree.map(lambda *v: np.concatenate(v)[:_BATCH], *found)
+    raise ValueError(
+        f"of {_MOST_CHUNKS * CHUNK} crashes drawn from the priors {count} are plausible: check the "
+        "design's directions, headings and impact centres"
+    )
+
+
+def _simulated(programs: Programs, data: parts.Data, sites: Values) -> Values:
+    """What follows from the unknowns, predictions included."""
+    return programs("simulate", data, sites)
+
+
+def plausible(
+    structure: parts.Structure, data: parts.Data, sites: Values, told: Values
+) -> Bool[np.ndarray, " draws"]:
+    """Which crashes have B driving, close in, lose energy, and neither spin nor travel too far.
+
+    It goes by the unknowns alone: were it to look at the evidence, the ranks would not be uniform.
+
+    Args:
+        structure: which unknowns there are.
+        data: the scene's numbers, of which only those of the inputs and priors count.
+        sites: unknowns, a row each.
+        told: what follows from them.
+    """
+    known = sites | told
+    none = np.zeros(len(known["speed_b"]))
+    xi = known.get("measured", none[:, None][:, :0])
+    motion = jnp.stack([known["vbx"], known["vby"], known.get("omega_b", none)], axis=1)
+    good = np.asarray(_closing(structure, data, xi, motion)) > CLOSING
+    good &= np.asarray(known["speed_b"]) > DRIVING
+    good &= np.asarray(known.get("energy_lost", none + 1)) > 0
+    for v in VEHICLES:
+        good &= np.abs(known.get(f"Omega_{v}", none)) < SPIN
+        for part in ("x", "y"):
+            good &= np.abs(known[f"predicted/rest_{part}_{v}"]) < FAR
+    return good
+
+
+@partial(jax.jit, static_argnums=0)
+def _closing(
+    structure: parts.Structure,
+    data: parts.Data,
+    xi: Float[Array, "draws inputs"],
+    motion: Float[Array, "draws 3"],
+) -> Float[Array, " draws"]:
+    """How fast the vehicles come together at the contact, from where each stands, m/s."""
+
+    def one(xi: Array, of_b: Array) -> Array:
+        x = parts.from_standard(structure, data, xi)
+        to_a, to_b = parts.levers(x)
+        outward = to_a / jnp.hypot(*to_a) - to_b / jnp.hypot(*to_b)
+        normal = jnp.stack([jnp.cos(x["Gamma"]), jnp.sin(x["Gamma"])])
+        before = jnp.concatenate([parts.approach_of_a(x), of_b])
+        return jnp.sign(normal @ outward) * (contact_velocity(before, parts.bodies(x)) @ normal)
+
+    return jax.vmap(one)(xi, motion)
+
+
+def _measured(
+    scene: Scene, structure: parts.Structure, told: Values, rng: np.random.Generator
+) -> Scene:
+    """The design with the rest poses of a crash, read off with errors."""
+    rest = dict(scene.rest)
+    for name in structure.evidence:
+        _, part, v = name.split("_")
+        m = getattr(rest[v], part)
+        value = float(told[f"predicted/{name}"]) + m.sd * rng.standard_normal()
+        rest[v] = replace(rest[v], **{part: replace(m, value=value)}, turns_known=True)
+    return replace(scene, rest=rest)
+
+
+def _ranked(
+    posterior: Posterior, scene: Scene, method: str, truth: Values, rng: np.random.Generator
+) -> tuple[dict[str, int], str]:
+    """Ranks of the truth among draws from a scene's posterior; or none, and why."""
+    programs, data = posterior.programs, posterior.data
+    draws, seed = METHODS[method].draws, int(rng.integers(2**31))
+    task = Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None)
+    drawn = METHODS[method].draw(task)
+    sites, faults = _checked(posterior, drawn, scene)
+    if faults and drawn.complete and drawn.more:  # as a reconstruction does
+        drawn = drawn.more()
+        sites, faults = _checked(posterior, drawn, scene)
+    if not drawn.complete:
+        raise KeyboardInterrupt
+    if faults:
+        return {}, f"checks failed: {'; '.join(faults)}"
+    # as many as one call takes, the truth last
+    thinned = np.linspace(0, len(sites["speed_b"]) - 1, CHUNK - 1).round().astype(int)
+    chosen = {k: np.concatenate([v[thinned], truth[k][None]]) for k, v in sites.items()}
+    told = jax.tree.map(np.asarray, programs("simulate", data, chosen))
+    good = np.flatnonzero(plausible(programs.structure, data, chosen, told)[:-1])
+    if good.size < DRAWS:
+        return {}, f"implausible: {good.size} of {CHUNK - 1} draws are plausible, not {DRAWS}"
+    kept = good[np.linspace(0, good.size - 1, DRAWS).round().astype(int)]
+    known = chosen | told
+    items = [v for k, v in told.items() if k.startswith("log_likelihood/")]
+    known["log_likelihood"] = np.sum(items, axis=0)
+    ranks = {}
+    for name in QUANTITIES:
+        if name in known:
+            others, own = known[name][kept], known[name][-1]
+            ties = rng.integers(np.sum(others == own) + 1)
+            ranks[name] = int(np.sum(others < own) + ties)
+    return ranks, ""
+
+
+def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, tuple[str, ...]]:
+    """The unknowns at the draws, and why a reconstruction would not tell of them."""
+    import xarray as xr
+
+    sites = drawn.sites
+    if sites is None:
+        programs, data, chart = posterior.programs, posterior.data, posterior.chart
+        w = drawn.w.reshape(-1, posterior.size)
+        sites = in_chunks(lambda w: programs(drawn.way, data, chart, w)[0], w)
+    known = sites | {
+        "vbx": sites["speed_b"] * np.cos(sites["direction_b"]),
+        "vby": sites["speed_b"] * np.sin(sites["direction_b"]),
+        "mu_critical": np.full(len(sites["speed_b"]), np.nan),  # a remark wants it, no check does
+    }
+    shape, dims = drawn.w.shape[:2], ("chain", "draw")
+    judged = {k: v for k, v in known.items() if k in REPORTED or k == "mu_critical"}
+    idata = xr.DataTree.from_dict(
+        {
+            "/posterior": xr.Dataset({k: (dims, v.reshape(shape)) for k, v in judged.items()}),
+            "/posterior_predictive": xr.Dataset(),
+            "/sample_stats": xr.Dataset(
+                {k: (dims, v) for k, v in drawn.stats.items()}, attrs=drawn.attributes
+            ),
+        }
+    )
+    reasons = drawn.faults
+    if posterior.unresolved > RESOLVED:
+        reasons += ("the run-outs are not resolved",)
+    return sites, gate.judge(idata, scene, reasons).reasons

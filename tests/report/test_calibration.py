@@ -1,0 +1,113 @@
+"""A calibration as it is told: files, verdict, chart, and going on with a table of ranks."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+
+import matplotlib.image
+import numpy as np
+import pytest
+from rich.console import Console
+
+from retrodict.report.calibration import (
+    RANKS,
+    calibrated,
+    print_calibration,
+    read_ranks,
+    verdict,
+    write_calibration,
+    write_ranks,
+)
+from retrodict.report.figure_calibration import calibration_figure
+from retrodict.studies.calibration import Calibration, Row, design, uniformity
+
+
+@pytest.fixture(scope="module")
+def calibration() -> Calibration:
+    """Sixty simulations: one withheld, speeds uniform, e far too low."""
+    ranks = np.random.default_rng(2).integers(0, 100, 60)
+    rows = [Row(i, {"speed_b": int(r), "e": int(r) // 2}) for i, r in enumerate(ranks)]
+    rows[7] = Row(7, reason="checks failed: R-hat")
+    return Calibration(design(), "momentum+slide", "nuts", 3, 60, tuple(rows))
+
+
+def test_the_verdict_names_what_is_not_uniform_and_how_many_were_compared(calibration) -> None:
+    told = verdict(calibration, uniformity(calibration))
+    assert told.startswith("NOT CALIBRATED: the ranks of e are not uniform.")
+    assert "2 quantities were compared, each at 97.50% for 95% over all" in told
+    assert "1 of 60 runs (1.7%) were withheld." in told
+
+
+def test_many_withheld_runs_are_part_of_the_verdict(calibration) -> None:
+    good = replace(
+        calibration,
+        rows=tuple(replace(r, ranks={k: v for k, v in r.ranks.items() if k != "e"})
+                   for r in calibration.rows),
+    )  # fmt: skip
+    found = uniformity(good)
+    assert calibrated(good, found)
+    few = replace(good, rows=tuple(Row(r.simulation) if r.simulation < 4 else r for r in good.rows))
+    assert not calibrated(few, uniformity(few))
+    assert "more than 5%" in verdict(few, uniformity(few))
+
+
+def test_files_hold_the_numbers(calibration, tmp_path) -> None:
+    write_calibration(calibration, tmp_path)
+    told = json.loads((tmp_path / "calibration.json").read_text())
+    assert told["ranked"] == 59
+    assert told["withheld_because"] == {"checks failed": 1}
+    assert not told["calibrated"]
+    assert told["quantities"]["speed_b"]["inside_jointly"]
+    assert not told["quantities"]["e"]["inside"]
+    rows = list(csv.DictReader(io.StringIO((tmp_path / RANKS).read_text())))
+    assert [row["speed_b"] for row in rows][:7] == [
+        str(row.ranks["speed_b"]) for row in calibration.rows[:7]
+    ]
+    assert (tmp_path / "calibration.svg").read_text().startswith("<?xml")
+    assert matplotlib.image.imread(tmp_path / "calibration.png").shape[0] > 200
+
+
+def test_a_table_of_ranks_is_read_back(calibration, tmp_path) -> None:
+    assert read_ranks(calibration, tmp_path) == ()
+    write_ranks(calibration, tmp_path)
+    assert read_ranks(calibration, tmp_path) == calibration.rows
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"seed": 4}, {"model": "planar+spin"}, {"scene": replace(design(), title="another")}],
+)
+def test_a_table_of_another_calibration_is_refused(calibration, tmp_path, other) -> None:
+    write_ranks(calibration, tmp_path)
+    with pytest.raises(ValueError, match=r"is of another calibration .* choose another folder"):
+        read_ranks(replace(calibration, **other), tmp_path)
+
+
+def test_a_file_that_is_no_table_of_ranks_is_refused(calibration, tmp_path) -> None:
+    (tmp_path / RANKS).write_text("a,b\n1,2\n")
+    with pytest.raises(ValueError, match="is not a table of ranks"):
+        read_ranks(calibration, tmp_path)
+
+
+def test_a_line_leaves_its_band_where_the_verdict_says_so(calibration) -> None:
+    figure = calibration_figure(calibration)
+    drawn = {axes.get_title(loc="left"): axes for axes in figure.axes if axes.lines}
+    assert set(drawn) == {"speed of B", "e"}
+    for axes, inside in ((drawn["speed of B"], True), (drawn["e"], False)):
+        assert (axes.lines[0].get_linestyle() == "-") is inside  # seen without colour too
+
+
+def test_nothing_ranked_is_drawn_and_told_as_such(calibration) -> None:
+    empty = replace(calibration, rows=())
+    assert calibration_figure(empty).axes[0].texts[0].get_text() == "too few ranks to tell"
+    out = io.StringIO()
+    print_calibration(empty, Console(file=out, width=100))
+    assert "too few ranks to tell" in out.getvalue()
+
+
+def test_the_table_tells_coverage_and_verdict(calibration) -> None:
+    out = io.StringIO()
+    print_calibration(calibration, Console(file=out, width=100))
+    assert "± 6.5%" in out.getvalue()  # sqrt(0.25 / 59)
+    assert "NOT CALIBRATED" in out.getvalue()

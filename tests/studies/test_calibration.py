@@ -1,0 +1,170 @@
+"""Calibration: bands, ranks, going on, and whether a wrong model is caught by the same command."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from retrodict.models import RUNGS
+from scipy.stats import beta, norm
+
+from retrodict.scene.records import Departure, Measured
+from retrodict.studies import calibration as study
+from retrodict.studies.calibration import DRAWS, Calibration, Row, calibrate, uniformity
+
+QUICK = "momentum+slide"
+
+
+def ranked(probabilities, name="speed_b") -> Calibration:
+    """Ranks of truths at these cumulative probabilities of their posteriors."""
+    ranks = np.minimum(np.asarray(probabilities) * (DRAWS + 1), DRAWS).astype(int)
+    rows = tuple(Row(i, {name: int(rank)}) for i, rank in enumerate(ranks))
+    return Calibration(study.design(), QUICK, "importance", 0, len(rows), rows)
+
+
+def test_a_band_holds_as_many_uniform_samples_as_it_says() -> None:
+    rng = np.random.default_rng(4)
+    inside = [uniformity(ranked(rng.random(80)))["speed_b"].inside for _ in range(1500)]
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.02)  # three standard errors, and the band's
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda u: norm.cdf(norm.ppf(u) + 0.4),  # posteriors too low by 0.4 of their sd
+        lambda u: norm.cdf(norm.ppf(u) * 1.4),  # too narrow
+        lambda u: norm.cdf(norm.ppf(u) / 1.4),  # too wide
+    ],
+)
+def test_a_shift_and_a_wrong_width_are_told_from_uniform(wrong) -> None:
+    u = np.random.default_rng(5).random(300)
+    assert uniformity(ranked(u))["speed_b"].inside_jointly
+    assert not uniformity(ranked(wrong(u)))["speed_b"].inside_jointly
+
+
+def test_coverage_is_that_of_central_intervals_with_a_binomial_error() -> None:
+    """Of a beta law of probabilities its share between the limits is known."""
+    law = beta(2, 2)
+    found = uniformity(ranked(law.rvs(1000, random_state=6)))["speed_b"].coverage
+    for level, (share, error) in found.items():
+        exact = law.cdf(0.5 + level / 200) - law.cdf(0.5 - level / 200)
+        assert share == pytest.approx(exact, abs=3 * error)
+        assert error == pytest.approx(np.sqrt(level / 100 * (1 - level / 100) / 1000))
+
+
+def test_a_rank_is_no_step_in_the_curve() -> None:
+    """Ranks stand for intervals: truths all over one rank's interval are not heaped at its edge."""
+    found = uniformity(ranked(np.repeat((np.arange(DRAWS + 1) + 0.5) / (DRAWS + 1), 5)))
+    assert np.abs(found["speed_b"].difference).max() < 0.011  # one interval's width
+
+
+def test_the_quantities_share_one_level() -> None:
+    """Bonferroni: more quantities, a wider band for each."""
+    rng = np.random.default_rng(7)
+    for _ in range(200):
+        u = rng.random(60)
+        one = ranked(u)
+        two = replace(one, rows=tuple(replace(r, ranks=r.ranks | {"e": 50}) for r in one.rows))
+        alone, shared = uniformity(one)["speed_b"], uniformity(two)["speed_b"]
+        assert alone.inside == alone.inside_jointly
+        if alone.inside != shared.inside_jointly:
+            assert shared.inside_jointly
+            return
+    raise AssertionError("the wider band made no difference")
+
+
+def test_no_ranks_are_no_verdict() -> None:
+    assert uniformity(replace(ranked([0.5]), rows=(Row(0, reason="no"),))) == {}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"model": "momentum"}, "model is one of momentum[+]slide, "),
+        ({"method": "laplace"}, "method is one of nuts, importance, smc; not 'laplace'"),
+    ],
+)
+def test_what_cannot_be_calibrated_is_refused(arguments, words) -> None:
+    with pytest.raises(ValueError, match=words):
+        calibrate(study.design(), **({"model": QUICK} | arguments))
+
+
+def test_a_design_with_evidence_that_is_not_simulated_is_refused() -> None:
+    skid = Departure(None, Measured(8.0, 0.5), None)
+    scene = replace(study.design(), departure={"a": skid})
+    with pytest.raises(ValueError, match="leave departure_speed_a out"):
+        calibrate(scene, model=QUICK)
+    with pytest.raises(ValueError, match="leave robust out"):
+        calibrate(replace(study.design(), robust=True), model=QUICK)
+
+
+def test_known_rows_are_not_done_again_and_an_interrupt_keeps_the_rest(monkeypatch) -> None:
+    asked = []
+
+    def batch(of, numbers):
+        asked.extend(numbers)
+        if 12 in numbers:
+            raise KeyboardInterrupt
+        return [Row(i, {"speed_b": i}) for i in numbers]
+
+    monkeypatch.setattr(study, "_batch", batch)
+    known = [Row(1, {"speed_b": 77}), Row(40, {"speed_b": 1})]
+    kept = []
+    found = calibrate(
+        study.design(), model=QUICK, simulations=15, known=known, processes=1, keep=kept.append
+    )
+    assert asked == [0, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14]
+    assert not found.complete
+    assert [row.simulation for row in found.rows] == list(range(10))
+    assert found.rows[1].ranks == {"speed_b": 77}
+    assert kept[-1] == found
+
+
+def test_what_is_plausible_hangs_on_the_unknowns_alone() -> None:
+    """Other evidence, the same verdict on every draw of the prior; and not all nor none of them."""
+    structure, data = RUNGS[QUICK].of_scene(study.design())
+    programs = study.programs_for(structure)
+    key = study.jax.random.key(3, impl="unsafe_rbg")
+    sites = programs("prior", study.jax.random.split(key, study.CHUNK), data)
+    good = study.plausible(structure, data, sites, programs("simulate", data, sites))
+    other = data._replace(evidence={k: v + np.array([3.0, 0.0]) for k, v in data.evidence.items()})
+    again = study.plausible(structure, other, sites, programs("simulate", other, sites))
+    np.testing.assert_array_equal(good, again)
+    assert 0.1 < good.mean() < 0.9
+
+
+def outside(found: Calibration) -> set[str]:
+    return {name for name, each in uniformity(found).items() if not each.inside_jointly}
+
+
+def test_the_simplest_rung_is_calibrated_and_a_slip_of_units_is_caught(monkeypatch) -> None:
+    """B's speed of the simulated crashes in knots, which the model takes for miles an hour."""
+    design = study.design()
+    right = calibrate(design, model=QUICK, simulations=60, processes=1)
+    assert right.withheld < 0.2
+    assert not outside(right)
+    simulated = study._simulated
+
+    def slipped(programs, data, sites):
+        return simulated(programs, data, sites | {"speed_b": 1.151 * sites["speed_b"]})
+
+    monkeypatch.setattr(study, "_simulated", slipped)
+    wrong = calibrate(design, model=QUICK, simulations=60, processes=1)
+    assert "speed_b" in outside(wrong)
+
+
+@pytest.mark.slow
+def test_a_moment_of_the_wrong_sign_is_caught(monkeypatch) -> None:
+    """Crashes by eq 24 with e_m's sign turned: the planar rung with a moment, right and wrong."""
+    design, model = study.design(), "planar-moment+spin"
+    right = calibrate(design, model=model, simulations=60, processes=1)
+    assert not outside(right)
+    simulated = study._simulated
+
+    def turned(programs, data, sites):
+        return simulated(programs, data, sites | {"e_m": -sites["e_m"]})
+
+    monkeypatch.setattr(study, "_simulated", turned)
+    wrong = calibrate(design, model=model, simulations=60, processes=1)
+    assert "e_m" in outside(wrong)
