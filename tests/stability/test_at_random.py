@@ -41,3 +41,13 @@ def test_run_outs_lose_energy_and_end() -> None:
         assert found.refused.mean() < 0.1
         few = run_outs.Found(found.rest[:4], found.refused[:4], {})
         assert run_outs.apart(scenes[:4], few).max() < run_outs.WITHIN
+
+
+def test_step_error_tells_of_coarse_steps() -> None:
+    """Where it stays below 1 cm the rest pose is within 3 cm, and most that are worse it names."""
+    scenes = run_outs.draw(40, seed=2)
+    found = run_outs.examine(scenes)
+    off, told = run_outs.in_fixed_steps(scenes, found, 48)
+    assert (off > 0.03).sum() >= 10
+    assert (told[off > 0.03] > 0.01).all()
+    assert (told > 0.01).sum() < 40  # it is not always said
