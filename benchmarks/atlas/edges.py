@@ -358,7 +358,7 @@ def run_outs() -> Iterator[Row]:
         "rest(…, steps=3, 12, 48, 192, 768), 12 m/s and 8 rad/s on 0.5",
         f"off by {', '.join(f'{g:.2g}' for g in gaps)} mm; step_error tells "
         f"{', '.join(f'{e:.2g}' for e in errors)} mm",
-        "the default, which adapts; step_error, which inference's own check of its steps is akin to",
+        "the default, which adapts; step_error, as inference has a check of its own",
         "flagged",
         "test_run_outs.py::test_steps_from_coarse_to_fine",
     )

@@ -177,7 +177,7 @@ def _heavy(row: partial[Row]) -> Iterator[Row]:
         "linear propagation past its reach",
         "linear and monte-carlo, friction known to 60 %",
         "; ".join(parts),
-        "both are held against 2000 importance draws, and fail where mean or spread is off by a quarter "
+        "both are held against 2000 importance draws, and fail where mean or spread is off by a fifth "
         "of the sd, or these cannot tell",
         "flagged",
         "test_posteriors.py::test_what_leaves_the_bounds_is_withheld",

@@ -44,10 +44,12 @@ def test_run_outs_lose_energy_and_end() -> None:
 
 
 def test_step_error_tells_of_coarse_steps() -> None:
-    """Where it stays below 1 cm the rest pose is within 3 cm, and most that are worse it names."""
+    """What is off by over 3 cm it says is off by over 1 cm; of what is right it does not."""
     scenes = run_outs.draw(40, seed=2)
     found = run_outs.examine(scenes)
     off, told = run_outs.in_fixed_steps(scenes, found, 48)
     assert (off > 0.03).sum() >= 10
     assert (told[off > 0.03] > 0.01).all()
-    assert (told > 0.01).sum() < 40  # it is not always said
+    right = off < 0.003
+    assert right.sum() >= 5
+    assert (told[right] < 0.01).all()

@@ -9,7 +9,9 @@ import numpy as np
 from retrodict.scene.quantities import REPORTED, describe
 
 MAX_PARETO_K = 0.7  # Vehtari et al. (2024): above, weighted means do not settle
-_OFF = 0.25  # of the posterior's sd: what an approximation's mean, or its sd, may be off by
+# Of the posterior's sd: what an approximation's mean, or its sd, may be off by. A quarter would be
+# wrong; the weights' own Monte Carlo error, some hundredths, is not to let that pass.
+_OFF = 0.2
 
 
 def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
