@@ -114,6 +114,10 @@ def of_inference(charts: Path) -> Parts:
     return parts | {"tables": ["\n".join(_listed(rows)).rstrip()]}
 
 
+APPROXIMATIONS = [
+    "| method | right and passed | right and flagged | wrong and flagged | wrong and passed |",
+    "| --- | --- | --- | --- | --- |",
+]
 EDGES = {
     "edge": "edge",
     "tried": "what was tried",
@@ -127,7 +131,10 @@ EDGES = {
 def of_atlas(charts: Path) -> Parts:
     """What stands between the markers of docs/atlas.md."""
     of_edges = [charts / f"atlas-{part}.csv" for part in ("mechanics", "inference")]
-    _, parts = _read(charts / "atlas-random.csv", *of_edges, charts / "atlas-map.csv")
+    at_random = [charts / f"atlas-{part}.csv" for part in ("random", "reconstructions")]
+    _, parts = _read(*at_random, *of_edges, charts / "atlas-map.csv")
+    approximations = [line.removeprefix("- ") for line in parts["approximations"]]
+    parts["approximations"] = APPROXIMATIONS + approximations
     rows = [row for file in of_edges for row in _read(file)[0]]
     for part in dict.fromkeys(row["part"] for row in rows):
         lines = [

@@ -202,8 +202,8 @@ def picture(found: list[Cell], file: Path) -> None:
     handles = [Patch(color=c, label=s) for c, s in zip(COLOURS, STATES, strict=True)]
     figure.legend(handles=handles, loc="outside upper center", ncols=len(STATES), fontsize=10)
     figure.supxlabel(
-        f"wrong: not flagged, and a mean off by over {WRONG} posterior sd or a sd by over {WRONG:.0%};"
-        " numbers: the worst of speed of B, e, e_m, μ. linear always says that it is an approximation.",
+        f"wrong: not flagged, and a mean off by over {WRONG} posterior sd or a sd by over {WRONG:.0%}; "
+        "numbers: the worst of speed of B, e, e_m, μ.",
         fontsize=9,
     )
     figure.savefig(file, dpi=120)

@@ -164,17 +164,23 @@ def _heavy(row: partial[Row]) -> Iterator[Row]:
         "flagged",
         "test_posteriors.py::test_heavy_tails_do_not_pass_unseen",
     )
-    x = sites(posterior, draw(posterior, "linear"))
-    below = float(np.mean(x["e"] < 0))
-    beyond = float(np.mean(np.abs(x["e_m"]) > 1))
+    parts = []
+    for method in ("linear", "monte-carlo"):
+        drawn = draw(posterior, method)
+        x = sites(posterior, drawn)
+        held = "withheld" if faults(posterior, drawn, x) else "passed"
+        parts.append(
+            f"{method}: {np.mean(x['e'] < 0):.0%} of the draws have e < 0, "
+            f"{np.mean(np.abs(x['e_m']) > 1):.0%} e_m beyond 1; {held}, {off(x, sure):.2g} sd off nuts"
+        )
     yield row(
         "linear propagation past its reach",
-        "linear, friction known to 60 %",
-        f"{below:.0%} of the draws have e < 0, {beyond:.0%} e_m beyond 1; "
-        f"{off(x, sure):.2g} sd off nuts",
-        "a note that it is an approximation; nothing measures how bad",
-        "wrong",
-        "test_posteriors.py::test_linear_leaves_the_bounds_and_only_says_it_is_an_approximation",
+        "linear and monte-carlo, friction known to 60 %",
+        "; ".join(parts),
+        "both are held against 2000 importance draws, and fail where mean or spread is off by a fifth "
+        "of the sd, or these cannot tell",
+        "flagged",
+        "test_posteriors.py::test_what_leaves_the_bounds_is_withheld",
     )
 
 

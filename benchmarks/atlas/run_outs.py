@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -10,7 +11,7 @@ import numpy as np
 
 from benchmarks import reference
 from benchmarks.reference import Scene
-from retrodict.mechanics import Car, Ground, Wheels, Zone, run_out
+from retrodict.mechanics import Car, Ground, Wheels, Zone, rest, run_out, step_error
 
 WITHIN = 1e-3  # m, and rad: of the rest pose, against the reference
 
@@ -69,16 +70,36 @@ def _one(rng: np.random.Generator, rolling: bool) -> Scene:
     )
 
 
+def _placed(scene: tuple) -> tuple:
+    """Start, velocity, car and ground of a row of `_columns`."""
+    pose, velocity, *numbers, friction, dependence, point, inward, turning = scene
+    car = Car(*numbers, None if turning is None else Wheels(*turning))
+    return pose, velocity, car, Ground(friction, dependence, Zone(point[None], inward[None]))
+
+
 @jax.jit
 def _run_all(batch: tuple) -> tuple:
     def one(scene: tuple) -> tuple:
-        pose, velocity, *numbers, friction, dependence, point, inward, turning = scene
-        car = Car(*numbers, None if turning is None else Wheels(*turning))
-        ground = Ground(friction, dependence, Zone(point[None], inward[None]))
-        path = run_out(pose, velocity, car, ground)
+        path = run_out(*_placed(scene))
         return path.pose[-1], path.velocity, path.time
 
     return jax.lax.map(one, batch)
+
+
+@partial(jax.jit, static_argnums=1)
+def _in_steps(batch: tuple, steps: int) -> tuple:
+    def one(scene: tuple) -> tuple:
+        at = _placed(scene)
+        return rest(*at, steps=steps), step_error(*at, steps)
+
+    return jax.vmap(one)(batch)
+
+
+def _columns(scenes: Sequence[Scene]) -> tuple:
+    turning = None
+    if scenes[0].drag is not None:
+        turning = tuple(np.array([getattr(s, name) for s in scenes]) for name in ("drag", "steer"))
+    return (*(np.array(column) for column in list(zip(*scenes, strict=True))[:10]), turning)
 
 
 def examine(scenes: Sequence[Scene]) -> Found:
@@ -90,15 +111,12 @@ def examine(scenes: Sequence[Scene]) -> Found:
     Returns:
         What was found.
     """
-    columns = [np.array(column) for column in list(zip(*scenes, strict=True))[:10]]
-    turning = None
-    if scenes[0].drag is not None:
-        turning = tuple(np.array([getattr(s, name) for s in scenes]) for name in ("drag", "steer"))
-    rest, velocity, time = map(np.asarray, _run_all((*columns, turning)))
+    columns = _columns(scenes)
+    ends, velocity, time = map(np.asarray, _run_all(columns))
     W2 = velocity[..., 0] ** 2 + velocity[..., 1] ** 2 + columns[2][:, None] * velocity[..., 2] ** 2
-    refused = ~np.isfinite(rest).all(1)
+    refused = ~np.isfinite(ends).all(1)
     return Found(
-        rest,
+        ends,
         refused,
         {
             "energy falls": (np.diff(W2, axis=1) > 1e-9 * W2[:, :1]).any(1),
@@ -106,6 +124,19 @@ def examine(scenes: Sequence[Scene]) -> Found:
             "comes to rest": (W2[:, -1] != 0) & ~refused,
         },
     )
+
+
+def in_fixed_steps(scenes: Sequence[Scene], found: Found, steps: int) -> tuple[Array, Array]:
+    """What fixed steps miss by, and what `step_error` says of it, m, of those not refused.
+
+    Args:
+        scenes: of which the adaptive rest pose is taken for true.
+        found: of these.
+        steps: of each.
+    """
+    ends, told = map(np.asarray, _in_steps(_columns(scenes), steps))
+    off = np.abs(ends - found.rest)
+    return tuple(np.hypot(*e[~found.refused, :2].T) for e in (off, told))  # type: ignore[return-value]
 
 
 def apart(scenes: Sequence[Scene], found: Found) -> Array:

@@ -62,6 +62,29 @@ def test_approximations_say_that_they_are(reference: Outcome) -> None:
         assert abs(speed.mean() - sure.mean()) < 0.5 * sure.std(), method
 
 
+@pytest.mark.parametrize(
+    ("shift", "spread", "off"),
+    [(0, 1, 0), (0.15, 1.15, 0), (0.5, 1, 0.5), (0, 2, 1), (np.nan, 1, 1)],
+)
+def test_an_approximation_is_held_against_the_weighted_posterior(
+    shift: float, spread: float, off: float
+) -> None:
+    """The posterior of e is standard normal, as weighted draws of a wider one have it."""
+    rng = np.random.default_rng(0)
+    wide = rng.normal(0, 2, 20_000)
+    weight = stats.norm.pdf(wide) / stats.norm.pdf(wide, 0, 2)
+    steady = rng.normal(0, 1, 20_000)
+    found = weights.apart(
+        {"speed_b": steady, "e": shift + spread * steady, "measured": steady},
+        {"speed_b": wide, "e": wide, "measured": wide},
+        weight / weight.sum(),
+    )
+    assert len(found) == bool(off)
+    if off and np.isfinite(shift):
+        assert found[0].startswith("restitution e")
+        assert float(found[0].split("off by ")[1].split()[0]) == pytest.approx(off, abs=0.03)
+
+
 def test_linear_is_the_law_of_propagation(reference: Outcome) -> None:
     """Draws are normal about what the measured values give: no skewness is left."""
     draws = reconstruct(SCENE, method="linear", draws=3000).idata["posterior"]["e_m"].values

@@ -20,7 +20,7 @@ from retrodict.mechanics.impact import (
     undo,
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
-from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out, wheel_paths
+from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out, step_error, wheel_paths
 from retrodict.mechanics.severity import (
     Audit,
     Severity,
@@ -76,6 +76,7 @@ __all__ = [
     "separation",
     "severity",
     "solve",
+    "step_error",
     "undo",
     "wheel_paths",
 ]

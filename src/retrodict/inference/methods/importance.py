@@ -34,7 +34,7 @@ def draw(task: Task) -> Draws:
     """Draw from the proposal, weigh by the posterior, resample."""
     posterior, (chains, draws) = task.posterior, (task.chains, task.draws)
     rng = np.random.default_rng(task.seed)
-    w, log_weight, sites = _weighed(posterior, chains * draws, rng)
+    w, log_weight, sites = weighed(posterior, chains * draws, rng)
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare
     shares = weights.reshape(chains, draws)
@@ -61,14 +61,23 @@ def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
     Returns:
         The evidence; at fault where the weights have no variance to judge it by.
     """
-    _, log_weight, _ = _weighed(posterior, _FOR_EVIDENCE, rng)
+    _, log_weight, _ = weighed(posterior, _FOR_EVIDENCE, rng)
     return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
 
 
-def _weighed(
+def weighed(
     posterior: Posterior, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Draws from the proposal, the logs of their weights, and the model's unknowns there."""
+    """Draws from the proposal, not yet resampled.
+
+    Args:
+        posterior: whose weights they carry.
+        count: of draws.
+        rng: of the draws.
+
+    Returns:
+        w, shape (count, q), the logs of their weights, and the model's unknowns there.
+    """
     n = posterior.size
     scale = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (count, 1)))
     w = scale * rng.standard_normal((count, n))

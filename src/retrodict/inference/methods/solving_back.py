@@ -1,7 +1,7 @@
 """What the profession does today: carry the measurements' uncertainty back through the closed form.
 
 Neither knows a prior, so nothing keeps e or e_m within bounds, and what the measurements say of each
-other is lost. Both are here to be compared with.
+other is lost. Both are here to be compared with, and are compared with the posterior by themselves.
 """
 
 from __future__ import annotations
@@ -11,24 +11,38 @@ import numpy as np
 from retrodict.inference.coordinates import length
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.draws import Draws, Task
+from retrodict.inference.methods.importance import weighed
+from retrodict.inference.methods.weights import apart, judged, smoothed
+from retrodict.inference.programs import in_chunks
+
+_HELD_AGAINST = 2000  # importance draws
 
 
 def monte_carlo(task: Task) -> Draws:
     """Sample the measurements and solve each sample back."""
-    return Draws(_measurements(task), {}, way="solve_back")
+    return _compared(task, "solve_back")
 
 
 def linear(task: Task) -> Draws:
     """The law of propagation of uncertainty (GUM, JCGM 100:2008, 5.1): first derivatives only."""
-    return Draws(_measurements(task), {}, way="propagate")
+    return _compared(task, "propagate")
 
 
-def _measurements(task: Task) -> np.ndarray:
-    structure = task.posterior.programs.structure
+def _compared(task: Task, way: str) -> Draws:
+    """Measurements at random taken back that way, held against the posterior."""
+    posterior = task.posterior
+    structure = posterior.programs.structure
     n = length(structure)
-    if n > task.posterior.size:
+    if n > posterior.size:
         raise Unanswerable(
             f"this method solves back as many unknowns as there are measurements, and the model "
             f"{structure.rung} has fewer: use planar-moment or momentum, or another method"
         )
-    return np.random.default_rng(task.seed).standard_normal((task.chains, task.draws, n))
+    q = np.random.default_rng(task.seed).standard_normal((task.chains, task.draws, n))
+    sites = in_chunks(
+        lambda q: posterior.programs(way, posterior.data, posterior.chart, q)[0], q.reshape(-1, n)
+    )
+    _, log_weight, sure = weighed(posterior, _HELD_AGAINST, np.random.default_rng([task.seed, 5]))
+    weights, k = smoothed(log_weight)
+    faults = judged(k)["faults"] or apart(sites, sure, weights)
+    return Draws(q, {}, faults=faults, way=way, sites=sites)

@@ -1,0 +1,169 @@
+"""Crashes at random reconstructed by every method: what passes its checks and is wrong all the same?
+
+The crashes are those of `benchmarks.synthetic`, whose truth is known. Rows are written as crashes are
+done, so that a study that was stopped goes on where it was; one begun anew needs the table deleted.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import time
+from collections.abc import Iterator
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binomtest
+
+from benchmarks import synthetic
+from benchmarks.atlas.maps import ASKED, WRONG
+from retrodict.inference import Unanswerable
+from retrodict.inference.reconstruct import reconstruct
+
+EXACT, APPROXIMATE = ("nuts", "importance"), ("laplace", "monte-carlo", "linear")
+PROCESSES = 2
+LEVEL = 0.999  # of the interval that is to hold the truth of B's speed
+CHANCE = 0.01  # below which more misses are not put down to chance
+ERRORS = 4  # Monte Carlo errors by which two methods may differ
+NUMBERS = tuple(f"{n} {what}" for n in ASKED for what in ("mean", "sd", "mean error", "sd error"))
+COLUMNS = ("seed", "method", "by", "state", "why", "seconds", "truth", "low", "high", *NUMBERS)
+
+Row = dict[str, Any]
+
+
+def reconstructed(seed: int) -> list[Row]:
+    """A crash by each method, as a user gets it: what the checks say, and the numbers."""
+    scene, truth = synthetic.scene(np.random.default_rng(seed))
+    rows = []
+    for method in (*EXACT, *APPROXIMATE):
+        begin = time.perf_counter()
+        row: Row = {"seed": seed, "method": method, "by": method, "truth": truth["speed_b"]}
+        try:
+            row |= _told(scene, method, seed)
+        except Unanswerable as refusal:
+            row |= {"state": "refused", "why": str(refusal)}
+        except Exception as error:  # any other is what this study looks for
+            row |= {"state": "raised", "why": f"{type(error).__name__}: {error}"}
+        rows.append(row | {"seconds": time.perf_counter() - begin})
+    return rows
+
+
+def _told(scene: Any, method: str, seed: int) -> Row:
+    import arviz_stats
+
+    found = reconstruct(scene, method=method, seed=seed)
+    draws = found.idata["posterior"].to_dataset()[list(ASKED)]
+    numbers = {
+        "mean": draws.mean(),
+        "sd": draws.std(),
+        "mean error": arviz_stats.mcse(draws, method="mean"),
+        "sd error": arviz_stats.mcse(draws, method="sd"),
+    }
+    low, high = np.quantile(draws["speed_b"], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    return {
+        "by": found.settings["method"],
+        "state": "passed" if found.checks.passed else "withheld",
+        "why": "; ".join(found.checks.reasons),
+        "low": low,
+        "high": high,
+        **{f"{n} {what}": float(each[n]) for what, each in numbers.items() for n in ASKED},
+    }
+
+
+def study(file: Path, count: int) -> pd.DataFrame:
+    """Reconstruct so many crashes, but for those that stand in the table.
+
+    Args:
+        file: of the table; made where it is not there.
+        count: of crashes.
+
+    Returns:
+        The table, a row a crash and method.
+    """
+    rows: list[Row] = []
+    if file.exists():
+        lines = file.read_text("utf-8").splitlines()
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("# ")))
+    per_method = pd.Series([int(row["seed"]) for row in rows], dtype=int).value_counts()
+    done = set(per_method[per_method == len(EXACT + APPROXIMATE)].index)
+    with file.open("w", newline="", encoding="utf-8") as out:
+        table = csv.DictWriter(out, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows(row for row in rows if int(row["seed"]) in done)
+        todo = [seed for seed in range(count) if seed not in done]
+        with get_context("spawn").Pool(PROCESSES) as pool:
+            for found in pool.imap_unordered(reconstructed, todo):
+                for row in found:
+                    short = {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
+                    table.writerow(short)
+                    print(*(row[k] for k in ("seed", "method", "state", "why")), flush=True)
+                out.flush()
+    return pd.read_csv(file)
+
+
+def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
+    """What the table comes to, a line a finding: which part of the page it is for, and the text."""
+    by_method = {method: rows.set_index("seed") for method, rows in table.groupby("method")}
+    for method in EXACT:
+        mine = by_method[method]
+        states = mine["state"].value_counts()
+        passed = mine[mine["state"] == "passed"]
+        missed = int((~passed["truth"].between(passed["low"], passed["high"])).sum())
+        excess = binomtest(missed, len(passed), 1 - LEVEL, "greater").pvalue if len(passed) else 1
+        yield (
+            "reconstructions",
+            f"{method}, {len(mine)} crashes: "
+            + ", ".join(
+                f"{states.get(s, 0)} {s}" for s in ("passed", "withheld", "refused", "raised")
+            )
+            + f"; of those passed {missed} have the true speed of B outside the {LEVEL:.1%} interval, "
+            f"{'more than' if excess < CHANCE else 'which'} chance allows (p = {excess:.2g}); seconds a "
+            f"crash: median {mine['seconds'].median():.1f}, at most {mine['seconds'].max():.0f}",
+        )
+    nuts, other = (by_method[m][by_method[m]["state"] == "passed"] for m in EXACT)
+    nuts, other = nuts[nuts["by"] == EXACT[0]], other[other["by"] == EXACT[1]]
+    both = nuts.index.intersection(other.index)
+    gaps = _gaps(nuts.loc[both], other.loc[both])
+    apart = gaps[gaps.max(axis=1) > ERRORS]
+    yield (
+        "reconstructions",
+        f"nuts and importance, both passed by themselves in {len(both)} crashes: mean or sd of "
+        f"{', '.join(ASKED)} over {ERRORS} Monte Carlo errors apart in {len(apart)} (chance: "
+        f"{2 * len(ASKED) * len(both) * math.erfc(ERRORS / math.sqrt(2)):.2g})"
+        + (f": seeds {', '.join(map(str, apart.index))}" if len(apart) else "")
+        + f"; the most {gaps.to_numpy().max(initial=0):.1f}",
+    )
+    known = pd.concat([nuts, other[~other.index.isin(nuts.index)]])
+    for method in APPROXIMATE:
+        mine = by_method[method]
+        mine = mine[mine["state"].isin(["passed", "withheld"])]
+        mine = mine.loc[mine.index.intersection(known.index)]
+        sure = known.loc[mine.index]
+        right, passed = ~(_off(mine, sure) > WRONG), mine["state"] == "passed"
+        counts = ((right & passed), (right & ~passed), (~right & ~passed), (~right & passed))
+        yield "approximations", f"| {method} | {' | '.join(str(c.sum()) for c in counts)} |"
+
+
+def _gaps(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
+    """By how many Monte Carlo errors means and sds differ."""
+    return pd.DataFrame(
+        {
+            f"{n} {what}": (one[f"{n} {what}"] - other[f"{n} {what}"]).abs()
+            / np.hypot(one[f"{n} {what} error"], other[f"{n} {what} error"])
+            for n in ASKED
+            for what in ("mean", "sd")
+        }
+    )
+
+
+def _off(mine: pd.DataFrame, sure: pd.DataFrame) -> pd.Series:
+    """The worst error of a mean or a sd, in the posterior's sd."""
+    errors = [
+        (mine[f"{n} {what}"] - sure[f"{n} {what}"]).abs() / sure[f"{n} sd"]
+        for n in ASKED
+        for what in ("mean", "sd")
+    ]
+    return pd.concat(errors, axis=1).max(axis=1, skipna=False).fillna(np.inf)
