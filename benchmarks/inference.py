@@ -221,8 +221,8 @@ def _mine(
         ess.append(_ess(x))
         if "n_steps" in drawn.stats:
             evaluations = float(drawn.stats["n_steps"].sum())
-        elif "log_weight" in drawn.stats:
-            evaluations = float(drawn.stats["log_weight"].size)
+        elif "evaluations" in drawn.attributes:
+            evaluations = drawn.attributes["evaluations"]
     budget = f"{CHAINS} × {f'({WARMUP} + {draws})' if method == 'nuts' else draws}"
     measured = (float(np.median(taken)), float(np.median(ess)), evaluations)
     return Point(scene, method, budget, *measured, *_worst(np.array(off)))

@@ -110,7 +110,7 @@ def test_weights_of_a_narrow_proposal_are_refused() -> None:
 
 def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
     share = np.array([0.5, 0.0, 0.25, 0.25])
-    index = weights.resampled(share, np.random.default_rng(0))
+    index = weights.resampled(share, share.size, np.random.default_rng(0))
     assert sorted(index) == [0, 0, 2, 3]
     assert (np.diff(index) >= 0).all()
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from retrodict.inference.coordinates import size
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.methods.weights import log_mean, smoothed
+from retrodict.inference.methods.weights import smoothed
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.models import RUNGS, Rung
 from retrodict.models.evidence import FREEDOM
@@ -461,9 +461,10 @@ def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
     Returns:
         Both; None of draws that are not all of one importance sampling.
     """
-    if outcome.settings.get("method") != "importance" or len(outcome.modes) != 1:
+    told = outcome.idata["sample_stats"].attrs
+    if "log_evidence" not in told or len(outcome.modes) != 1:
         return None, None
-    return log_mean(np.asarray(outcome.idata["sample_stats"]["log_weight"]).ravel())
+    return told["log_evidence"], told["log_evidence_sd"]
 
 
 def reweighed(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighed:

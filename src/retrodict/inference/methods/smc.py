@@ -35,7 +35,7 @@ def draw(task: Task) -> Draws:
             else:
                 faults = (f"tempering had not reached the posterior after {_MOST_STAGES} stages",)
             # the last stage's weights still stand beside its particles
-            index = resampled(np.asarray(state.weights), rng)
+            index = resampled(np.asarray(state.weights), len(state.weights), rng)
             particles.append(np.asarray(state.particles)[index])
             evidence.append(float(state.log_evidence))
             task.progress(chain + 1, task.chains)

@@ -91,12 +91,14 @@ def apart(
     )
 
 
-def resampled(weights: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Indices of as many draws, each as often as its weight asks (systematic resampling).
+def resampled(weights: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Indices of `count` draws, each as often as its weight asks (systematic resampling).
 
     In the order of the draws: copies of one follow each other, so an effective sample size made for
     chains counts them as it should.
     """
-    count = weights.size
+    total = weights.sum()
+    if not total > 0:  # of none, or none finite, all are taken in turn; Pareto k tells
+        return np.arange(count) % weights.size
     steps = (rng.random() + np.arange(count)) / count
-    return np.minimum(np.searchsorted(np.cumsum(weights), steps), count - 1)
+    return np.minimum(np.searchsorted(np.cumsum(weights / total), steps), weights.size - 1)
