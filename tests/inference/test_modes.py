@@ -122,3 +122,13 @@ def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch)
     assert "the evidence fits another solution (weight 20.0%)" in found.checks.reasons[0]
     assert [(m.weight, m.sampled) for m in found.modes] == [(0.8, True), (0.2, False)]
     assert found.settings["method"] == "nuts"
+
+
+def test_a_rival_that_the_draws_hold_is_none() -> None:
+    """A third of the posterior at 6: a third of the draws there will do, one in fifty will not."""
+    rival = modes.Rival(0, 0.5, np.array([6.0, 0.0]))
+    rng = np.random.default_rng(0)
+    for share, held in ((1 / 3, True), (0.02, False), (0.0, False)):
+        draws = rng.normal(size=(3000, 2))
+        draws[: int(share * 3000), 0] += 6.0
+        assert rival.reached(draws) is held

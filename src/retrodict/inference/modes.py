@@ -23,6 +23,7 @@ RIVAL = 1e-3  # weight from which on another mode counts
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
 _STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which modes are sought
 _APART = 3.0  # standard deviations: nearer than this it is the same mode
+_REACHED = 0.3  # of its share of the posterior: draws nearer a rival than the mode they began from
 _STILL = 1.0  # slope per standard deviation below which a search has arrived
 
 _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
@@ -177,27 +178,65 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
     return xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
 
 
-def with_rivals(found: list[Solution], modes: list[Mode], seed: int) -> list[Mode]:
-    """Beside the solutions, other modes at the same numbers of turns, which their draws do not reach.
+@dataclass(frozen=True)
+class Rival:
+    """Another mode beside that of a solution, at the same numbers of turns.
+
+    Args:
+        of: place of the solution among all.
+        odds: its weight over the solution's, by Laplace's approximation.
+        w: where it lies in the solution's coordinates.
+    """
+
+    of: int
+    odds: float
+    w: np.ndarray
+
+    def reached(self, draws: np.ndarray) -> bool:
+        """Whether draws of the solution hold it.
+
+        Args:
+            draws: in the solution's coordinates, shape (any, q).
+        """
+        nearer = np.linalg.norm(draws - self.w, axis=1) < np.linalg.norm(draws, axis=1)
+        return float(nearer.mean()) > _REACHED * self.odds / (1 + self.odds)
+
+
+def rivals_of(found: list[Solution], modes: list[Mode], seed: int) -> list[Rival]:
+    """Other modes than the solutions' own, of more weight than RIVAL.
 
     Args:
         found: the solutions.
         modes: what they weigh, in the same order.
         seed: of the search.
+    """
+    return [
+        Rival(i, odds, w)
+        for i, (solution, mode) in enumerate(zip(found, modes, strict=True))
+        for odds, w in rivals(solution.posterior, seed)
+        if odds * mode.weight > RIVAL
+    ]
+
+
+def beside(found: list[Solution], modes: list[Mode], unreached: list[Rival]) -> list[Mode]:
+    """The modes of the solutions, then each rival that no draw holds.
+
+    Args:
+        found: the solutions.
+        modes: what they weigh, in the same order.
+        unreached: the rivals.
 
     Returns:
-        The modes of the solutions, then each rival of more weight than RIVAL; its weight, and what it
-        takes from theirs, are Laplace's.
+        Modes; a rival's weight, and what it takes from its solution's, are Laplace's.
     """
     kept, others = [], []
-    for solution, mode in zip(found, modes, strict=True):
-        near = rivals(solution.posterior, seed)
-        share = mode.weight / (1 + sum(odds for odds, _ in near))
+    for i, (solution, mode) in enumerate(zip(found, modes, strict=True)):
+        near = [rival for rival in unreached if rival.of == i]
+        share = mode.weight / (1 + sum(rival.odds for rival in near))
         kept.append(replace(mode, weight=share))
-        for odds, w in near:
-            if odds * share > RIVAL:
-                told = _told_at(solution.posterior, w)
-                others.append(Mode(odds * share, np.nan, told, solution.turns, False))
+        for rival in near:
+            told = _told_at(solution.posterior, rival.w)
+            others.append(Mode(rival.odds * share, np.nan, told, solution.turns, False))
     return kept + others
 
 

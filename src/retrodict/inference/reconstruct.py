@@ -17,7 +17,7 @@ import numpy as np
 from retrodict.inference import gate
 from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.methods.nuts import FIRST_TRY
-from retrodict.inference.modes import Solution, mixed, solutions, weighed, with_rivals
+from retrodict.inference.modes import Rival, Solution, beside, mixed, rivals_of, solutions, weighed
 from retrodict.inference.outcome import Checks, Mode, Outcome
 from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart
 from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
@@ -92,9 +92,8 @@ def reconstruct(
     faults = _unresolved(found)
     modes, unsettled = weighed(found, seed)
     faults += unsettled
-    if chosen.exact and method != "smc":  # which starts from everywhere
-        modes = with_rivals(found, modes, seed)
-        faults += tuple(_told_apart(mode, modes[0]) for mode in modes[len(found) :])
+    seeks = chosen.exact and method != "smc"  # which starts from everywhere
+    rivals = rivals_of(found, modes, seed) if seeks else []
     tell("finding where the posterior lies", 1, 1)
 
     sampling = 0.0
@@ -112,12 +111,12 @@ def reconstruct(
         tell("sampling", done, total)
 
     task = Task(found[0].posterior, chains, draws, warmup, seed, told, resume)
-    run = _run(method, found, modes, task, faults, timed)
+    run = _run(method, found, modes, rivals, task, faults, timed)
     own = run.checks.reasons[len(faults) :]
     instead = _INSTEAD.get(method)
     if instead and own and run.complete and draws >= _WORTH_MORE:
         tried = replace(task, draws=max(draws, METHODS[instead].draws), resume=None)
-        other = _run(instead, found, modes, tried, faults, timed)
+        other = _run(instead, found, modes, rivals, tried, faults, timed)
         failed = other.checks.reasons[len(faults) :]
         if failed:
             run.notes.append(f"the method {instead} was tried too, and failed: {'; '.join(failed)}")
@@ -147,7 +146,7 @@ def reconstruct(
         complete=run.complete,
         notes=tuple(run.notes),
         unfinished=run.unfinished,
-        modes=tuple(modes),
+        modes=tuple(beside(found, modes, run.unreached)),
     )
 
 
@@ -162,6 +161,7 @@ class _Run:
         complete: False when interrupted.
         notes: how it helped itself.
         unfinished: writes interrupted chains to a file.
+        unreached: rivals that no draw holds.
     """
 
     idata: xr.DataTree
@@ -170,12 +170,14 @@ class _Run:
     complete: bool
     notes: list[str]
     unfinished: Callable[[Path], None] | None
+    unreached: list[Rival]
 
 
 def _run(
     method: str,
     found: list[Solution],
     modes: list[Mode],
+    rivals: list[Rival],
     task: Task,
     faults: tuple[str, ...],
     timed: Callable[[Callable[[], list[Draws]]], list[Draws]],
@@ -192,7 +194,9 @@ def _run(
         return drawn
 
     def judged(drawn: list[Draws]) -> tuple[xr.DataTree, Checks]:
-        known = faults + tuple(fault for each in drawn for fault in each.faults)
+        others = beside(found, modes, _unreached(rivals, drawn))[len(found) :]
+        known = faults + tuple(_told_apart(mode, modes[0]) for mode in others)
+        known += tuple(fault for each in drawn for fault in each.faults)
         trees = [_tree(s, d, task.seed) for s, d in zip(found, drawn, strict=False)]
         if len(trees) > 1:  # a chain that is stuck in one solution would be hidden by the others
             for solution, tree in zip(found, trees, strict=False):
@@ -223,7 +227,16 @@ def _run(
         idata, checks = judged(drawn)
         complete = all(each.complete for each in drawn)
     unfinished = drawn[0].unfinished if len(found) == 1 else None
-    return _Run(idata, checks, draws, complete, notes, unfinished)
+    return _Run(idata, checks, draws, complete, notes, unfinished, _unreached(rivals, drawn))
+
+
+def _unreached(rivals: list[Rival], drawn: list[Draws]) -> list[Rival]:
+    """Those rivals that no draw of their solution holds."""
+    return [
+        rival
+        for rival in rivals
+        if rival.of >= len(drawn) or not rival.reached(drawn[rival.of].w.reshape(-1, rival.w.size))
+    ]
 
 
 def _unresolved(found: list[Solution]) -> tuple[str, ...]:

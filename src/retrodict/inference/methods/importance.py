@@ -63,7 +63,7 @@ def draw(task: Task) -> Draws:
     task.progress(1, 1)
     return Draws(
         w[index].reshape(chains, draws, -1),
-        {},
+        {"log_weight": log_weight[index].reshape(chains, draws)},
         **verdict,
         sites={name: values[index] for name, values in sites.items()},
         more=lambda: draw(replace(task, draws=2 * draws)),
