@@ -93,7 +93,8 @@ def observe(
     )
     passed = dict(structure.marks)
     for i, v in enumerate(VEHICLES):
-        car = Car(*(own[i] for own in cars[:4]))
+        k2, front, rear, track = (jnp.asarray(own)[i] for own in cars[:4])
+        car = Car(k2, front, rear, track)
         path = None if paths is None else paths[i]
         motion = Motion(velocities[i], changes[i], x[f"heading_{v}"], rests[i], path, car)
         for name in structure.evidence:
@@ -101,7 +102,7 @@ def observe(
                 continue
             value, sd = data.evidence[name]
             if name in passed:
-                predicted = _aside(data.marks[name], _track(motion, passed[name]))
+                predicted = _aside(jnp.asarray(data.marks[name]), _track(motion, passed[name]))
             else:
                 predicted = (_ALL | _YAW)[name[:-2]](motion)
             if "direction" in name:  # the representative nearest to what was measured

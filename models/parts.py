@@ -148,8 +148,10 @@ def of_scene(
         explained: whether it predicts an item of evidence.
     """
     inputs = scene.inputs()
-    uncertain = [(k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B]
-    numbers = {k: _location_and_scale(m) for k, m in inputs.items()}
+    uncertain: list[tuple[str, str]] = [
+        (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
+    ]
+    numbers: dict[str, Array | np.ndarray] = {k: _location_and_scale(m) for k, m in inputs.items()}
     if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
         uncertain.append(("speed_a", "halfnormal"))
         numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
@@ -177,7 +179,9 @@ def of_scene(
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
     )
-    measured_as = {k: np.array([m.value, m.sd]) for k, m in evidence.items()}
+    measured_as: dict[str, Array | np.ndarray] = {
+        k: np.array([m.value, m.sd]) for k, m in evidence.items()
+    }
     anywhere = np.array([0.0, 1.0])
     data = Data(
         inputs=numbers,

@@ -197,8 +197,9 @@ def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels)
     return more + jnp.log(-jnp.expm1(log_ndtr(jnp.where(turn, -above, below)) - more))
 
 
-def _ramp(u: Array) -> Array:
+def _ramp(u: Levels) -> Array:
     """The integral of the normal distribution function up to u: near 0, then near u."""
+    u = jnp.asarray(u)
     density = jnp.exp(-(u**2) / 2) / np.sqrt(2 * np.pi)
     far = jnp.minimum(u, _FAR) ** -2  # where the sum below would cancel
     tail = density * far * (1 - far * (3 - far * (15 - far * (105 - far * 945))))

@@ -85,9 +85,8 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     if not structure.rested or structure.rolling:
         return found
     # what was scouted is but near, and sheets are to fit where the posterior lies
-    return _whitened(
-        found.programs.structure, _aimed_anew(found), found.chart.centre[-len(deviates) :]
-    )
+    deviates = np.asarray(found.chart.centre)[len(structure.aims) :]
+    return _whitened(found.programs.structure, _aimed_anew(found), deviates)
 
 
 def _whitened(
@@ -115,7 +114,7 @@ def _whitened(
     n = coordinates.length(structure)
     starts = _starts(structure)
     if deviates is not None:
-        starts.append(np.concatenate([np.zeros(n - len(deviates)), deviates]))
+        starts.append(np.concatenate([np.zeros(len(structure.aims)), deviates]))
     chart = _likeliest(
         programs, data, [_chart(programs, data, sheets, q, np.eye(n)) for q in starts]
     )

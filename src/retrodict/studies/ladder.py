@@ -384,10 +384,10 @@ def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
     posterior = outcome.idata["posterior"].to_dataset()
     evidence, error = log_evidence(outcome)
     unknown = [f"speed_{v}" for v in VEHICLES if outcome.scene.approach[v].speed is None]
-    squares = {
-        name: (np.asarray(posterior[name]).ravel() / outcome.scene.priors[name].numbers[0]) ** 2
-        for name in unknown
-    }
+    squares = np.zeros(posterior["speed_b"].size)
+    for name in unknown:
+        scale = outcome.scene.priors[name].numbers[0]
+        squares += (np.asarray(posterior[name]).ravel() / scale) ** 2
     speed = np.asarray(posterior["speed_b"]).ravel()
     return replace(
         step,
@@ -399,7 +399,7 @@ def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
         priors=tuple(
-            reweighed(speed, prior, sum(squares.values()) / 2 * (1 - times**-2))
+            reweighed(speed, prior, squares / 2 * (1 - times**-2))
             for prior, times in _PRIORS.items()
             if unknown
         ),

@@ -99,7 +99,8 @@ def weighed(
     """
     n = posterior.size
     proposals = [_Proposal(np.zeros(n), np.eye(n), _FREEDOM)]
-    w, log_density, sites = np.zeros((0, n)), np.zeros(0), {}
+    w, log_density = np.zeros((0, n)), np.zeros(0)
+    sites: dict[str, np.ndarray] = {}
     while True:
         new = proposals[-1].draw(count, rng)
         heights, found = posterior.weighed(new)
