@@ -36,7 +36,7 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
     found = summarise(outcome)
     assert list(found) == [
         "scene", "model", "parameters", "checks", "seconds", "versions", "seed", "settings",
-        "complete", "ladder",
+        "complete", "ladder", "left_out",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"

@@ -27,6 +27,7 @@ from retrodict.report.results import MARK, WITHHELD, answer, marked, result_rows
 from retrodict.report.rounding import NOTHING, told, told_with_sd
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES
+from retrodict.studies.conflict import DOUBT, conflicts
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -83,6 +84,9 @@ def report_html(
         "inputs": _input_cells(outcome, units, "input"),
         "evidence": _input_cells(outcome, units, "evidence"),
         "marks": _marks(outcome.scene, units),
+        "left_out": _left_out(outcome, units),
+        "doubt": DOUBT,
+        "speed_unit": unit_of("speed", units).symbol,
         "size": _size(outcome),
         "max_rhat": told(outcome.checks.max_rhat, 3),
         "min_ess_bulk": told(outcome.checks.min_ess_bulk, 0),
@@ -210,6 +214,26 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
         for row in inputs_table(outcome)
         if row.kind == kind
     ]
+
+
+def _left_out(outcome: Outcome, units: Units) -> list[dict[str, Any]]:
+    """What all else says of each item of evidence, in cells."""
+    rows = []
+    for item in conflicts(outcome):
+        label, unit = told_as(item.name, units)
+        cells = {"expected": NOTHING, "probability": NOTHING, "speed": NOTHING}
+        if item.told:
+            speed = unit_of("speed", units).worth
+            cells = {
+                "expected": told_with_sd(item.expected / unit.worth, item.expected_sd / unit.worth),
+                "probability": told(item.probability, 3),
+                "speed": told_with_sd(item.speed_b / speed, item.speed_b_sd / speed),
+            }
+            cells = {name: marked(outcome, cell) for name, cell in cells.items()}
+        measured = told_with_sd(item.value / unit.worth, item.sd / unit.worth)
+        of_item = {"label": label, "unit": unit.symbol, "measured": measured}
+        rows.append(of_item | cells | {"disagrees": item.disagrees})
+    return rows
 
 
 def _law(scene: Scene, row: InputRow) -> str:

@@ -16,6 +16,7 @@ from retrodict.inference.digits import monte_carlo_error
 from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.quantities import Unit, Units, describe, unit_of
+from retrodict.studies.conflict import conflicts
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,8 +94,8 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
 
     Returns:
         scene, model, parameters (statistics of each reported quantity, with `passed` for the
-        checks of its own), checks, seconds, versions, seed, settings, complete and ladder. What is
-        not finite is None.
+        checks of its own), checks, seconds, versions, seed, settings, complete, ladder, and
+        left_out: what all else says of each item of evidence. What is not finite is None.
     """
     checks = outcome.checks
     parameters = {}
@@ -123,6 +124,11 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
         "settings": dict(outcome.settings),
         "complete": bool(outcome.complete),
         "ladder": ladder_data(ladder) if ladder else None,
+        "left_out": {
+            item.name: {k: _finite(v) for k, v in asdict(item).items() if k != "name"}
+            | {"told": item.told, "disagrees": item.disagrees}
+            for item in conflicts(outcome)
+        },
     }
 
 

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference.methods.weights import MAX_PARETO_K, smoothed
-
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
@@ -42,6 +40,8 @@ class LeftOut:
     @property
     def told(self) -> bool:
         """Whether the weights can be relied on."""
+        from retrodict.inference.methods.weights import MAX_PARETO_K  # imports jax
+
         return self.pareto_k <= MAX_PARETO_K
 
     @property
@@ -60,9 +60,13 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
         outcome: the reconstruction.
 
     Returns:
-        One record an item that the model explains.
+        One record an item that the model explains; none of draws without predictions.
     """
+    from retrodict.inference.methods.weights import smoothed  # imports jax
+
     tree = outcome.idata
+    if not {"posterior", "posterior_predictive", "log_likelihood"} <= set(tree.children):
+        return ()
     measured = outcome.scene.evidence()
     speed = np.asarray(tree["posterior"]["speed_b"]).ravel()
     found = []

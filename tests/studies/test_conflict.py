@@ -1,0 +1,63 @@
+"""What each measurement says when left out, against conjugate normals in closed form."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+from retrodict.scene.records import Measured
+from retrodict.studies.conflict import conflicts
+
+MEASURED = {"one": (19.0, 1.0), "two": (20.5, 1.0), "far": (26.0, 1.5), "wide": (18.0, 4.0)}
+
+
+@pytest.fixture(scope="module")
+def found() -> dict:
+    """Four measurements of one speed, prior 20 ± 10, from draws of their exact posterior."""
+    mean, sd = posterior(MEASURED)
+    rng = np.random.default_rng(0)
+    speed = rng.normal(mean, sd, (4, 100_000))
+    of_draw = {name: (("chain", "draw"), a) for name, a in predictions(speed, rng).items()}
+    likelihood = {
+        name: (("chain", "draw"), stats.norm.logpdf(value, speed, error))
+        for name, (value, error) in MEASURED.items()
+    }
+    tree = xr.DataTree.from_dict(
+        {
+            "/posterior": xr.Dataset({"speed_b": (("chain", "draw"), speed)}),
+            "/posterior_predictive": xr.Dataset(of_draw),
+            "/log_likelihood": xr.Dataset(likelihood),
+        }
+    )
+    scene = SimpleNamespace(evidence=lambda: {k: Measured(*v) for k, v in MEASURED.items()})
+    return {item.name: item for item in conflicts(SimpleNamespace(idata=tree, scene=scene))}
+
+
+def posterior(measured: dict) -> tuple[float, float]:
+    """Mean and sd."""
+    values, errors = np.array([(20.0, 10.0), *measured.values()]).T
+    precision = np.sum(errors**-2)
+    return float(np.sum(values / errors**2) / precision), float(precision**-0.5)
+
+
+def predictions(speed: np.ndarray, rng: np.random.Generator) -> dict:
+    return {k: speed + rng.normal(0, error, speed.shape) for k, (_, error) in MEASURED.items()}
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_the_rest_says_what_it_would_say_alone(found: dict, name: str) -> None:
+    item, (value, error) = found[name], MEASURED[name]
+    mean, sd = posterior({k: v for k, v in MEASURED.items() if k != name})
+    assert item.told
+    assert item.expected == pytest.approx(mean, abs=0.05)
+    assert item.expected_sd == pytest.approx(np.hypot(sd, error), rel=0.05)
+    assert item.speed_b == pytest.approx(mean, abs=0.05)
+    assert item.speed_b_sd == pytest.approx(sd, rel=0.05)
+    exact = 2 * stats.norm.sf(abs(value - mean) / np.hypot(sd, error))
+    assert item.probability == pytest.approx(exact, abs=0.02)
+
+
+def test_only_what_lies_far_out_disagrees(found: dict) -> None:
+    assert [name for name, item in found.items() if item.disagrees] == ["far"]
