@@ -39,7 +39,7 @@ def scouted(programs: Programs, data: parts.Data) -> tuple[parts.Data, np.ndarra
         scores.append(np.nan_to_num(score, nan=-np.inf))
         velocities.append(np.stack([told[name] for name in structure.free], axis=1))
         deviates.append(sites.get("measured", np.zeros((CHUNK, 0))))
-    score, velocity = np.concatenate(scores), np.concatenate(velocities)
+    score, velocity = np.concatenate(scores), np.nan_to_num(np.concatenate(velocities))
     best = velocity[score.argmax()]
     weight = np.exp(score - score.max())
     sd = np.sqrt(weight @ (velocity - best) ** 2 / weight.sum()) + _LEAST
