@@ -214,7 +214,7 @@ def bend(
     A bounded level is what e or e_m is at q, but never far from linear in q, so that it passes every
     bound; away from the bounds bent q is nearly q itself. Broyden's method finds how far to move.
     Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
-    steer by.
+    steer by where rest poses are the coordinates. Where velocities are, they are exact, and dearer.
 
     Returns:
         Bent q, the bounded levels there by name, and log |d bent / d q|, in which a fixed level
@@ -227,7 +227,8 @@ def bend(
     count = len(levels)
     free = [i for i, level in enumerate(levels) if not level.fixed]
     bounds = np.array([(level.low, level.high) for level in levels]).T
-    fixed = jax.lax.stop_gradient(q)
+    exact = bool(structure.free)
+    fixed = q if exact else jax.lax.stop_gradient(q)
 
     def at(t: Float[Array, " m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
         return quotients(levels, *separation_at(structure, data, chart, fixed + t @ wall.along))
@@ -248,7 +249,8 @@ def bend(
     zero = jnp.zeros(count)
     linear = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
     values, slope = values_and_slope(zero, floored=True)
-    apart = (values - jax.lax.stop_gradient(linear)) / (_TRUSTED * wall.softness)
+    forecast = linear if exact else jax.lax.stop_gradient(linear)
+    apart = (values - forecast) / (_TRUSTED * wall.softness)
     level = linear + _TRUSTED * wall.softness * jnp.tanh(apart)
     trust = 1 - jnp.tanh(apart[:, None]) ** 2
     slope_before = trust * slope + (1 - trust) * jnp.eye(count)
@@ -275,13 +277,18 @@ def bend(
 
     start = (zero, zero, zero, jnp.diag(1 / wall.divisor))
     (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
+    t = jax.lax.stop_gradient(t)
     found, slope = values_and_slope(t, floored=False)
     solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
     log_det = _log_det([[slope_before[i, j] for j in free] for i in free]) - _log_det(slope)
     for i in free:
         log_det += log_squash_slope(level[i], wall.softness[i], *bounds[:, i])
-    move = target - level
-    bent = q + (move + t - jax.lax.stop_gradient(move)) @ wall.along
+    if exact:  # by the implicit function theorem: what is taken off is naught but for its slopes
+        t -= times(jax.lax.stop_gradient(_inverse(slope)), found - target)
+    else:
+        move = target - level
+        t += move - jax.lax.stop_gradient(move)
+    bent = q + t @ wall.along
     reached = {levels[i].name: target[i] for i in free}
     return bent, reached, jnp.where(solved, log_det, -jnp.inf)
 
@@ -339,6 +346,17 @@ def _sites(
 def _floored(ratio: Float[Array, "*any"]) -> Float[Array, "*any"]:
     """A divisor over that at the centre, kept above zero: no level has a pole."""
     return _FLOOR * jax.nn.softplus(ratio / _FLOOR)
+
+
+def _inverse(m: Float[Array, "m m"]) -> Float[Array, "m m"]:
+    """The inverse of a matrix of up to three rows, written out as in `_log_det`."""
+    if len(m) == 1:
+        return 1 / m
+    if len(m) == 2:
+        (a, b), (c, d) = m
+        return jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
+    cofactors = jnp.stack([jnp.cross(m[i - 2], m[i - 1]) for i in range(3)])
+    return cofactors.T / jnp.dot(m[0], cofactors[0])
 
 
 def _log_det(m: Any) -> Float[Array, ""]:
