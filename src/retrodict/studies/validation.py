@@ -175,17 +175,13 @@ def validate(
 
 def _scored(folder: Path, run: Run) -> list[Score]:
     scene = load_scene(folder / SCENE)
-    model, draws = "", {}
-    reasons: tuple[str, ...] = ()
+    outcome, refused = None, ""
     try:
         outcome = run(scene)
     except Unanswerable as error:
-        reasons = (str(error),)
-    else:
-        if not outcome.complete:
-            raise Interrupted("stopped before the case was finished")
-        model, reasons = outcome.card.name, outcome.checks.reasons
-        draws = outcome.idata["posterior"].to_dataset()
+        refused = str(error)
+    if outcome and not outcome.complete:
+        raise Interrupted("stopped before the case was finished")
 
     from retrodict.scene.truth import load_truth  # not sooner: nothing above may know of it
 
@@ -195,9 +191,11 @@ def _scored(folder: Path, run: Run) -> list[Score]:
             case=folder.name,
             quantity=name,
             truth=speed.value,
-            model=model,
-            answer=summary(np.asarray(draws[name]).ravel()) if name in draws else None,
-            reasons=reasons,
+            model=outcome.card.name if outcome else "",
+            answer=summary(np.asarray(outcome.idata["posterior"][name]).ravel())
+            if outcome
+            else None,
+            reasons=outcome.checks.reasons if outcome else (refused,),
             published={p.name: p.speeds[name] for p in truth.published if name in p.speeds},
             note=truth.note,
         )
