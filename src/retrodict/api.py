@@ -318,10 +318,15 @@ def validate(
     def run(scene: Scene) -> Outcome:
         return reconstruct(scene, model=model, method=method).outcome
 
-    folders = _validation.cases(Path(folder))
-    found = _validation.validate(folders, run, model=model, method=method, progress=progress)
-    if out is not None:
-        from retrodict.report.validation import write_validation
+    def write(found: Validation) -> None:
+        if out is not None:
+            from retrodict.report.validation import write_validation
 
-        write_validation(found, Path(out), units)
+            write_validation(found, Path(out), units)
+
+    folders = _validation.cases(Path(folder))
+    found = _validation.validate(
+        folders, run, model=model, method=method, progress=progress, keep=write
+    )
+    write(found)
     return found

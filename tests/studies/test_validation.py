@@ -122,9 +122,11 @@ def test_an_interruption_keeps_what_was_finished(case):
     def run(scene: Scene) -> Outcome:
         return next(turns) or _stop()
 
-    found = validate((first, second), run, model="auto", method="nuts")
+    kept: list[Validation] = []
+    found = validate((first, second), run, model="auto", method="nuts", keep=kept.append)
     assert [score.case for score in found.scores] == ["first"]
     assert not found.complete
+    assert kept == [found]  # so a run that is killed has lost nothing that was finished
 
 
 def _stop() -> Outcome:

@@ -140,6 +140,7 @@ def validate(
     model: str,
     method: str,
     progress: Progress | None = None,
+    keep: Callable[[Validation], None] | None = None,
 ) -> Validation:
     """Reconstruct every case, and only then read what was true of it.
 
@@ -148,6 +149,7 @@ def validate(
         run: makes the posterior of a scene.
         model, method: that it takes, for the record.
         progress: called with (case, done, of all).
+        keep: called with the scores so far after each case.
 
     Returns:
         The scores; when interrupted, those of the cases that were finished. A file that cannot be
@@ -156,7 +158,10 @@ def validate(
     tell = progress or (lambda stage, done, total: None)
     scores: list[Score] = []
     faults: list[str] = []
-    complete = True
+
+    def found(complete: bool) -> Validation:
+        return Validation(tuple(scores), model, method, tuple(faults), complete)
+
     for folder in folders:
         tell(folder.name, 0, 1)
         try:
@@ -166,11 +171,12 @@ def validate(
             place = Path(error.file).name
             scores.append(Score(folder.name, reasons=(f"{place}: {error.problems[0]}",)))
         except (KeyboardInterrupt, Interrupted):
-            complete = False
-            break
+            return found(complete=False)
         tell(folder.name, 1, 1)
+        if keep:
+            keep(found(complete=folder == folders[-1]))
         gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
-    return Validation(tuple(scores), model, method, tuple(faults), complete)
+    return found(complete=True)
 
 
 def _scored(folder: Path, run: Run) -> list[Score]:
