@@ -17,7 +17,7 @@ from rich.text import Text
 from retrodict.report.files import write_whole
 from retrodict.report.findings import LEVELS
 from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
-from retrodict.scene.quantities import Units, describe, unit_of
+from retrodict.scene.quantities import Units, unit_of
 
 if TYPE_CHECKING:
     from retrodict.studies.validation import Score, Validation
@@ -80,9 +80,10 @@ def remarks(validation: Validation) -> list[str]:
         f"{validation.coverage(90).of} speeds are few, and two of one collision are not independent: "
         "the limits take them as if they were."
     )
-    lines += [f"{_place(s)}: {'; '.join(s.reasons)}" for s in validation.scores if not s.counts]
-    notes = {score.case: score.note for score in validation.scores if score.note}
-    lines += [f"{case}: {note}" for case, note in notes.items()]
+    # two speeds of a case share its reasons and its note
+    said = [f"{s.case}: {'; '.join(s.reasons)}" for s in validation.scores if not s.counts]
+    said += [f"{score.case}: {score.note}" for score in validation.scores if score.note]
+    lines += dict.fromkeys(said)
     if not validation.complete:
         lines.append("Interrupted: cases are missing.")
     return lines
@@ -218,10 +219,6 @@ def _csv(validation: Validation) -> str:
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
-
-
-def _place(score: Score) -> str:
-    return f"{score.case}, {describe(score.quantity)[0]}" if score.quantity else score.case
 
 
 def _safe(text: str) -> Text:
