@@ -60,6 +60,7 @@ def validation_figure(validation: Validation, units: Units = "si") -> Figure:
         names = [f"{s.case[:_NAMED]}, {s.quantity[-1:].upper()}" for s in scores]
         axes.set_yticks(range(len(scores)), [name.replace("$", r"\$") for name in names])
         axes.set_ylim(len(scores) - 0.5, -0.5)
+        axes.set_xlim(left=0)
         axes.grid(axis="x", color=drawing.PALE, lw=0.5)
         axes.set_axisbelow(True)
         axes.set_xlabel(f"speed before impact ({unit.symbol})")
