@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -177,3 +178,45 @@ def test_calibrate_writes_its_files_and_goes_on(tmp_path: Path) -> None:
     refused = run("calibrate", "--model", "momentum", "--out", out)
     assert refused.returncode == 2
     assert refused.stderr.startswith("--model momentum: choose one of momentum+slide, ")
+
+
+def test_validate_scores_a_case_and_tells_of_faulty_files(tmp_path: Path) -> None:
+    """Momentum: 2200 kg at 10 m/s meet 1379 kg; both go on at 2 m/s, so that these came at 10.76 m/s."""
+    text = (ROOT / "examples" / "ricsac-11" / "scene.toml").read_text()
+    known = ("approach.speed = .*", 'approach.speed = "10 ± 0.1 m/s"')
+    departure = ('departure.direction = "-10 ± 2 deg"', 'departure.speed = "2 ± 0.1 m/s"')
+    for pattern, new in (
+        known,
+        ("value = 180,", "value = 170,"),
+        ("departure.delta_v = .*", departure[0]),
+        ("departure.yaw_rate = .*", departure[1]),
+    ):
+        text, number = re.subn(pattern, new, text)
+        assert number
+    good, bad = tmp_path / "cases" / "good", tmp_path / "cases" / "bad"
+    for folder in (good, bad):
+        folder.mkdir(parents=True)
+        (folder / "scene.toml").write_text(text)
+    truth = 2200 / 1379 * 8 - 2  # B's: against A's way
+    (good / "truth.toml").write_text(
+        f'speed_b = {{ value = {truth}, unit = "m/s", source = "eq 19" }}'
+    )
+    (bad / "truth.toml").write_text("speed_b = 9\n")
+    options = ("--model", "momentum+slide", "--method", "importance", "--out", tmp_path / "out")
+    done = run("validate", tmp_path / "cases", *options)
+    assert done.returncode == 2
+    (line,) = done.stderr.strip().splitlines()
+    assert line.startswith(f"{bad / 'truth.toml'}: speed_b = 9: no unit")
+    assert "good" in done.stdout
+    of_bad, of_good = json.loads((tmp_path / "out" / "validation.json").read_text())["scores"]
+    assert (of_bad["case"], of_bad["passed"], of_bad["truth"]) == ("bad", False, None)
+    assert of_good["passed"], of_good["reasons"]
+    assert abs(of_good["error"]) < 0.1 * of_good["answer"]["sd"]
+
+
+def test_validate_refuses_a_folder_without_cases(tmp_path: Path) -> None:
+    done = run("validate", tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.strip().endswith(
+        "write a folder whose folders hold scene.toml and truth.toml"
+    )

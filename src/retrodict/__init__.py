@@ -6,7 +6,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from retrodict.api import Calibration, Ladder, Result, calibrate, ladder, reconstruct
+    from retrodict.api import (
+        Calibration,
+        Ladder,
+        Result,
+        Validation,
+        calibrate,
+        ladder,
+        reconstruct,
+        validate,
+    )
     from retrodict.scene import Scene, SceneError, load_scene, parse_scene
 
     __version__: str
@@ -17,12 +26,14 @@ __all__ = [
     "Result",
     "Scene",
     "SceneError",
+    "Validation",
     "__version__",
     "calibrate",
     "ladder",
     "load_scene",
     "parse_scene",
     "reconstruct",
+    "validate",
 ]
 
 # found when first asked for, so that importing the package, or its --help, does not wait for JAX
@@ -30,9 +41,11 @@ _HOMES = {
     "Calibration": "retrodict.api",
     "Ladder": "retrodict.api",
     "Result": "retrodict.api",
+    "Validation": "retrodict.api",
     "calibrate": "retrodict.api",
     "ladder": "retrodict.api",
     "reconstruct": "retrodict.api",
+    "validate": "retrodict.api",
     "Scene": "retrodict.notebook",
     "SceneError": "retrodict.notebook",
     "load_scene": "retrodict.notebook",

@@ -17,8 +17,10 @@ from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
+from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
 from retrodict.studies.ladder import Ladder, allowed, ladder
+from retrodict.studies.validation import Validation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,7 +30,17 @@ if TYPE_CHECKING:
     from retrodict.report.drawing_process import DrawingProcess
 
 
-__all__ = ["CHAINS", "Calibration", "Ladder", "Result", "calibrate", "ladder", "reconstruct"]
+__all__ = [
+    "CHAINS",
+    "Calibration",
+    "Ladder",
+    "Result",
+    "Validation",
+    "calibrate",
+    "ladder",
+    "reconstruct",
+    "validate",
+]
 
 AUTO = "auto"  # the model that the ladder chooses
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
@@ -273,4 +285,48 @@ def calibrate(
     )
     if folder:
         write_calibration(found, folder)
+    return found
+
+
+def validate(
+    folder: str | Path = "examples",
+    *,
+    model: str = AUTO,
+    method: str = "nuts",
+    units: Units = "si",
+    out: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Validation:
+    """How reconstructions of staged collisions compare with what was measured.
+
+    Args:
+        folder: holds the cases, each a folder with scene.toml and truth.toml.
+        model: a rung's name, or auto for the one that the ladder chooses.
+        method: as of `reconstruct`.
+        units: of the table and the chart, "si" or "us".
+        out: folder for validation.md, .csv, .json, .png and .svg. None writes nothing.
+        progress: called with (case, done, of all) as the work goes on.
+
+    Returns:
+        The scores; when interrupted, those of the cases that were finished.
+
+    Raises:
+        ValueError: no model or method has that name, or there is no case in the folder.
+        OSError: a file could not be written.
+    """
+
+    def run(scene: Scene) -> Outcome:
+        return reconstruct(scene, model=model, method=method).outcome
+
+    def write(found: Validation) -> None:
+        if out is not None:
+            from retrodict.report.validation import write_validation
+
+            write_validation(found, Path(out), units)
+
+    folders = _validation.cases(Path(folder))
+    found = _validation.validate(
+        folders, run, model=model, method=method, progress=progress, keep=write
+    )
+    write(found)
     return found

@@ -253,6 +253,53 @@ def calibrate(
         raise typer.Exit(INTERRUPTED)
 
 
+@app.command()
+def validate(
+    folder: Annotated[
+        Path, typer.Argument(help="holds the cases: folders with scene.toml and truth.toml")
+    ] = Path("examples"),
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/validation"),
+    model: Annotated[
+        str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
+    ] = "auto",
+    method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
+    units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+) -> None:
+    """Reconstruct staged collisions, and compare with the speeds that were measured."""
+    _writable(out)
+
+    from rich.console import Console
+
+    from retrodict.models import RUNGS
+
+    if model not in ("auto", *RUNGS):
+        _fail(f"--model {model}: choose auto or one of {', '.join(RUNGS)}")
+    from retrodict.api import validate as run
+    from retrodict.report.validation import print_validation
+
+    console = Console()
+    try:
+        with _progress(console) as tell:
+            done = run(
+                folder,
+                model=model,
+                method=method.value,
+                units=units.value,
+                out=out,
+                progress=tell,
+            )
+    except ValueError as error:
+        _fail(str(error))
+    except OSError as error:
+        _fail(f"{out}: cannot write the results: {error}", 1)
+    print_validation(done, console, units.value)
+    console.print(f"{out / 'validation.md'}", highlight=False, markup=False, soft_wrap=True)
+    if done.faults:
+        _fail("\n".join(done.faults))
+    if not done.complete:
+        raise typer.Exit(INTERRUPTED)
+
+
 def _load(path: Path) -> Scene:
     from retrodict.scene import SceneError, load_scene
 

@@ -24,11 +24,12 @@ _OTHER_NAMES = {
 }
 
 
-def problems_of(error: ValidationError) -> list[Problem]:
-    """What a validation error says, in the words of a scene file's author.
+def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> list[Problem]:
+    """What a validation error says, in the words of a file's author.
 
     Args:
-        error: from validating a `SceneEntry`.
+        error: from validating a file.
+        root: what the whole file was read as.
 
     Returns:
         Every problem with its key, the value as written, and what to write instead.
@@ -41,7 +42,7 @@ def problems_of(error: ValidationError) -> list[Problem]:
         if kind == "missing":
             while isinstance(parts[-1], int):
                 parts.pop()
-            mend = f"missing; write {_assignment(parts)}"
+            mend = f"missing; write {_assignment(parts, root)}"
             problems.append(Problem(key_path(parts), "", mend))
             continue
         if kind == "fault":
@@ -50,15 +51,15 @@ def problems_of(error: ValidationError) -> list[Problem]:
                 parts.append(at)
                 value = value.get(at)
         elif kind == "extra_forbidden":
-            mend = _unknown_key(parts)
+            mend = _unknown_key(parts, root)
         else:
-            mend = f"not what is expected here; write {_assignment(parts)}"
+            mend = f"not what is expected here; write {_assignment(parts, root)}"
         problems.append(Problem(key_path(parts), "" if value is None else shown(value), mend))
     return problems
 
 
-def _unknown_key(parts: list[Any]) -> str:
-    model, _ = _descend(parts[:-1])
+def _unknown_key(parts: list[Any], root: type[BaseModel]) -> str:
+    model, _ = _descend(parts[:-1], root)
     keys = list(_fields(model)) if model else []
     key = parts[-1].lower()
     if key.upper() in keys and key in keys:
@@ -71,10 +72,10 @@ def _unknown_key(parts: list[Any]) -> str:
     return f"unknown key; leave it out (known here: {', '.join(keys)})"
 
 
-def _assignment(parts: list[Any]) -> str:
+def _assignment(parts: list[Any], root: type[BaseModel]) -> str:
     while isinstance(parts[-1], int):
         parts = parts[:-1]
-    _, field = _descend(parts)
+    _, field = _descend(parts, root)
     if field is None:  # a surface, under a name that the user chose
         example = '{ friction = "0.50 ± 0.03" }'
     elif field.examples:
@@ -84,9 +85,11 @@ def _assignment(parts: list[Any]) -> str:
     return f"{key_path(parts[-1:])} = {example}"
 
 
-def _descend(parts: list[Any]) -> tuple[type[BaseModel] | None, FieldInfo | None]:
+def _descend(
+    parts: list[Any], root: type[BaseModel]
+) -> tuple[type[BaseModel] | None, FieldInfo | None]:
     """The table that a key leads to, if it leads to one, and the field that the key is."""
-    model: type[BaseModel] | None = SceneEntry
+    model: type[BaseModel] | None = root
     field: FieldInfo | None = None
     named = False  # the next part is a name that the user chose
     for part in parts:

@@ -28,6 +28,23 @@ def load_scene(path: str | Path) -> Scene:
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.
     """
+    stem = Path(path).stem
+    name = stem if stem != "scene" else Path(path).resolve().parent.name
+    return _parse(read_text(path), name, str(path))
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a file that somebody wrote by hand.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The text.
+
+    Raises:
+        SceneError: there is no such file, or it is too long, or no text.
+    """
     try:
         if not Path(path).is_file():
             what = "not a file" if Path(path).exists() else "no such file"
@@ -45,8 +62,7 @@ def load_scene(path: str | Path) -> Scene:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "not a path"
         raise _file_error(path, f"cannot be read ({reason}); mend the path or the rights") from None
-    stem = Path(path).stem
-    return _parse(text, stem if stem != "scene" else Path(path).resolve().parent.name, str(path))
+    return text
 
 
 def parse_scene(text: str, name: str) -> Scene:
@@ -77,7 +93,7 @@ def _parse(text: str, name: str, file: str) -> Scene:
     from retrodict.scene.explain import problems_of
     from retrodict.scene.schema import SceneEntry
 
-    document = _document(text, file)
+    document = toml_of(text, file)
     try:
         entry = SceneEntry.model_validate(document)
     except ValidationError as error:
@@ -93,7 +109,19 @@ def _parse(text: str, name: str, file: str) -> Scene:
     return scene
 
 
-def _document(text: str, file: str) -> dict[str, Any]:
+def toml_of(text: str, file: str) -> dict[str, Any]:
+    """A text's TOML.
+
+    Args:
+        text: as written.
+        file: whose text it is, for messages.
+
+    Returns:
+        Its tables and keys.
+
+    Raises:
+        SceneError: it is too long, or not valid TOML.
+    """
     if len(text) > _FILE_BYTES:
         raise _file_error(file, _TOO_LONG)
     lines = text.split("\n")

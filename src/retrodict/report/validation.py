@@ -1,0 +1,231 @@
+"""A validation as it is told: printed rows, its table in Markdown, and files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from retrodict.report.files import write_whole
+from retrodict.report.findings import LEVELS
+from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
+from retrodict.scene.quantities import Units, unit_of
+
+if TYPE_CHECKING:
+    from retrodict.studies.validation import Score, Validation
+
+HOLDS = "*"  # beside an interval that holds the truth
+
+
+def percent(value: float | None, of: float | None) -> str:
+    """A speed as a share of another, such as "−4.2 %"; a dash where there is none."""
+    if value is None or not of:
+        return NOTHING
+    return f"{told(100 * value / of, 1)} %"
+
+
+def cells(score: Score, units: Units = "si") -> dict[str, str]:
+    """A score as it is printed, rounded to its uncertainty, by heading.
+
+    Args:
+        score: of a speed.
+        units: "si" or "us".
+    """
+    unit = unit_of("speed", units)
+    answer = score.answer if score.counts else None
+    withheld = "withheld" if score.answer else NOTHING
+    row = {
+        "case": score.case,
+        "speed": score.quantity[-1:].upper(),
+        "true": told(score.truth and score.truth / unit.worth, 2),
+        "median ± sd": withheld,
+        **{f"{level} %": withheld for level in LEVELS},
+        "error": percent(score.error, score.truth),
+        "sd": NOTHING,
+        "model": score.model or NOTHING,
+        "published": ", ".join(
+            f"{name} {told(speed / unit.worth, 2)}" for name, speed in score.published.items()
+        )
+        or NOTHING,
+        "checks": "passed" if score.counts else "FAILED" if score.answer else "no answer",
+    }
+    if answer:
+        decimals = decimals_of(answer.sd / unit.worth)
+        row["median ± sd"] = told_with_sd(answer.median / unit.worth, answer.sd / unit.worth)
+        row["sd"] = percent(answer.sd, answer.median)
+        for level, (low, high) in answer.intervals.items():
+            bounds = told_range((low / unit.worth, high / unit.worth), decimals)
+            row[f"{level} %"] = f"{bounds}{HOLDS if score.inside(level) else ''}"
+    return row
+
+
+def remarks(validation: Validation) -> list[str]:
+    """What has to be told beside the table: coverage, what was withheld and why, notes of the cases."""
+    lines = []
+    for level in LEVELS:
+        found = validation.coverage(level)
+        lines.append(
+            f"The {level} % interval holds the truth in {found.inside} of {found.of} (95 % limits of "
+            f"the share: {found.low:.0%} to {found.high:.0%})."
+        )
+    lines.append(
+        f"{validation.coverage(90).of} speeds are few, and two of one collision are not independent: "
+        "the limits take them as if they were."
+    )
+    # two speeds of a case share its reasons and its note
+    said = [f"{s.case}: {'; '.join(s.reasons)}" for s in validation.scores if not s.counts]
+    said += [f"{score.case}: {score.note}" for score in validation.scores if score.note]
+    lines += dict.fromkeys(said)
+    if not validation.complete:
+        lines.append("Interrupted: cases are missing.")
+    return lines
+
+
+def print_validation(validation: Validation, console: Console, units: Units = "si") -> None:
+    """Print a row for each speed, and what has to be told beside it.
+
+    Args:
+        validation: its scores.
+        console: where to.
+        units: "si" or "us".
+    """
+    symbol = unit_of("speed", units).symbol
+    table = Table(show_lines=True, padding=0)
+    table.add_column("case and speed")
+    for heading in ("true", "median\n± sd", "shortest\nintervals", "error", "sd"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("model and checks")
+    table.add_column("published")
+    for score in validation.scores:
+        row = cells(score, units)
+        lines = [f"{level} %: {row[f'{level} %']}" for level in LEVELS]
+        shown = [
+            f"{row['case']}\n{row['speed']}",
+            row["true"],
+            row["median ± sd"].replace(" ±", "\n±"),
+            "\n".join(lines) if score.counts else row["90 %"],
+            row["error"],
+            row["sd"],
+            f"{row['model']}\n{row['checks']}",
+            row["published"],
+        ]
+        table.add_row(*map(_safe, shown), style=None if score.counts else "red")
+    console.print(table)
+    console.print(_safe(f"Speeds in {symbol}. {HOLDS} holds the truth."), style="dim")
+    for line in remarks(validation):
+        console.print(_safe(line), highlight=False)
+
+
+def table_lines(validation: Validation, units: Units = "si") -> list[str]:
+    """The table in Markdown, a line a row.
+
+    Args:
+        validation: its scores.
+        units: "si" or "us".
+    """
+    rows = [cells(score, units) for score in validation.scores]
+    headings = list(rows[0]) if rows else ["case"]
+    symbol = unit_of("speed", units).symbol
+    lines = [
+        [f"{h}, {symbol}" if h in ("true", "median ± sd") else h for h in headings],
+        ["---"] * len(headings),
+        *([_plain(row[heading]) for heading in headings] for row in rows),
+    ]
+    return [f"| {' | '.join(line)} |" for line in lines]
+
+
+def remark_lines(validation: Validation) -> list[str]:
+    """The remarks in Markdown, a line each."""
+    return [f"- {_plain(line)}" for line in remarks(validation)]
+
+
+def write_validation(validation: Validation, directory: Path, units: Units = "si") -> None:
+    """Write validation.md, .csv and .json (SI units), and the chart as validation.png and .svg.
+
+    Args:
+        validation: its scores.
+        directory: made where missing; files of the same names in it are replaced, each whole.
+        units: of table and chart, "si" or "us".
+
+    Raises:
+        OSError: a file could not be written.
+    """
+    from retrodict.report.figure_validation import CAPTION, validation_figure
+    from retrodict.report.figures import to_png
+
+    figure = validation_figure(validation, units)
+    vectors = io.BytesIO()
+    figure.savefig(vectors, format="svg")
+    page = [
+        "# Staged collisions",
+        "",
+        *table_lines(validation, units),
+        "",
+        *remark_lines(validation),
+        "",
+        f"![{CAPTION}](validation.png)",
+        "",
+    ]
+    data = json.dumps(validation_data(validation), indent=2, ensure_ascii=False, allow_nan=False)
+    write_whole(directory / "validation.md", "\n".join(page).encode())
+    write_whole(directory / "validation.csv", _csv(validation).encode())
+    write_whole(directory / "validation.json", f"{data}\n".encode())
+    write_whole(directory / "validation.png", to_png(figure))
+    write_whole(directory / "validation.svg", vectors.getvalue())
+
+
+def validation_data(validation: Validation) -> dict[str, Any]:
+    """A validation in strict JSON, in SI units."""
+    return {
+        "model": validation.model,
+        "method": validation.method,
+        "complete": validation.complete,
+        "faults": list(validation.faults),
+        "coverage": {str(level): asdict(validation.coverage(level)) for level in LEVELS},
+        "scores": [
+            asdict(score)
+            | {"passed": score.counts, "error": score.error}
+            | {"inside": {str(level): score.inside(level) for level in LEVELS}}
+            for score in validation.scores
+        ],
+    }
+
+
+def _csv(validation: Validation) -> str:
+    """One row a speed, SI units."""
+    rows = []
+    for score in validation.scores:
+        answer = score.answer
+        row: dict[str, Any] = {"case": score.case, "quantity": score.quantity}
+        row |= {"truth": score.truth, "model": score.model, "passed": score.counts}
+        row |= {"median": answer and answer.median, "sd": answer and answer.sd}
+        for level in LEVELS:
+            low, high = answer.intervals[level] if answer else (None, None)
+            row |= {f"{level}_low": low, f"{level}_high": high}
+            row[f"{level}_inside"] = score.inside(level)
+        row |= {"error": score.error, "reasons": "; ".join(score.reasons)}
+        row["published"] = json.dumps(score.published, ensure_ascii=False)
+        rows.append(row)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]) if rows else ["case"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _safe(text: str) -> Text:
+    # a Text is never read as markup; control characters and escape sequences are not let through
+    return Text("".join(c if c.isprintable() or c == "\n" else " " for c in text))
+
+
+def _plain(text: str) -> str:
+    """Text that Markdown takes as it is."""
+    return re.sub(r"([\\`*_\[\]<>|&])", r"\\\1", " ".join(text.split()))

@@ -1,0 +1,122 @@
+"""What was true of a staged collision, and what others made of it: the file truth.toml."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from retrodict.scene import units
+from retrodict.scene.errors import SceneError
+from retrodict.scene.explain import problems_of
+from retrodict.scene.kinds import Kind, fault
+from retrodict.scene.load import read_text, toml_of
+from retrodict.scene.records import Measured
+from retrodict.scene.schema import Note, Title
+
+SPEEDS = ("speed_a", "speed_b")
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """What somebody else's reconstruction of the collision came to.
+
+    Args:
+        name: of the program or the author.
+        speeds: by name, speed_a or speed_b, m/s.
+        source: where it was published.
+    """
+
+    name: str
+    speeds: dict[str, float]
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What a reconstruction is scored by, and nothing that it may know.
+
+    Args:
+        speeds: true speeds before impact, by name, m/s, each with its source.
+        published: reconstructions of others.
+        note: a remark; empty where there is none.
+    """
+
+    speeds: dict[str, Measured]
+    published: tuple[Published, ...] = ()
+    note: str = ""
+
+
+def load_truth(path: str | Path) -> Truth:
+    """The truth from a truth file.
+
+    Args:
+        path: a TOML file; its keys are described in docs/validation.md.
+
+    Returns:
+        The truth in SI units.
+
+    Raises:
+        SceneError: the file cannot be read, or something in it is wrong.
+    """
+    document = toml_of(read_text(path), str(path))
+    try:
+        entry = _TruthEntry.model_validate(document)
+    except ValidationError as error:
+        raise SceneError(str(path), problems_of(error, _TruthEntry)) from None
+    told = tuple(
+        Published(each.name, {k: m.value for k, m in each.speeds().items()}, each.source)
+        for each in entry.published
+    )
+    return Truth(entry.speeds(), told, entry.note)
+
+
+def _sourced(speed: Measured) -> Measured:
+    if not speed.source:
+        raise fault(f"tells no source; write {_EXAMPLE}")
+    return speed
+
+
+_EXAMPLE = '{ value = 9.6, unit = "m/s", source = "…" }'
+_SPEED = Kind(
+    units.SPEED, 0, 150, "9.6 m/s", uncertainty="refused", advice="it is compared with, as it is"
+)
+_TrueSpeed = Annotated[Measured, _SPEED, AfterValidator(_sourced)]
+_Speed = Annotated[Measured, _SPEED]
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="after")
+    def _tells_a_speed(self) -> _Entry:
+        if not self.speeds():
+            raise fault(f"no speed is told; write {_EXAMPLE}", "speed_b")
+        return self
+
+    def speeds(self) -> dict[str, Measured]:
+        """Those that are written, by name."""
+        found = {name: getattr(self, name) for name in SPEEDS}
+        return {name: speed for name, speed in found.items() if speed is not None}
+
+
+class _PublishedEntry(_Entry):
+    """One of `published`."""
+
+    name: Title = Field(examples=['"a program"'])
+    speed_a: _Speed | None = None
+    speed_b: _Speed | None = None
+    source: Title = Field(examples=['"author, year, table"'])
+
+
+class _TruthEntry(_Entry):
+    """The whole truth file."""
+
+    speed_a: _TrueSpeed | None = Field(None, examples=[_EXAMPLE])
+    speed_b: _TrueSpeed | None = Field(None, examples=[_EXAMPLE])
+    published: list[_PublishedEntry] = Field(
+        [], examples=['[{ name = "a program", speed_a = "10.7 m/s", source = "…" }]']
+    )
+    note: Note = Field("", examples=['"one line"'])

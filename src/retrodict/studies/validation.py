@@ -1,0 +1,218 @@
+"""Reconstructs staged collisions and scores the posteriors by speeds that were measured."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.scene.errors import Problem, SceneError
+from retrodict.scene.load import load_scene
+from retrodict.studies.ladder import Summary, summary
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+    from retrodict.scene.records import Measured, Scene
+    from retrodict.scene.truth import Truth
+
+SCENE, TRUTH = "scene.toml", "truth.toml"
+
+Progress = Callable[[str, int, int], None]  # case, done, of all
+Run = Callable[["Scene"], "Outcome"]
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """A speed that was sought, and what it was (m/s).
+
+    Args:
+        case: name of its folder.
+        quantity: speed_a or speed_b; empty where a faulty file hides it.
+        truth: the speed that was measured; None likewise.
+        model: the rung that the answer comes from.
+        answer: its posterior; None where there is none.
+        reasons: why the answer is not to be relied on, if it is not.
+        published: what others reconstructed, by name.
+        note: of the truth file.
+    """
+
+    case: str
+    quantity: str = ""
+    truth: float | None = None
+    model: str = ""
+    answer: Summary | None = None
+    reasons: tuple[str, ...] = ()
+    published: dict[str, float] = field(default_factory=dict)
+    note: str = ""
+
+    @property
+    def counts(self) -> bool:
+        """Whether there is an answer that can be relied on."""
+        return self.answer is not None and not self.reasons
+
+    @property
+    def error(self) -> float | None:
+        """Median less truth, m/s; None where the answer is withheld."""
+        if not self.counts or self.answer is None or self.truth is None:
+            return None
+        return self.answer.median - self.truth
+
+    def inside(self, level: int) -> bool:
+        """Whether the shortest interval of so many per cent holds the truth."""
+        if not self.counts or self.answer is None or self.truth is None:
+            return False
+        low, high = self.answer.intervals[level]
+        return low <= self.truth <= high
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """How many intervals hold the truth.
+
+    Args:
+        inside, of: how many, of how many.
+        low, high: 95 % limits of the share that holds it (Clopper and Pearson 1934).
+    """
+
+    inside: int
+    of: int
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Validation:
+    """Every case's scores.
+
+    Args:
+        scores: one a speed.
+        model, method: as asked.
+        faults: lines on files that could not be used.
+        complete: False when interrupted.
+    """
+
+    scores: tuple[Score, ...]
+    model: str
+    method: str
+    faults: tuple[str, ...] = ()
+    complete: bool = True
+
+    def coverage(self, level: int) -> Coverage:
+        """How many shortest intervals of so many per cent hold the truth, of answers that count."""
+        from scipy.stats import binomtest
+
+        told = [score.inside(level) for score in self.scores if score.counts]
+        if not told:
+            return Coverage(0, 0, 0.0, 1.0)
+        limits = binomtest(sum(told), len(told)).proportion_ci(0.95, method="exact")
+        return Coverage(sum(told), len(told), float(limits.low), float(limits.high))
+
+
+def cases(folder: Path) -> tuple[Path, ...]:
+    """The folders in a folder that hold a truth file, by name.
+
+    Args:
+        folder: where to look.
+
+    Returns:
+        At least one.
+
+    Raises:
+        ValueError: there is none.
+    """
+    found = tuple(sorted(file.parent for file in folder.glob(f"*/{TRUTH}")))
+    if not found:
+        raise ValueError(
+            f"{folder}: no case in it; write a folder whose folders hold {SCENE} and {TRUTH}"
+        )
+    return found
+
+
+def validate(
+    folders: tuple[Path, ...],
+    run: Run,
+    *,
+    model: str,
+    method: str,
+    progress: Progress | None = None,
+    keep: Callable[[Validation], None] | None = None,
+) -> Validation:
+    """Reconstruct every case, and only then read what was true of it.
+
+    Args:
+        folders: each with scene.toml and truth.toml.
+        run: makes the posterior of a scene.
+        model, method: that it takes, for the record.
+        progress: called with (case, done, of all).
+        keep: called with the scores so far after each case.
+
+    Returns:
+        The scores; when interrupted, those of the cases that were finished. A file that cannot be
+        used, and a scene that has no posterior, leave a score without an answer.
+    """
+    tell = progress or (lambda stage, done, total: None)
+    scores: list[Score] = []
+    faults: list[str] = []
+
+    def found(complete: bool) -> Validation:
+        return Validation(tuple(scores), model, method, tuple(faults), complete)
+
+    for folder in folders:
+        tell(folder.name, 0, 1)
+        try:
+            scores += _scored(folder, run)
+        except SceneError as error:
+            faults += str(error).splitlines()
+            place = Path(error.file).name
+            scores.append(Score(folder.name, reasons=(f"{place}: {error.problems[0]}",)))
+        except (KeyboardInterrupt, Interrupted):
+            return found(complete=False)
+        tell(folder.name, 1, 1)
+        if keep:
+            keep(found(complete=folder == folders[-1]))
+        gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
+    return found(complete=True)
+
+
+def _scored(folder: Path, run: Run) -> list[Score]:
+    scene = load_scene(folder / SCENE)
+    outcome, refused = None, ""
+    try:
+        outcome = run(scene)
+    except Unanswerable as error:
+        refused = str(error)
+    if outcome and not outcome.complete:
+        raise Interrupted("stopped before the case was finished")
+
+    from retrodict.scene.truth import load_truth  # not sooner: nothing above may know of it
+
+    truth = load_truth(folder / TRUTH)
+    return [
+        Score(
+            case=folder.name,
+            quantity=name,
+            truth=speed.value,
+            model=outcome.card.name if outcome else "",
+            answer=summary(np.asarray(outcome.idata["posterior"][name]).ravel())
+            if outcome
+            else None,
+            reasons=outcome.checks.reasons if outcome else (refused,),
+            published={p.name: p.speeds[name] for p in truth.published if name in p.speeds},
+            note=truth.note,
+        )
+        for name, speed in _sought(scene, truth, folder).items()
+    ]
+
+
+def _sought(scene: Scene, truth: Truth, folder: Path) -> dict[str, Measured]:
+    """The true speeds that the scene does not know."""
+    left = {n: m for n, m in truth.speeds.items() if scene.approach[n[-1]].speed is None}
+    if not left:
+        mend = f"{SCENE} knows every speed in it; take one of them out there"
+        raise SceneError(str(folder / TRUTH), [Problem("", "", mend)])
+    return left

@@ -1,0 +1,99 @@
+"""A validation as it is told: table, remarks, files and chart."""
+
+import csv
+import io
+import json
+
+import matplotlib.image
+import pytest
+from rich.console import Console
+
+from retrodict.report.drawing import ORANGE
+from retrodict.report.figure_validation import validation_figure
+from retrodict.report.validation import (
+    cells,
+    print_validation,
+    remark_lines,
+    table_lines,
+    write_validation,
+)
+from retrodict.studies.validation import Score, Validation
+from tests.studies.made_up import summary
+
+SAID = "an answer <b>|withheld</b>"
+
+
+@pytest.fixture
+def validation() -> Validation:
+    """Three speeds: one inside, one outside its 95 % interval, one withheld."""
+    return Validation(
+        (
+            Score("one", "speed_a", 10.0, "low", summary(10.5, 1.0), published={"P": 11.176}),
+            Score("one", "speed_b", 10.0, "low", summary(12.5, 1.0), note="a remark"),
+            Score("two", "speed_b", 20.0, "full", summary(20.0, 1.0), (SAID,)),
+        ),
+        "auto",
+        "nuts",
+    )
+
+
+def test_numbers_are_told_in_the_units_asked(validation):
+    row = cells(validation.scores[0], "us")
+    assert row["true"] == "22.37"  # 10 / 0.44704
+    assert row["published"] == "P 25.00"
+    assert row["error"] == "5.0 %"
+    assert row["sd"] == "9.5 %"  # of the median
+    assert row["90 %"].endswith("*")
+    assert not cells(validation.scores[1])["95 %"].endswith("*")
+
+
+def test_a_withheld_answer_has_no_number_in_the_table(validation):
+    row = cells(validation.scores[2])
+    assert row["median ± sd"] == row["50 %"] == row["95 %"] == "withheld"
+    assert row["checks"] == "FAILED"
+    assert row["error"] == row["sd"] == "–"
+
+
+def test_coverage_is_told_of_answers_that_count(validation):
+    told = "\n".join(remark_lines(validation))
+    assert "The 90 % interval holds the truth in 1 of 2 (95 % limits" in told
+    assert "one: a remark" in told
+
+
+def test_what_users_write_is_text_in_markdown_and_terminal(validation):
+    told = "\n".join(remark_lines(validation))
+    assert r"\<b\>\|withheld\</b\>" in told
+    rows = table_lines(validation)
+    assert len({row.count("|") for row in rows}) == 1
+    out = io.StringIO()
+    print_validation(validation, Console(file=out, width=120))
+    assert SAID in out.getvalue()
+
+
+def test_files_hold_the_numbers(validation, tmp_path):
+    write_validation(validation, tmp_path)
+    told = json.loads((tmp_path / "validation.json").read_text())
+    assert told["coverage"]["50"] == pytest.approx(
+        {"inside": 1, "of": 2, "low": 0.0126, "high": 0.9874}, abs=1e-4
+    )
+    assert [score["passed"] for score in told["scores"]] == [True, True, False]
+    assert told["scores"][2]["answer"]["median"] == 20.0
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "validation.csv").read_text())))
+    assert [row["90_inside"] for row in rows] == ["True", "False", "False"]
+    assert "| one | A | 10.00 | 10.5 ± 1.0 |" in (tmp_path / "validation.md").read_text()
+    assert (tmp_path / "validation.svg").read_text().startswith("<?xml")
+    assert matplotlib.image.imread(tmp_path / "validation.png").shape[0] > 200
+
+
+def test_each_row_of_the_chart_holds_its_truth_and_none_an_answer_withheld(validation):
+    (axes,) = validation_figure(validation, "si").axes
+    truths = [line.get_xydata()[0] for line in axes.lines if line.get_color() == ORANGE]
+    assert [tuple(at) for at in truths] == [(10.0, 0.0), (10.0, 1.0), (20.0, 2.0)]
+    bars = [line.get_ydata()[0] for line in axes.lines if line.get_solid_capstyle() == "butt"]
+    assert bars == [0, 0, 0, 1, 1, 1]
+    assert [text.get_text() for text in axes.texts] == ["withheld"]
+
+
+def test_nothing_finished_is_drawn_and_told_as_such(tmp_path):
+    write_validation(Validation((), "auto", "nuts", complete=False), tmp_path)
+    assert "Interrupted: cases are missing." in (tmp_path / "validation.md").read_text()
