@@ -1,12 +1,15 @@
-"""Does it tell the truth? Reconstructs the staged collisions in examples/ and writes docs/validation.md.
+"""Does it tell the truth? Reconstructs staged collisions and writes docs/validation.md.
 
-python3 -m uv run python -m benchmarks.validation
+python3 -m uv run python -m benchmarks.validation [folder]
 
-Numbers and chart go to docs/charts/validation/. The fullest model is taken for all, so that none is
+The collisions are those in examples/ by default. Numbers and chart go to docs/charts/validation/. The fullest model is taken for all, so that none is
 chosen by its answer; by importance sampling, because without rest poses NUTS diverges.
 """
 
 from __future__ import annotations
+
+import sys
+from pathlib import Path
 
 from benchmarks import page
 from benchmarks.__main__ import DOCS
@@ -14,10 +17,10 @@ from retrodict.api import validate
 from retrodict.report.validation import remark_lines, table_lines
 
 
-def main() -> None:
-    """Run every case, then write the page."""
+def main(folder: Path = DOCS.parent / "examples") -> None:
+    """Run every case of a folder, then write the page."""
     found = validate(
-        DOCS.parent / "examples",
+        folder,
         out=DOCS / "charts" / "validation",
         model="planar-moment+wheels",
         method="importance",
@@ -28,4 +31,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*map(Path, sys.argv[1:2]))

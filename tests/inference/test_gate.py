@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 from retrodict.inference.gate import judge
-from retrodict.scene.quantities import REPORTED
 from tests.scenes import collision
 
 
@@ -13,7 +12,7 @@ def tree(seed: int = 0, **changes: np.ndarray) -> xr.DataTree:
     """Independent draws that pass every check, with some variables replaced."""
     rng = np.random.default_rng(seed)
     shape, dims = (4, 500), ("chain", "draw")
-    values = {name: rng.normal(size=shape) for name in REPORTED}
+    values = {name: rng.normal(size=shape) for name in collision().reported()}
     values |= {
         "mu": np.full(shape, 0.3) + 0.01 * rng.normal(size=shape),
         "mu_critical": np.ones(shape),
