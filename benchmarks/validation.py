@@ -2,8 +2,9 @@
 
 python3 -m uv run python -m benchmarks.validation [folder]
 
-The collisions are those in examples/ by default. Numbers and chart go to docs/charts/validation/. The fullest model is taken for all, so that none is
-chosen by its answer; by importance sampling, because without rest poses NUTS diverges.
+The collisions are those in examples/ by default. Numbers and chart go to docs/charts/validation/. The
+fullest model is taken for all, so that none is chosen by its answer; by importance sampling, because
+without rest poses NUTS diverges.
 """
 
 from __future__ import annotations
