@@ -13,7 +13,6 @@ from retrodict.inference.methods import METHODS, Draws, Method, Task, chains
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
-from retrodict.scene.quantities import REPORTED
 from tests.scenes import collision
 
 SCENE = collision(share=0.0)
@@ -39,7 +38,7 @@ def test_tree_has_every_group_with_names_and_units(outcome: Outcome) -> None:
         "posterior", "prior", "posterior_predictive", "prior_predictive", "log_likelihood",
         "sample_stats", "observed_data", "constant_data", "trajectories",
     }  # fmt: skip
-    assert set(REPORTED) <= set(tree["posterior"].data_vars)
+    assert set(SCENE.reported()) <= set(tree["posterior"].data_vars)
     assert {"friction_road", "friction_berm", "speed_a", "Gamma"} <= set(
         tree["posterior"].data_vars
     )

@@ -264,7 +264,9 @@ class Scene:
     def reported(self) -> tuple[str, ...]:
         """Which of `REPORTED` its results tell, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
-        return tuple(name for name in REPORTED if name != "speed_a" or not known)
+        left_out = {"speed_a"} if known else set()
+        left_out |= {f"initial_speed_{v}" for v in VEHICLES if self.approach[v].skid is None}
+        return tuple(name for name in REPORTED if name not in left_out)
 
 
 _APPROACH_NAMES = {"yaw_rate": "omega"}

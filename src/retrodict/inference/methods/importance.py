@@ -21,7 +21,7 @@ from retrodict.inference.posterior import Posterior
 # degrees of freedom: tails heavier than a normal's, at little cost in the middle; then for those
 # posteriors whose tails asked for more
 _FREEDOM, _FREEDOM_LATER = 20.0, 8.0
-_ROUNDS = 5  # of adaptation, the first included
+_ROUNDS = 10  # of adaptation, the first included
 _EVEN, _SHARE = (
     0.6,
     1 / 3,
@@ -104,6 +104,7 @@ def weighed(
     while True:
         new = proposals[-1].draw(count, rng)
         heights, found = posterior.weighed(new)
+        heights = np.where(np.isfinite(heights), heights, -np.inf)  # nothing lies there
         w, log_density = np.concatenate([w, new]), np.concatenate([log_density, heights])
         sites = {k: np.concatenate([sites[k], v]) if sites else v for k, v in found.items()}
         mixture = logsumexp([p.log_density(w) for p in proposals], axis=0) - np.log(len(proposals))
