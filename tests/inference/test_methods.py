@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retrodict.inference.methods import METHODS, Task, weights
+from retrodict.inference.methods import METHODS, Draws, Task, weights
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
@@ -115,13 +115,22 @@ def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
     assert (np.diff(index) >= 0).all()
 
 
-def test_importance_refuses_what_it_cannot_reach() -> None:
-    """A posterior that leaves the proposal behind is withheld, not told."""
+def test_importance_finds_back_from_a_poor_proposal_or_says_that_it_cannot() -> None:
+    """Coordinates f times as wide divide the evidence by f^n, and change nothing else."""
     posterior = prepare(SCENE, DEFAULT_RUNG)
-    far = posterior.chart._replace(spread=0.2 * np.asarray(posterior.chart.spread))
-    narrow = replace(posterior, chart=far)
-    found = METHODS["importance"].draw(Task(narrow, 4, 500, 0, 0, lambda *_: None))
-    assert found.faults
+
+    def drawn(factor: float) -> Draws:
+        spread = factor * np.asarray(posterior.chart.spread)
+        narrow = replace(posterior, chart=posterior.chart._replace(spread=spread))
+        return METHODS["importance"].draw(Task(narrow, 4, 500, 0, 0, lambda *_: None))
+
+    whole, found = drawn(1.0), drawn(0.2)
+    assert not found.faults
+    evidence, error = found.attributes["log_evidence"], found.attributes["log_evidence_sd"]
+    error = np.hypot(error, whole.attributes["log_evidence_sd"])
+    expected = whole.attributes["log_evidence"] - posterior.size * np.log(0.2)
+    assert evidence == pytest.approx(expected, abs=4 * error)
+    assert "Pareto k" in drawn(0.02).faults[0]
 
 
 def test_an_unknown_method_is_named() -> None:
