@@ -120,10 +120,7 @@ def reconstruct(
 
     from rich.console import Console
 
-    from retrodict.models import RUNGS
-
-    if model not in ("auto", *RUNGS):
-        _fail(f"--model {model}: choose auto or one of {', '.join(RUNGS)}")
+    _known_rung(model, auto=True)
     from retrodict.api import reconstruct as run
     from retrodict.inference import Interrupted, Unanswerable
 
@@ -219,10 +216,7 @@ def calibrate(
     """Simulate crashes and reconstruct them: are the posteriors as sure as they may be?"""
     found = None if scene is None else _load(scene)
 
-    from retrodict.models import RUNGS
-
-    if model not in RUNGS:
-        _fail(f"--model {model}: choose one of {', '.join(RUNGS)}")
+    _known_rung(model, auto=False)
     folder = out if out is not None else Path("out") / "calibration" / f"{model}-{method.value}"
     _writable(folder)
 
@@ -270,10 +264,7 @@ def validate(
 
     from rich.console import Console
 
-    from retrodict.models import RUNGS
-
-    if model not in ("auto", *RUNGS):
-        _fail(f"--model {model}: choose auto or one of {', '.join(RUNGS)}")
+    _known_rung(model, auto=True)
     from retrodict.api import validate as run
     from retrodict.report.validation import print_validation
 
@@ -307,6 +298,14 @@ def _load(path: Path) -> Scene:
         return load_scene(path)
     except SceneError as error:
         _fail(str(error))
+
+
+def _known_rung(model: str, *, auto: bool) -> None:
+    """Refuse a name that no rung has; auto may do too."""
+    from retrodict.models import RUNGS
+
+    if model not in RUNGS and not (auto and model == "auto"):
+        _fail(f"--model {model}: choose {'auto or ' if auto else ''}one of {', '.join(RUNGS)}")
 
 
 def _writable(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Slope and curvature of a density from its values alone, for where its gradient is but near."""
+"""Slope and curvature of a density from its values alone."""
 
 from __future__ import annotations
 

@@ -244,8 +244,7 @@ def _newton(
 
     Returns where it leads, the potential there, how much was gained, and the whitening at the centre.
 
-    Far from the mode the bend's derivatives are too rough to steer by, and where velocities are
-    coordinates the search begins far off.
+    Where velocities are coordinates the search begins far off, at a crash that was scouted.
     """
 
     def heights(w: np.ndarray) -> np.ndarray:

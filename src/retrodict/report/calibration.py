@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict.report.files import write_whole
+from retrodict.report.files import csv_text, write_whole
 from retrodict.studies.calibration import (
     BAND,
     DRAWS,
@@ -160,13 +160,12 @@ def write_ranks(calibration: Calibration, directory: Path) -> None:
     Raises:
         OSError: it could not be written.
     """
-    text = io.StringIO()
-    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for row in calibration.rows:
-        told = {"simulation": row.simulation, "reason": row.reason}
-        writer.writerow(_settings(calibration) | told | row.ranks)
-    write_whole(directory / RANKS, text.getvalue().encode())
+    settings = _settings(calibration)
+    rows = [
+        settings | {"simulation": row.simulation, "reason": row.reason} | row.ranks
+        for row in calibration.rows
+    ]
+    write_whole(directory / RANKS, csv_text(_COLUMNS, rows).encode())
 
 
 def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:

@@ -1,9 +1,13 @@
-"""Writing files whole: what is there is either the old file or the new one."""
+"""Writing files whole: what is there is either the old file or the new one. And tables as CSV."""
 
 from __future__ import annotations
 
+import csv
+import io
 import os
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 
 def write_whole(path: Path, content: bytes) -> Path:
@@ -30,3 +34,17 @@ def write_whole(path: Path, content: bytes) -> Path:
     finally:
         temporary.unlink(missing_ok=True)
     return path
+
+
+def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    """A table as CSV, with a header.
+
+    Args:
+        columns: names, in their order.
+        rows: values by column; what a row lacks is left empty.
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import math
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from retrodict.report.files import write_whole
+from retrodict.report.files import csv_text, write_whole
 from retrodict.report.findings import LEVELS, ladder_data, told_as
 from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
 from retrodict.scene.quantities import Units
@@ -131,11 +130,7 @@ def _table(ladder: Ladder) -> str:
             "verdict": step.verdict,
         }
         rows.append(row)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]) if rows else ["rung"], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return csv_text(list(rows[0]) if rows else ["rung"], rows)
 
 
 def _answer(step: Step, name: str, units: Units) -> tuple[str, str]:

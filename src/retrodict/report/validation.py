@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import re
@@ -14,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict.report.files import write_whole
+from retrodict.report.files import csv_text, write_whole
 from retrodict.report.findings import LEVELS
 from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
 from retrodict.scene.quantities import Units, unit_of
@@ -214,11 +213,7 @@ def _csv(validation: Validation) -> str:
         row |= {"error": score.error, "reasons": "; ".join(score.reasons)}
         row["published"] = json.dumps(score.published, ensure_ascii=False)
         rows.append(row)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]) if rows else ["case"], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return csv_text(list(rows[0]) if rows else ["case"], rows)
 
 
 def _safe(text: str) -> Text:
