@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import json
 import sys
+from itertools import product
 from pathlib import Path
 
 from benchmarks import page
 from benchmarks.__main__ import DOCS
 from retrodict.api import calibrate
 
-METHOD = "importance"
+METHODS = ["importance", "nuts"]
 FOLDERS = DOCS / "charts" / "calibration"
 
 
@@ -55,12 +56,12 @@ def _listed(heading: list[str], rows: list[list[str]]) -> str:
 
 def main(simulations: int, rungs: list[str]) -> None:
     """Go on with each rung until so many simulations are done, then write the page."""
-    for rung in rungs:
+    for method, rung in product(METHODS, rungs):
         found = calibrate(
             model=rung,
-            method=METHOD,
+            method=method,
             simulations=simulations,
-            out=FOLDERS / f"{rung}-{METHOD}",
+            out=FOLDERS / f"{rung}-{method}",
             progress=lambda *at: print(*at, flush=True),
         )
         if not found.complete:

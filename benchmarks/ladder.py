@@ -27,13 +27,23 @@ from benchmarks import page, synthetic
 from benchmarks.__main__ import DOCS
 from retrodict.inference.programs import CHUNK, programs_for
 from retrodict.mechanics import contact_velocity
-from retrodict.scene.records import VEHICLES, Measured, Rest, Scene
-from retrodict.studies.ladder import FACTOR, SHARE, Step, chosen, climb
+from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
+from retrodict.studies.ladder import (
+    FACTOR,
+    SHARE,
+    Fit,
+    Step,
+    Summary,
+    blank,
+    chosen,
+    climb,
+)
 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time
 QUESTION = ("speed_b",)
-FULLEST = "planar-moment"
+SIMPLEST = "planar-common"  # impact whose impulse is taken where momentum leaves it open
+SHARES, FACTORS = (0.1, 0.25, 0.5, 1.0, 2.0), (1.25, 1.5, 2.0)  # other settings of the rule
 POSITION, HEADING = 0.2, 4 * synthetic.DEGREE  # sd of a rest pose
 COLUMNS = (
     "scene", "truth", "rung", "speed_b", "chosen", "counts", "fit_probability",
@@ -47,11 +57,12 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
 
     The vehicles and what was measured of them are those of `synthetic`. Their true properties lie
     about what was measured as its errors say, B's approach and the coefficients come from the rung's
-    priors, and the rest poses from its mechanics. Momentum alone leaves the impulse open: it is that
-    of a planar impact with a moment impulse.
+    priors, and the rest poses from its mechanics. What a rung leaves out is so that the fuller rungs
+    are true as well, but for a straight slide: momentum alone leaves the impulse open, and it is that
+    of the simplest planar impact; a road of one friction has the same on its second surface.
     """
     impact, _, run_out = rung.partition("+")
-    full = rung if impact != "momentum" else f"{FULLEST}+{run_out.replace('slide', 'spin')}"
+    full = rung if impact != "momentum" else f"{SIMPLEST}+{run_out.replace('slide', 'spin')}"
     while True:
         scene = synthetic.scene(rng)[0]
         structure, data = RUNGS[full].of_scene(scene)
@@ -63,6 +74,11 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
         found = np.flatnonzero(_plausible(structure, data, sites, told))
         if not found.size:
             continue
+        first = found[0]
+        if run_out != "wheels":
+            road, berm = scene.surfaces
+            friction = float(told[f"friction_{road.name}"][first])
+            scene = replace(scene, surfaces=(road, _of_friction(berm, friction, rng)))
         if full != rung:
             structure, data = RUNGS[rung].of_scene(scene)
             sites = (
@@ -74,9 +90,15 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
                 | ({k: told[k] for k in ("Omega_a", "Omega_b")} if run_out != "slide" else {})
             )
             told = programs_for(structure)("simulate", data, sites)
-        first = found[0]
         rest = {v: _measured(told, v, first, rng) for v in VEHICLES}
         return replace(scene, rest=rest), float(sites["speed_b"][first])
+
+
+def _of_friction(surface: Surface, friction: float, rng: np.random.Generator) -> Surface:
+    """The surface, had its friction been this when it was measured."""
+    m = surface.friction
+    value = friction * np.exp(m.sd / m.value * rng.standard_normal())
+    return replace(surface, friction=replace(m, value=value, sd=m.sd / m.value * value))
 
 
 def _plausible(structure: parts.Structure, data: parts.Data, sites: dict, told: dict) -> np.ndarray:
@@ -184,7 +206,11 @@ def tables(rows: list[Row]) -> page.Parts:
     choice = _table(heading, _choices(scenes, kinds))
     heading = ["rung", "scenes", "mean error, m/s", "rms error, m/s", "rms error, its sd"]
     bias = _table([*heading, "90 % covers", "refused by its fit"], _biases(rows))
-    return {"summary": summary, "choices": choice, "biases": bias}
+    settings = [(share, factor) for factor in FACTORS for share in SHARES]
+    heading = ["share", "factor", "true, or lower with the same answer", "chosen covers"]
+    heading += ["rms error, m/s", "width, of the fullest's"]
+    others = _table(heading, (_setting(scenes, *setting) for setting in settings))
+    return {"summary": summary, "choices": choice, "settings": others, "biases": bias}
 
 
 def _choices(scenes: dict[str, list[Row]], kinds: dict[str, str]) -> Iterator[list[str]]:
@@ -193,6 +219,44 @@ def _choices(scenes: dict[str, list[Row]], kinds: dict[str, str]) -> Iterator[li
         chosen = [row for index in mine for row in scenes[index] if row["chosen"] == "1"]
         counts = [str(sum(kinds[index] == kind for index in mine)) for kind in KINDS]
         yield [truth, str(len(mine)), *counts, f"{sum(map(covered, chosen))} of {len(chosen)}"]
+
+
+def _setting(scenes: dict[str, list[Row]], share: float, factor: float) -> list[str]:
+    """What the rule would choose with another share and factor."""
+    again = {index: rechosen(rows, share, factor) for index, rows in scenes.items()}
+    good = sum(kind_of(rows) in KINDS[:2] for rows in again.values())
+    choices = [row for rows in again.values() for row in rows if row["chosen"] == "1"]
+    error = [float(row["median"]) - float(row["speed_b"]) for row in choices]
+    width = []
+    for rows in again.values():
+        mine = [row for row in rows if row["chosen"] == "1"]
+        if mine:
+            fullest = [row for row in rows if row["counts"] == "1"][-1]
+            width.append(float(mine[0]["sd"]) / float(fullest["sd"]))
+    return [
+        f"{share:g}",
+        f"{factor:g}",
+        f"{good} of {len(scenes)} ({good / len(scenes):.0%})",
+        f"{sum(map(covered, choices))} of {len(choices)} "
+        f"({sum(map(covered, choices)) / max(1, len(choices)):.0%})",
+        f"{np.sqrt(np.mean(np.square(error))):.2f}",
+        f"{np.median(width):.2f}",
+    ]
+
+
+def rechosen(rows: list[Row], share: float, factor: float) -> list[Row]:
+    """The rows of a scene, had the rule had this share and factor."""
+    steps = []
+    for row in rows:
+        step = blank(row["rung"], "")
+        if row["median"]:
+            answer = Summary(float(row["median"]), float(row["sd"]), {})
+            fit = Fit((), 0.0, 1.0, float(row["fit_probability"]))
+            reasons = () if row["counts"] == "1" else ("does not count",)
+            step = replace(step, answers={"speed_b": answer}, fit=fit, reasons=reasons)
+        steps.append(step)
+    choice = chosen(steps, QUESTION, share, factor)[1]
+    return [row | {"chosen": str(int(row["rung"] == choice))} for row in rows]
 
 
 def _biases(rows: list[Row]) -> Iterator[list[str]]:

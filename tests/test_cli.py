@@ -38,6 +38,12 @@ def test_a_model_that_is_none_is_refused_with_those_there_are() -> None:
     assert len(done.stderr.splitlines()) == 1
 
 
+def test_a_share_out_of_range_is_one_line_and_status_2() -> None:
+    done = run("ladder", SCENE, "--share", "nan")
+    assert done.returncode == 2
+    assert done.stderr == "--share nan --factor 1.25: share is above 0, and factor above 1\n"
+
+
 def test_check_accepts_the_example() -> None:
     done = run("check", SCENE)
     assert done.returncode == 0, done.stderr

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -167,12 +168,21 @@ def ladder(
     out: Annotated[
         Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
     ] = None,
+    share: Annotated[
+        float,
+        typer.Option(help="of its standard deviation that a fuller model may move an answer by"),
+    ] = 0.25,
+    factor: Annotated[
+        float, typer.Option(help="by which a fuller model may widen or narrow it")
+    ] = 1.25,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
     quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
 ) -> None:
     """Reconstruct on every model that the scene allows, and choose the lowest that will do."""
     found = _load(scene)
+    if not (0 < share < math.inf and 1 < factor < math.inf):
+        _fail(f"--share {share:g} --factor {factor:g}: share is above 0, and factor above 1")
     folder = out if out is not None else Path("out") / found.name
     _writable(folder)
 
@@ -186,7 +196,7 @@ def ladder(
     console = Console(quiet=quiet)
     try:
         with _progress(console) as tell:
-            climbed = climb(found, seed=seed, progress=tell)
+            climbed = climb(found, seed=seed, share=share, factor=factor, progress=tell)
         write_ladder(climbed, folder)
     except Unanswerable as error:
         _fail(f"{scene}: {error}")

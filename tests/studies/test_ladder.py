@@ -44,6 +44,21 @@ def test_a_rung_that_will_not_do_is_passed_over_with_the_reason(wrong, word) -> 
     assert word in told[0].verdict
 
 
+def test_share_and_factor_are_the_reader_s() -> None:
+    steps = step("low", 19.0), step("full", 19.4, 1.4)
+    assert chosen(steps, ASKED)[1] == "full"
+    _, choice, reason = chosen(steps, ASKED, share=0.3, factor=1.5)
+    assert choice == "low"
+    assert "0.3 of its standard deviation" in reason
+    assert "1.5 times" in reason
+
+
+@pytest.mark.parametrize("wrong", [{"share": 0.0}, {"factor": 1.0}, {"share": np.nan}])
+def test_a_share_or_factor_out_of_range_is_refused(wrong) -> None:
+    with pytest.raises(ValueError, match="share is above 0 and factor above 1"):
+        ladder(make_scene(), **wrong)
+
+
 def test_shift_is_in_standard_deviations_of_the_fuller_rung() -> None:
     """A quarter of the wider rung's sd, which is more than a quarter of the narrower's."""
     shift = 1.1 * SHARE

@@ -33,8 +33,6 @@ def ladder_figure(ladder: Ladder) -> Figure:
     Returns:
         The figure.
     """
-    from retrodict.studies.ladder import SHARE  # brings JAX
-
     ran = [step for step in ladder.steps if step.answers]
     with mpl.rc_context(drawing.STYLE):
         figure = drawing.new_figure(7.2, 4.0)
@@ -49,14 +47,14 @@ def ladder_figure(ladder: Ladder) -> Figure:
             axes.annotate(step.name, at, xytext=(6, 4), textcoords="offset points", size=7)
             if step.name == ladder.choice:
                 axes.plot(*at, "o", ms=13, mfc="none", mec=drawing.ORANGE, mew=1.8)
-        axes.axhline(SHARE, color=drawing.GREY, lw=0.8, ls=(0, (4, 2)))
+        axes.axhline(ladder.share, color=drawing.GREY, lw=0.8, ls=(0, (4, 2)))
         axes.set_xscale("log")
-        axes.set_yscale("symlog", linthresh=SHARE)
-        top = max(SHARE, *(distance(step, fullest) for step in ran))
-        axes.set_ylim(-0.3 * SHARE, 2 * top)
+        axes.set_yscale("symlog", linthresh=ladder.share)
+        top = max(ladder.share, *(distance(step, fullest) for step in ran))
+        axes.set_ylim(-0.3 * ladder.share, 2 * top)
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_major_locator(
-            SymmetricalLogLocator(base=10, linthresh=SHARE, subs=(1, 2, 5))
+            SymmetricalLogLocator(base=10, linthresh=ladder.share, subs=(1, 2, 5))
         )
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter("{x:g}")

@@ -157,6 +157,8 @@ def ladder_data(ladder: Ladder) -> dict[str, Any]:
         "question": list(ladder.question),
         "choice": ladder.choice,
         "reason": ladder.reason,
+        "share": ladder.share,
+        "factor": ladder.factor,
         "seed": ladder.seed,
         "complete": ladder.complete,
         "steps": [_strict(asdict(step)) for step in ladder.steps],

@@ -151,6 +151,8 @@ class Ladder:
         reason: for the choice, in one sentence.
         seed: of every random number.
         complete: False when interrupted; then no rung is chosen.
+        share: of its standard deviation that a fuller rung might move an answer by.
+        factor: by which it might widen or narrow it.
     """
 
     scene: Scene
@@ -160,6 +162,8 @@ class Ladder:
     reason: str
     seed: int
     complete: bool = True
+    share: float = SHARE
+    factor: float = FACTOR
 
     def step(self, name: str) -> Step:
         """What a rung says."""
@@ -171,27 +175,34 @@ def ladder(
     *,
     question: tuple[str, ...] | None = None,
     seed: int = 0,
+    share: float = SHARE,
+    factor: float = FACTOR,
     progress: Progress | None = None,
 ) -> Ladder:
     """Reconstruct a scene on every rung that it allows, by importance sampling, and choose one.
 
     Chosen is the lowest rung that fits the evidence and whose answer no fuller rung that fits moves
-    by more than `SHARE` of the fuller rung's standard deviation, or makes wider or narrower by more
-    than `FACTOR`. A rung fits where a chi-square as large as its own has a probability of `DOUBT`
+    by more than `share` of the fuller rung's standard deviation, or makes wider or narrower by more
+    than `factor`. A rung fits where a chi-square as large as its own has a probability of `DOUBT`
     or more.
 
     Args:
         scene: what was measured.
         question: quantities that are asked, of speed_b, e, e_m and mu; None for the scene's.
         seed: of every random number.
+        share: of its standard deviation that a fuller rung may move an answer by, above 0.
+        factor: by which it may widen or narrow it, above 1.
         progress: called with (rung, done, of all).
 
     Returns:
         The ladder; when interrupted, with the rungs that were finished.
 
     Raises:
+        ValueError: `share` or `factor` is out of range.
         Unanswerable: no rung answers the question from what was measured.
     """
+    if not (0 < share < np.inf and 1 < factor < np.inf):
+        raise ValueError(f"share is above 0 and factor above 1; not {share:g} and {factor:g}")
     tell = progress or (lambda stage, done, total: None)
     question = question or scene.question
     refused = refusals(scene, question)
@@ -199,7 +210,7 @@ def ladder(
     steps, complete = [], True
     for name, why in refused.items():
         if why:
-            steps.append(_blank(name, why))
+            steps.append(blank(name, why))
             continue
         tell(name, 0, 1)
         try:
@@ -210,10 +221,10 @@ def ladder(
         tell(name, 1, 1)
         gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
     if complete:
-        told, choice, reason = chosen(steps, question)
+        told, choice, reason = chosen(steps, question, share, factor)
     else:
         told, choice, reason = tuple(steps), None, "Interrupted: no rung was chosen."
-    return Ladder(scene, question, told, choice, reason, seed, complete)
+    return Ladder(scene, question, told, choice, reason, seed, complete, share, factor)
 
 
 def climb(scene: Scene, name: str, question: tuple[str, ...], seed: int) -> Step:
@@ -231,7 +242,7 @@ def climb(scene: Scene, name: str, question: tuple[str, ...], seed: int) -> Step
     Raises:
         Interrupted: stopped before any draw was kept.
     """
-    step = _blank(name, "")
+    step = blank(name, "")
     try:
         outcome = reconstruct(scene, model=name, method="importance", seed=seed)
     except Unanswerable as error:
@@ -305,13 +316,17 @@ def _alike(rung: Rung, other: Rung, scene: Scene) -> bool:
 
 
 def chosen(
-    steps: Sequence[Step], question: tuple[str, ...]
+    steps: Sequence[Step],
+    question: tuple[str, ...],
+    share: float = SHARE,
+    factor: float = FACTOR,
 ) -> tuple[tuple[Step, ...], str | None, str]:
     """Choose among rungs that have run.
 
     Args:
         steps: from simplest to fullest.
         question: quantities that are asked.
+        share, factor: as of `ladder`.
 
     Returns:
         The steps with their verdicts, the name of the one chosen or None, and the reason.
@@ -320,14 +335,14 @@ def chosen(
     for step in steps:
         fuller = [s for s in steps if step.name in s.below and s.counts]
         moves = [_move(step, s, q) for s in fuller for q in question] if step.counts else []
-        worst = max(moves, default=None, key=lambda m: m.size)
+        worst = max(moves, default=None, key=lambda m: m.size(share, factor))
         if step.fit is None:
             verdict = step.verdict
         elif step.reasons:
             verdict = f"not to be relied on: {'; '.join(step.reasons)}"
         elif not step.counts:
             verdict = f"does not fit the evidence (p = {step.fit.probability:.2g})"
-        elif worst and worst.size > 1:
+        elif worst and worst.size(share, factor) > 1:
             verdict = f"not enough: {worst}"
         elif choice:
             verdict = f"would do too, but {choice} is simpler"
@@ -337,8 +352,8 @@ def chosen(
             reason = (
                 f"{choice} is the lowest rung that fits the evidence (p = "
                 f"{step.fit.probability:.2g}) and whose answer no fuller rung that fits moves by more "
-                f"than {SHARE} of its standard deviation or makes wider or narrower by more than "
-                f"{FACTOR} times: {compared}."
+                f"than {share:g} of its standard deviation or makes wider or narrower by more than "
+                f"{factor:g} times: {compared}."
             )
         told.append(replace(step, verdict=verdict))
     if not choice:
@@ -355,10 +370,9 @@ class _Move:
     shift: float
     width: float
 
-    @property
-    def size(self) -> float:
+    def size(self, share: float, factor: float) -> float:
         """Above one where it is more than may be."""
-        return max(self.shift / SHARE, abs(np.log(self.width)) / np.log(FACTOR))
+        return max(self.shift / share, abs(np.log(self.width)) / np.log(factor))
 
     def __str__(self) -> str:
         return (
@@ -373,7 +387,8 @@ def _move(step: Step, fuller: Step, quantity: str) -> _Move:
     return _Move(fuller.name, quantity, shift, high.sd / low.sd)
 
 
-def _blank(name: str, why: str) -> Step:
+def blank(name: str, why: str) -> Step:
+    """The step of a rung that was not run, and why it was not."""
     rung = RUNGS[name]
     below = tuple(n for n, other in RUNGS.items() if n != name and rung.above(other))
     return Step(name, below, verdict=why)
