@@ -143,3 +143,11 @@ def test_a_tail_of_copies_cannot_be_relied_on() -> None:
     found, k = weights.smoothed(np.append(np.linspace(-3, 0, 1500), np.full(500, 1.0)))
     assert found.sum() == pytest.approx(1)
     assert weights.judged(k)["faults"]
+
+
+def test_draws_that_all_lie_outside_the_support_are_refused() -> None:
+    nowhere = np.full(1000, -np.inf)
+    found, k = weights.smoothed(nowhere)
+    assert found.sum() == pytest.approx(1)
+    assert "Pareto k inf" in weights.judged(k)["faults"][0]
+    assert weights.log_mean(nowhere) == (-np.inf, np.inf)

@@ -21,11 +21,14 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
         log_weight: of each draw, up to a constant; -inf for draws outside the support.
 
     Returns:
-        Weights that sum to one, and k; infinite where the whole tail is copies of one draw.
+        Weights that sum to one, and k; infinite where the whole tail is copies of one draw, and where
+        no draw lies in the support.
     """
     from arviz_stats.base import array_stats  # slow to import
 
     inside = np.isfinite(log_weight)
+    if not inside.any():
+        return np.full(inside.size, 1 / inside.size), np.inf
     if np.ptp(log_weight[inside]) < 1e-9:  # a proposal that is the target: there is no tail
         return inside / inside.sum(), 0.0
     # it takes what weights are the inverse of, a log likelihood
@@ -45,6 +48,8 @@ def log_mean(log_weight: np.ndarray) -> tuple[float, float]:
         log_weight: of each draw, in full; -inf for draws outside the support.
     """
     highest = log_weight.max()
+    if highest == -np.inf:
+        return -np.inf, np.inf
     weight = np.exp(log_weight - highest)
     error = weight.std(ddof=1) / weight.mean() / np.sqrt(weight.size)
     return float(highest + np.log(weight.mean())), float(error)
