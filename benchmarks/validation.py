@@ -3,8 +3,7 @@
 python3 -m uv run python -m benchmarks.validation [folder]
 
 The collisions are those in examples/ by default. Numbers and chart go to docs/charts/validation/. The
-fullest model is taken for all, so that none is chosen by its answer; by importance sampling, because
-without rest poses NUTS diverges.
+fullest model is taken for all, so that none is chosen by its answer.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ def main(folder: Path = DOCS.parent / "examples") -> None:
         folder,
         out=DOCS / "charts" / "validation",
         model="planar-moment+wheels",
-        method="importance",
         progress=lambda *at: print(*at, flush=True),
     )
     parts = {"table": table_lines(found), "remarks": remark_lines(found)}

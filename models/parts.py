@@ -87,24 +87,28 @@ class Structure:
     def aims(self) -> tuple[str, ...]:
         """What the coordinates of the motion after the impact stand for, A's first.
 
-        Each part of a rest pose; where it was not measured, a velocity instead, and so all of a
-        vehicle that rolls: its tyres soon end what sideways motion it had, so that its rest tells
-        little of that.
+        Each part of a rest pose; where it was not measured, a velocity instead.
         """
         pairs = [
             (v, f"rest_{part}_{v}", velocity)
             for v, velocities in zip(VEHICLES, AFTER, strict=True)
             for part, velocity in zip(self.rests, velocities, strict=False)
         ]
-        return tuple(
-            rest if rest in self.evidence and v not in self.rolling else velocity
-            for v, rest, velocity in pairs
-        )
+        return tuple(rest if rest in self.evidence else velocity for _, rest, velocity in pairs)
 
     @property
     def free(self) -> tuple[str, ...]:
         """Those of `aims` that are velocities."""
         return tuple(aim for aim in self.aims if not aim.startswith("rest_"))
+
+    @property
+    def unpinned(self) -> bool:
+        """Whether rest poses leave the motion after the impact open.
+
+        So it is where none was measured, and where a vehicle rolls: its tyres soon end what sideways
+        motion it had, and how far it goes hangs on what little holds it back.
+        """
+        return bool(self.rolling) or not self.rested
 
     @property
     def rested(self) -> bool:
@@ -287,6 +291,17 @@ def cars(structure: Structure, x: Values) -> Car:
     ]
     k2, front, rear, track = (jnp.stack(pair) for pair in zip(*columns, strict=True))
     return Car(k2, front, rear, track, _wheels(x) if structure.rolling else None)
+
+
+def hold(structure: Structure, x: Values) -> Float[Array, "2"]:
+    """Mean braking of the wheels of A and B on the first surface, weighted by static loads, over g."""
+    car = cars(structure, x)
+    grip = jnp.stack([x[f"grip_{v}"] for v in VEHICLES]) * x[f"friction_{structure.surfaces[0]}"]
+    if car.wheels is None:
+        return grip
+    front = car.rear_axle / (car.front_axle + car.rear_axle)
+    load = jnp.stack([front, front, 1 - front, 1 - front], axis=1) / 2
+    return jnp.sum(load * car.wheels.drag, axis=1) * grip
 
 
 def _wheels(x: Values) -> Wheels:

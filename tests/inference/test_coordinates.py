@@ -9,6 +9,7 @@ from retrodict.models.impact import E_M, E, quotients
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.programs import CHUNK
+from retrodict.inference.squash import log_squash_slope, squash
 from tests.scenes import collision
 
 OWN = ("speed_b", "direction_b", "omega_b", "e", "mu", "e_m")
@@ -75,16 +76,16 @@ def test_every_value_up_to_the_near_bound_is_reached(
 
 def test_squash_is_the_identity_away_from_the_bounds() -> None:
     inside = np.linspace(0.2, 0.8, 7)
-    np.testing.assert_allclose(coordinates.squash(inside, 0.01, 0.0, 1.0), inside, atol=1e-6)
-    below, above = (float(coordinates.squash(x, 0.01, 0.0, 1.0)) for x in (-0.05, 1.05))
+    np.testing.assert_allclose(squash(inside, 0.01, 0.0, 1.0), inside, atol=1e-6)
+    below, above = (float(squash(x, 0.01, 0.0, 1.0)) for x in (-0.05, 1.05))
     assert 0 < below < 1e-3
     assert 1 - 1e-3 < above < 1
 
 
 def test_slope_of_squash_is_its_derivative() -> None:
     for level in (-0.03, 0.004, 0.5, 1.02):
-        slope = jax.grad(lambda x: coordinates.squash(x, 0.02, 0.0, 1.0))(level)
-        found = coordinates.log_squash_slope(level, 0.02, 0.0, 1.0)
+        slope = jax.grad(lambda x: squash(x, 0.02, 0.0, 1.0))(level)
+        found = log_squash_slope(level, 0.02, 0.0, 1.0)
         assert float(found) == pytest.approx(float(jnp.log(slope)), abs=1e-9)
 
 

@@ -107,7 +107,7 @@ def test_unknown_turns_are_mixed_by_their_evidence() -> None:
     assert spin[label == 1].min() > spin[label == 0].mean()  # a turn more asks for more spin
     predicted = found.idata["posterior_predictive"]["rest_heading_b"].values
     assert abs(predicted - SCENE.rest["b"].heading.value).max() < np.pi
-    assert "B +743 deg" in next(note for note in found.notes if "rotations" in note)
+    assert "B +743 deg" in next(note for note in found.notes if "several ways" in note)
 
 
 def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch) -> None:

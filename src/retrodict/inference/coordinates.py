@@ -23,9 +23,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.special import log_ndtr, ndtr
 from jaxtyping import Array, Float
 
+from retrodict.inference import unpinned
+from retrodict.inference.squash import log_squash_slope, squash
 from retrodict.models import RUNGS, parts
 from retrodict.models.impact import Level, quotients
 
@@ -35,12 +36,10 @@ _ROUNDS = 10  # of Broyden's method along the bend
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
 _TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear
 _FLOOR = 0.1  # of the divisors at the centre: where they bend away from zero
-_FAR = -8.0  # where the normal distribution function's integral goes over into its series
 _SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
 Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
-Levels = Array | np.ndarray | float
 
 
 class Sheet(NamedTuple):
@@ -117,11 +116,15 @@ def levels_of(structure: parts.Structure) -> tuple[Level, ...]:
 
 def length(structure: parts.Structure) -> int:
     """Number of entries of q."""
+    if structure.unpinned:
+        return len(unpinned.names(structure)) + len(structure.uncertain)
     return len(structure.aims) + len(structure.uncertain)
 
 
 def size(structure: parts.Structure) -> int:
     """Number of sampled coordinates, the entries of w."""
+    if structure.unpinned:
+        return length(structure)
     return length(structure) - sum(level.fixed for level in levels_of(structure))
 
 
@@ -178,34 +181,6 @@ def separation_at(
     return friction_scale(structure, data, x) * reduced(structure, chart, q)[0], x
 
 
-def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
-    """From the whole line into (low, high); the identity away from them.
-
-    Its slope is the normal distribution function of the distance to a bound in units of the
-    softness, so that a density which a bound cuts short falls off beyond it as fast as a normal
-    one. (The logistic function's slower fall cost importance sampling a third of all scenes.)
-    """
-    up = _ramp((level - low) / softness) - _ramp((level - high) / softness)
-    return jnp.asarray(low + softness * up)
-
-
-def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
-    """Log of squash's derivative."""
-    above, below = (level - low) / softness, (level - high) / softness
-    turn = above + below > 0  # to the side where the difference does not cancel
-    more = log_ndtr(jnp.where(turn, -below, above))
-    return more + jnp.log(-jnp.expm1(log_ndtr(jnp.where(turn, -above, below)) - more))
-
-
-def _ramp(u: Levels) -> Array:
-    """The integral of the normal distribution function up to u: near 0, then near u."""
-    u = jnp.asarray(u)
-    density = jnp.exp(-(u**2) / 2) / np.sqrt(2 * np.pi)
-    far = jnp.minimum(u, _FAR) ** -2  # where the sum below would cancel
-    tail = density * far * (1 - far * (3 - far * (15 - far * (105 - far * 945))))
-    return jnp.where(u < _FAR, tail, density + u * ndtr(jnp.maximum(u, _FAR)))
-
-
 def bend(
     structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
 ) -> tuple[Q, dict[str, Array], Float[Array, ""]]:
@@ -239,16 +214,17 @@ def bend(
 
     def values_and_slope(
         t: Float[Array, " m"], floored: bool
-    ) -> tuple[Float[Array, " m"], Float[Array, "m m"]]:
-        """The levels at t, and their slopes by t."""
+    ) -> tuple[Float[Array, " m"], Float[Array, "m m"], Float[Array, " m"]]:
+        """The levels at t, their slopes by t, and their divisors over those at the centre."""
         over, under = jax.vmap(at)(t + around)
         values = over / (_floored(under / wall.divisor) * wall.divisor if floored else under)
         rise = values[1 : count + 1] - values[count + 1 :]
-        return values[0], (rise / (2 * _STEP * wall.softness[:, None])).T
+        slope = (rise / (2 * _STEP * wall.softness[:, None])).T
+        return values[0], slope, under[0] / wall.divisor
 
     zero = jnp.zeros(count)
     linear = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
-    values, slope = values_and_slope(zero, floored=True)
+    values, slope, _ = values_and_slope(zero, floored=True)
     forecast = linear if exact else jax.lax.stop_gradient(linear)
     apart = (values - forecast) / (_TRUSTED * wall.softness)
     level = linear + _TRUSTED * wall.softness * jnp.tanh(apart)
@@ -278,8 +254,9 @@ def bend(
     start = (zero, zero, zero, jnp.diag(1 / wall.divisor))
     (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
     t = jax.lax.stop_gradient(t)
-    found, slope = values_and_slope(t, floored=False)
+    found, slope, divisor = values_and_slope(t, floored=False)
     solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
+    solved &= (divisor[np.array(free, int)] > 0).all()  # beyond lies another branch
     log_det = _log_det([[slope_before[i, j] for j in free] for i in free]) - _log_det(slope)
     for i in free:
         log_det += log_squash_slope(level[i], wall.softness[i], *bounds[:, i])
@@ -308,6 +285,9 @@ def locate(
         A value for each of the model's sample sites, the log determinant, and q.
     """
     q = jnp.asarray(chart.centre) + times(chart.spread, w)
+    if structure.unpinned:
+        sites, log_det = unpinned.locate(structure, data, q)
+        return sites, log_det + chart.log_volume, q
     q, reached, log_det = bend(structure, data, chart, q)
     slopes = reduced(structure, chart, q)[1]
     separation, x = separation_at(structure, data, chart, q)

@@ -10,7 +10,7 @@ import numpy as np
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.posterior import Posterior, branches
 from retrodict.inference.programs import CHUNK
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
@@ -37,25 +37,27 @@ class Solution:
         posterior: of the scene.
         scene: with whole turns added to the rest headings.
         turns: added, of the vehicles whose rotation is unknown.
+        branch: which of `posterior.branches` it is, in words; nothing where there is but one.
     """
 
     posterior: Posterior
     scene: Scene
     turns: dict[str, int]
+    branch: str = ""
 
-    def rotations(self) -> str:
-        """The total rotations to rest, in words; nothing where all were stated."""
+    def told(self) -> str:
+        """What sets it apart, in words: the total rotations to rest, and the branch."""
         told = []
         for v in self.turns:
             heading = self.scene.rest[v].heading
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
             told.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
-        return ", ".join(told)
+        return ", ".join([*told, self.branch] if self.branch else told)
 
 
 def solutions(scene: Scene, rung: str) -> list[Solution]:
-    """The scene at every number of turns that fits.
+    """The scene at every number of turns that fits, on each branch that does.
 
     Args:
         scene: what was measured.
@@ -70,29 +72,44 @@ def solutions(scene: Scene, rung: str) -> list[Solution]:
     told = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
     unknown = [v for v in VEHICLES if f"rest_heading_{v}" in told and not scene.rest[v].turns_known]
     if not unknown:
-        return [Solution(prepare(scene, rung), scene, {})]
-    tried: dict[tuple[int, ...], Solution | None] = {}
+        return _fitting(_solved(scene, rung, {}))
+    tried: dict[tuple[int, ...], list[Solution]] = {}
 
     def evidence(turns: tuple[int, ...]) -> float:
         if turns not in tried:
             added = dict(zip(unknown, turns, strict=True))
             turned = _turned(scene, added)
             try:
-                tried[turns] = Solution(prepare(turned, rung), turned, added)
+                tried[turns] = _solved(turned, rung, added)
             except Unanswerable:
-                tried[turns] = None
-        found = tried[turns]
-        return -np.inf if found is None else found.posterior.log_evidence
+                tried[turns] = []
+        return max((s.posterior.log_evidence for s in tried[turns]), default=-np.inf)
 
     # one vehicle at a time, twice over: all pairs would take minutes
     best = (0,) * len(unknown)
     for i in [*range(len(unknown))] * len(unknown):
         best = max(((*best[:i], count, *best[i + 1 :]) for count in _TURNS), key=evidence)
-    fitting = sorted((s for s in tried.values() if s), key=lambda s: -s.posterior.log_evidence)
-    if not fitting:
-        prepare(scene, rung)  # raises the reason
-    weights = shares(np.array([s.posterior.log_evidence for s in fitting]))
-    return [s for s, weight in zip(fitting, weights, strict=True) if weight > RIVAL]
+    every = [solution for found in tried.values() for solution in found]
+    if not every:
+        branches(scene, rung)  # raises the reason
+    return _fitting(every)
+
+
+def _solved(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
+    """The scene at these turns, on each of its branches that counts beside the others."""
+    found = _fitting([Solution(p, scene, turns) for p in branches(scene, rung)])
+    if len(found) == 1:
+        return found
+    nowhere = np.zeros(found[0].posterior.size)
+    e_m = [_told_at(s.posterior, nowhere)["e_m"] for s in found]
+    return [replace(s, branch=f"e_m about {v:.2g}") for s, v in zip(found, e_m, strict=True)]
+
+
+def _fitting(found: list[Solution]) -> list[Solution]:
+    """Those of more weight than RIVAL by Laplace's approximation, the best first."""
+    found = sorted(found, key=lambda s: -s.posterior.log_evidence)
+    weights = shares(np.array([s.posterior.log_evidence for s in found]))
+    return [s for s, weight in zip(found, weights, strict=True) if weight > RIVAL]
 
 
 def weighed(found: list[Solution], seed: int) -> tuple[list[Mode], tuple[str, ...]]:
@@ -114,7 +131,7 @@ def weighed(found: list[Solution], seed: int) -> tuple[list[Mode], tuple[str, ..
     # of log w_i = log Z_i - log sum Z_j, to first order
     relative = np.sqrt((1 - 2 * weights) * variances + weights**2 @ variances)
     faults = tuple(
-        f"{s.rotations()}: its weight is not settled: {fault}"
+        f"{s.told()}: its weight is not settled: {fault}"
         for s, e in zip(found, evidence, strict=True)
         for fault in e.faults
     )

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from retrodict.inference import coordinates, sheet
+from retrodict.inference import coordinates, sheet, unpinned
 from retrodict.inference.coordinates import Chart, Wall
 from retrodict.inference.differences import curvature, slope
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.programs import Programs, in_chunks, programs_for
-from retrodict.inference.scout import scouted
+from retrodict.inference.programs import BATCH, Programs, in_chunks, programs_for
+from retrodict.inference.scout import aimed, scouted
 from retrodict.models import RUNGS, parts
 from retrodict.scene.records import Scene
 
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
 _MOST_STEPS = 768
-_ROLLING_STEPS, _MOST_ROLLING = (
-    192,
-    768,
-)  # little holds a rolling vehicle back: its clock runs stiff
+_ROLLING_STEPS = 192  # at least: little holds a rolling vehicle back, and its clock runs stiff
+_AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
+_SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
+# Curvature that whitening takes for real: inputs have a prior of curvature 1, and a direction that is
+# much wider than that is a ridge that bends away.
+_NARROWEST = 0.3
 _NEWTON, _ARRIVED = 30, 0.01  # steps of Newton's method at most; gain of log density of the last
+_STEP = 1e-3  # of difference quotients along a wall
+_IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
 
@@ -59,40 +64,127 @@ class Posterior:
         """The log density at many points at once; w has shape (any, q)."""
         return self.weighed(w)[0]
 
+    def about(self, w: np.ndarray) -> Posterior:
+        """The same posterior in coordinates whitened by draws of it; where charts are plain only.
+
+        Args:
+            w: the draws, shape (any, q).
+        """
+        spread = np.asarray(self.chart.spread)
+        # a little of the spread as it was, lest few draws should make it flat
+        covariance = (w.shape[0] * np.cov(w.T) + _AS_DRAWS * np.eye(self.size)) / (
+            w.shape[0] + _AS_DRAWS
+        )
+        centre = np.asarray(self.chart.centre) + spread @ w.mean(axis=0)
+        return replace(self, chart=plain(centre, spread @ np.linalg.cholesky(covariance)))
+
+    def seen_from(self, other: Posterior, w: np.ndarray) -> np.ndarray:
+        """Points in the coordinates of the same posterior about elsewhere; plain charts only.
+
+        Args:
+            other: whose coordinates are asked for.
+            w: points in these coordinates, shape (any, q).
+        """
+        q = np.asarray(self.chart.centre) + w @ np.asarray(self.chart.spread).T
+        off = q - np.asarray(other.chart.centre)
+        return np.linalg.solve(np.asarray(other.chart.spread), off.T).T
+
     def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """`log_density`, and the model's unknowns at the same points."""
         return in_chunks(lambda w: self.programs("weigh", self.data, self.chart, w), w)
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:
-    """A scene's posterior under a rung, in coordinates made for it.
+    """A scene's posterior under a rung, in coordinates made for it: the likeliest of `branches`."""
+    return branches(scene, rung)[0]
+
+
+def branches(scene: Scene, rung: str) -> list[Posterior]:
+    """A scene's posterior under a rung, in coordinates made for it: each part that its bounds cut off.
+
+    e_m is the relative spin after the impact over that which the force alone would have made, and lies
+    between -1 and 1. The second is therefore larger than the first, and has either sign: two parts of a
+    posterior, which touch only where both vanish.
 
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
 
     Returns:
-        The posterior.
+        The parts, the likeliest first; improbable ones are left out.
 
     Raises:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = RUNGS[rung].of_scene(scene)
+    if structure.unpinned:
+        return [_unpinned(structure, data)]
     if not structure.free:
         return _whitened(structure, data)
-    data, deviates = scouted(programs_for(structure), data)
-    found = _whitened(structure, data, deviates)
-    if not structure.rested or structure.rolling:
-        return found
+    data, deviates = aimed(programs_for(structure), data)
+    found = _whitened(structure, data, deviates)[0]
     # what was scouted is but near, and sheets are to fit where the posterior lies
     deviates = np.asarray(found.chart.centre)[len(structure.aims) :]
     return _whitened(found.programs.structure, _aimed_anew(found), deviates)
 
 
+def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
+    """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
+    steps = max(structure.steps, _ROLLING_STEPS) if structure.rolling else structure.steps
+    while True:
+        structure = replace(structure, steps=steps)
+        programs = programs_for(structure)
+        score, told = scouted(programs, data)
+        starts = [
+            unpinned.near(structure, data, {name: values[i] for name, values in told.items()})
+            for i in np.argsort(-score)[:_SCOUTS]
+        ]
+        value, chart = min((_climbed(programs, data, q) for q in starts), key=lambda at: at[0])
+        posterior = Posterior(programs, data, chart, np.zeros(2), -value, 0.0)
+        unresolved = _unresolved(posterior)
+        if unresolved <= RESOLVED or steps >= _MOST_STEPS:
+            return replace(posterior, unresolved=unresolved)
+        steps *= 2
+
+
+def _climbed(programs: Programs, data: parts.Data, q: np.ndarray) -> tuple[float, Chart]:
+    """The mode above q: the potential there, and coordinates whitened about it."""
+    value, spread = np.inf, np.eye(q.size)
+    for _ in range(_CLIMBS):
+        chart = plain(q, spread)
+        spread = spread @ _spread_at(programs, data, chart, np.zeros(q.size), _NARROWEST)
+        chart = plain(q, spread)
+        mode, value = _mode(programs, data, chart)
+        q = q + spread @ mode
+        if not (np.isfinite(spread).all() and np.isfinite(q).all()):
+            raise Unanswerable("the posterior's curvature is not finite near the measured scene")
+        if np.linalg.norm(mode) < _STILL:
+            break
+    return value, plain(q, spread)
+
+
+def _unresolved(posterior: Posterior) -> float:
+    """How far finer steps would move rest poses that are likely, in standard deviations."""
+    programs, data, n = posterior.programs, posterior.data, posterior.size
+    if not programs.structure.rested:
+        return 0.0
+    w = np.random.default_rng(0).standard_normal((BATCH, n))
+    sites = posterior.weighed(w)[1]
+    told = in_chunks(lambda sites: programs("simulate", data, sites), sites)
+    after = [name for of_one in parts.AFTER for name in of_one if name in told]
+    V = np.stack([told[name] for name in after], axis=1)
+    return sheet.unresolved(programs, data, (V, sites.get("measured", np.zeros((BATCH, 0)))))
+
+
+def plain(centre: np.ndarray, spread: np.ndarray) -> Chart:
+    """A chart without sheets or walls: w counts along the spread's columns from the centre."""
+    return Chart((), None, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
+
+
 def _whitened(
     structure: parts.Structure, data: parts.Data, deviates: np.ndarray | None = None
-) -> Posterior:
-    """The posterior about its mode, with as many steps of the run-outs as it takes.
+) -> list[Posterior]:
+    """The posterior about each mode, with as many steps of the run-outs as it takes.
 
     Args:
         structure: of the scene.
@@ -100,15 +192,12 @@ def _whitened(
         deviates: of the inputs, where the mode is to be sought from, if not where they were measured.
     """
     # no more steps of the run-out than this scene's measurements can tell apart
-    most = _MOST_ROLLING if structure.rolling else _MOST_STEPS
-    if structure.rolling:
-        structure = replace(structure, steps=max(structure.steps, _ROLLING_STEPS))
     while True:
         programs = programs_for(structure)
         separation = sheet.shoot(programs, data)
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)
-        if unresolved <= RESOLVED or structure.steps >= most:
+        if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
             break
         structure = replace(structure, steps=2 * structure.steps)
     n = coordinates.length(structure)
@@ -118,6 +207,62 @@ def _whitened(
     chart = _likeliest(
         programs, data, [_chart(programs, data, sheets, q, np.eye(n)) for q in starts]
     )
+    first = Posterior(programs, data, chart, error, -np.inf, unresolved)
+    found: list[Posterior] = []
+    refusals = []
+    for start in _starts_on_branches(first):
+        # the potential at a mode, whatever the volume that its coordinates count in
+        peaks = [float(at.chart.log_volume) - at.log_evidence for at in found]
+        try:
+            mode = _about_mode(start, min(peaks, default=np.inf) + _IMPROBABLE)
+        except Unanswerable as refusal:
+            refusals.append(refusal)
+            continue
+        if all(_branch(mode) != _branch(other) for other in found):
+            found.append(mode)
+    if not found:
+        raise refusals[0]
+    return sorted(found, key=lambda posterior: -posterior.log_evidence)
+
+
+def _branch(posterior: Posterior) -> tuple[float, ...]:
+    """Which of `branches` coordinates are of: the signs of what e and e_m are quotients by."""
+    return tuple(np.sign(posterior.chart.wall.divisor))
+
+
+def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
+    """As it is, then about where e_m is 1/2 and -1/2 if the impact model leaves it open."""
+    yield posterior
+    programs, data, chart = posterior.programs, posterior.data, posterior.chart
+    levels = coordinates.levels_of(programs.structure)
+    which = [i for i, level in enumerate(levels) if level.name == "e_m" and not level.fixed]
+    for j in which:
+        centre, along = np.asarray(chart.centre), np.asarray(chart.wall.along)[j]
+
+        def quotient(t: float, j: int = j, q: np.ndarray = centre, along: np.ndarray = along):
+            """Both linear in t but for what bends."""
+            value, under, _ = programs("levels", data, chart, q + t * along)
+            return np.array([value[j] * under[j], under[j]])
+
+        over, under = quotient(0.0)
+        over_rise, under_rise = (quotient(_STEP) - [over, under]) / _STEP
+        for aim in -np.sign(over * under) * np.array([0.5, -0.5]):
+            t = (over - aim * under) / (aim * under_rise - over_rise)
+            if np.isfinite(t):
+                about = _chart(
+                    programs, data, chart.sheets, centre + t * along, np.eye(centre.size)
+                )
+                yield replace(posterior, chart=about)
+
+
+def _about_mode(posterior: Posterior, most: float) -> Posterior:
+    """The posterior in coordinates about the mode near their centre.
+
+    Raises:
+        Unanswerable: there is none, or its potential is above `most`.
+    """
+    programs, data, chart = posterior.programs, posterior.data, posterior.chart
+    structure, sheets = programs.structure, chart.sheets
     # walls and whitening depend on the mode and it on them: twice is enough
     for _ in range(_NEWTON if structure.free else 3):
         if structure.free:
@@ -125,6 +270,8 @@ def _whitened(
         else:
             mode, value = _mode(programs, data, chart)
             gain, whitening = np.inf, _spread_at(programs, data, chart, mode)
+        if value + chart.log_volume > most:
+            raise Unanswerable("this mode is too improbable to count")
         centre = np.asarray(programs("bent", data, chart, mode))
         spread = np.asarray(chart.spread) @ whitening
         if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
@@ -132,7 +279,7 @@ def _whitened(
         chart = _chart(programs, data, sheets, centre, spread)
         if gain < _ARRIVED:
             break
-    return Posterior(programs, data, chart, error, -value, unresolved)
+    return replace(posterior, chart=chart, log_evidence=-value)
 
 
 def _aimed_anew(posterior: Posterior) -> parts.Data:
@@ -150,6 +297,9 @@ def _aimed_anew(posterior: Posterior) -> parts.Data:
 def blank_chart(structure: parts.Structure) -> Chart:
     """A chart of the right shapes and no meaning, to compile programs for."""
     v = len(structure.rests)
+    if structure.unpinned:
+        n = coordinates.length(structure)
+        return plain(np.zeros(n), np.eye(n))
     sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in "ab"]
     sheets = [coordinates.Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes]
     n, m = coordinates.length(structure), len(coordinates.levels_of(structure))
@@ -265,7 +415,9 @@ def _newton(
     return tried[best], float(reached[best]), value - float(reached[best]), whitening
 
 
-def _spread_at(programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray) -> np.ndarray:
+def _spread_at(
+    programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray, least: float = 1e-2
+) -> np.ndarray:
     """Square root of the inverse Hessian at the mode, by differences of the compiled gradient."""
     h = 0.05
     rows = []
@@ -278,4 +430,4 @@ def _spread_at(programs: Programs, data: parts.Data, chart: Chart, mode: np.ndar
         rows.append((ends[0] - ends[1]) / (2 * h))
     hessian = np.nan_to_num((np.array(rows) + np.array(rows).T) / 2)
     values, vectors = np.linalg.eigh(hessian)
-    return vectors @ np.diag(1 / np.sqrt(np.clip(values, 1e-2, 1e4))) @ vectors.T
+    return vectors @ np.diag(1 / np.sqrt(np.clip(values, least, 1e4))) @ vectors.T

@@ -16,7 +16,7 @@ import numpy as np
 
 from retrodict.inference import gate
 from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.methods.nuts import FIRST_TRY
+from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Rival, Solution, beside, mixed, rivals_of, solutions, weighed
 from retrodict.inference.outcome import Checks, Mode, Outcome
 from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart
@@ -125,7 +125,7 @@ def reconstruct(
             run, method = other, instead
             run.notes.insert(0, why)
     if len(found) > 1:
-        run.notes.append(_told_rotations(found, modes))
+        run.notes.append(_told_several(found, modes))
     if not METHODS[method].exact:
         title = METHODS[method].title
         run.notes.append(f"{title}: an approximation; compare it with the method nuts")
@@ -201,7 +201,7 @@ def _run(
         if len(trees) > 1:  # a chain that is stuck in one solution would be hidden by the others
             for solution, tree in zip(found, trees, strict=False):
                 own = gate.judge(tree, solution.scene).reasons
-                known += tuple(f"{solution.rotations()}: {reason}" for reason in own)
+                known += tuple(f"{solution.told()}: {reason}" for reason in own)
         if not all(each.complete for each in drawn):
             kept = min(each.w.shape[1] for each in drawn)
             known += (f"interrupted: {kept} of {draws} draws a chain were kept",)
@@ -258,15 +258,15 @@ def _told_apart(rival: Mode, sampled: Mode) -> str:
     )
 
 
-def _told_rotations(found: list[Solution], modes: list[Mode]) -> str:
+def _told_several(found: list[Solution], modes: list[Mode]) -> str:
     listed = "; ".join(
-        f"{s.rotations()} (weight {m.weight:.1%} ± {m.error:.1%})"
+        f"{s.told()} (weight {m.weight:.1%} ± {m.error:.1%})"
         for s, m in zip(found, modes, strict=False)
     )
-    return (
-        f"the rest headings fit several total rotations: {listed}; draws of each are mixed by "
-        "their weights: write each vehicle's rotation into its [vehicles.X.rest] where it is known"
-    )
+    told = f"the evidence fits several ways: {listed}; draws of each are mixed by their weights"
+    if any(s.turns != found[0].turns for s in found):
+        told += ": write each vehicle's rotation into its [vehicles.X.rest] where it is known"
+    return told
 
 
 def _compile_ahead(programs: Programs, data: parts.Data, method: str, warmup: int) -> None:
@@ -274,20 +274,21 @@ def _compile_ahead(programs: Programs, data: parts.Data, method: str, warmup: in
     structure = programs.structure
     chart = blank_chart(structure)
     n = chart.spread.shape[1]
-    separation = np.zeros((BATCH, len(structure.aims)))
-    xi = np.zeros((BATCH, len(structure.uncertain)))
-    programs.expect("inputs", data, xi)
-    programs.expect("reached", data, separation, xi)
-    finer = programs_for(replace(structure, steps=4 * structure.steps))
-    finer.expect("reached", data, separation, xi)
+    if not structure.unpinned:
+        separation = np.zeros((BATCH, len(structure.aims)))
+        xi = np.zeros((BATCH, len(structure.uncertain)))
+        programs.expect("inputs", data, xi)
+        programs.expect("reached", data, separation, xi)
+        finer = programs_for(replace(structure, steps=4 * structure.steps))
+        finer.expect("reached", data, separation, xi)
+        if programs.rung.impact.levels:
+            programs.expect("levels", data, chart, chart.centre)
+        programs.expect("bent", data, chart, np.zeros(n))
     programs.expect("potential", np.zeros(n), data, chart)
-    if programs.rung.impact.levels:
-        programs.expect("levels", data, chart, chart.centre)
-    programs.expect("bent", data, chart, np.zeros(n))
     draws = np.zeros((CHUNK, n))
     programs.expect("locate", data, chart, draws)
     if method == "nuts":
-        programs.sampler(warmup, FIRST_TRY, data, chart)
+        programs.sampler(warmup, targets(structure)[0], data, chart)
     elif METHODS[method].exact:
         programs.expect("weigh", data, chart, draws)
     programs.expect("simulate", data, lambda: programs.sites(data, chart, draws))

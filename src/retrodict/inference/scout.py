@@ -11,9 +11,11 @@ from retrodict.models import parts
 _ROUNDS = 20  # of CHUNK crashes from the prior
 _LEAST = 0.1  # m/s and rad/s: of the spread about the best of them
 
+Told = dict[str, np.ndarray]
 
-def scouted(programs: Programs, data: parts.Data) -> tuple[parts.Data, np.ndarray]:
-    """Data whose aims for velocities are those of the likeliest crash among many from the prior.
+
+def scouted(programs: Programs, data: parts.Data) -> tuple[np.ndarray, Told]:
+    """How well many crashes from the prior explain the evidence, and what they are.
 
     Items of evidence count by Cauchy's law, so that one sharp item does not silence all others.
     Nothing here needs to be exact: it only places coordinates.
@@ -23,25 +25,39 @@ def scouted(programs: Programs, data: parts.Data) -> tuple[parts.Data, np.ndarra
         data: its numbers.
 
     Returns:
-        The data, with (value, sd) of every aim that is a velocity; and the deviates of that crash's
-        inputs.
+        Scores, shape (crashes,); and unknowns and what follows from them, a row for each crash.
     """
-    structure = programs.structure
-    scores, velocities, deviates = [], [], []
+    scores, crashes = [], []
     for seed in range(_ROUNDS):
         keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
         sites = programs("prior", keys, data)
         told = sites | programs("simulate", data, sites)
         score = np.zeros(CHUNK)
-        for name in structure.evidence:
+        for name in programs.structure.evidence:
             value, sd = data.evidence[name]
             score -= np.log1p(((np.asarray(told[f"predicted/{name}"]) - value) / sd) ** 2)
         scores.append(np.nan_to_num(score, nan=-np.inf))
-        velocities.append(np.stack([told[name] for name in structure.free], axis=1))
-        deviates.append(sites.get("measured", np.zeros((CHUNK, 0))))
-    score, velocity = np.concatenate(scores), np.nan_to_num(np.concatenate(velocities))
+        crashes.append({name: np.asarray(values) for name, values in told.items()})
+    return np.concatenate(scores), {k: np.concatenate([c[k] for c in crashes]) for k in crashes[0]}
+
+
+def aimed(programs: Programs, data: parts.Data) -> tuple[parts.Data, np.ndarray]:
+    """Data whose aims for velocities are those of the likeliest crash that was scouted.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+
+    Returns:
+        The data, with (value, sd) of every aim that is a velocity; and the deviates of that crash's
+        inputs.
+    """
+    score, told = scouted(programs, data)
+    free = programs.structure.free
+    velocity = np.nan_to_num(np.stack([told[name] for name in free], axis=1))
     best = velocity[score.argmax()]
     weight = np.exp(score - score.max())
     sd = np.sqrt(weight @ (velocity - best) ** 2 / weight.sum()) + _LEAST
-    aims = dict(zip(structure.free, np.stack([best, sd], axis=1), strict=True))
-    return data._replace(aims=data.aims | aims), np.concatenate(deviates)[score.argmax()]
+    aims = dict(zip(free, np.stack([best, sd], axis=1), strict=True))
+    deviates = told.get("measured", np.zeros((score.size, 0)))
+    return data._replace(aims=data.aims | aims), deviates[score.argmax()]

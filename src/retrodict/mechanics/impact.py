@@ -293,6 +293,53 @@ def inverse_log_det(
     return found.approach_b, coefficients, jnp.log(jnp.abs(volume))
 
 
+def from_impulse(
+    P: Float[Array, "2"], approach: State, bodies: Bodies, e_m: Scalar
+) -> tuple[Scalar, Scalar, Scalar]:
+    """The restitution and friction that a force impulse stands for, with their Jacobian determinant.
+
+    Args:
+        P: force impulse on A, along the normal and the tangent, N s.
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        e_m: impact moment coefficient.
+
+    Returns:
+        e, mu (eqs 22, 23) and log |det d(e, mu) / d P|: the inverse of `impulse` at fixed e_m.
+    """
+    response, (P_n, P_t) = _response(bodies, e_m), P
+    u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
+    carried = response.shed * (approach[5] - approach[2]) * response.turn_n
+    mu = P_t / P_n
+    e = -1 - (P_n * response.nn + P_t * response.nt + carried) / u_n
+    return e, mu, jnp.log(jnp.abs(response.compliance(mu) / (u_n * P_n)))
+
+
+def from_impulse_that_ends_sliding(
+    P: Float[Array, "2"], approach: State, bodies: Bodies, e_m: Scalar
+) -> tuple[State, Scalar, Scalar]:
+    """The approach from which a force impulse just ends the sliding, and the restitution.
+
+    Args:
+        P: force impulse on A, along the normal and the tangent, N s.
+        approach: velocities before, as in `separation`; that of B along the tangent is replaced.
+        bodies: masses, inertias, lever arms and Gamma.
+        e_m: impact moment coefficient.
+
+    Returns:
+        The approach, e (eq 22) and log |det d(B's tangential velocity, e) / d P|.
+    """
+    response, (P_n, P_t), (_, tangent) = _response(bodies, e_m), P, axes(bodies)
+    carried = response.shed * (approach[5] - approach[2]) * response.turn_t
+    left = contact_velocity(approach, bodies) @ tangent  # after the impact, had B not been changed
+    left += carried + P_n * response.nt + P_t * response.tt
+    approach = jnp.asarray(approach).at[3:5].add(left * tangent)
+    e = from_impulse(P, approach, bodies, e_m)[0]
+    u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
+    volume = (response.nn * response.tt - response.nt**2) / u_n
+    return approach, e, jnp.log(jnp.abs(volume))
+
+
 def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
     """Velocity of A relative to B at the impact centre (the brackets of eq 22), m/s.
 

@@ -9,11 +9,16 @@ from retrodict.inference.errors import Interrupted
 from retrodict.inference.methods import chains, checkpoint
 from retrodict.inference.methods.chains import Chains, sample
 from retrodict.inference.methods.draws import Draws, Task
+from retrodict.inference.posterior import Posterior
+from retrodict.models.parts import Structure
 
-FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
+_FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
 # Of the run that follows one with divergences. No more: the gradient steers only near enough, so that
 # acceptance stays at 0.9 however short the steps, and steps that aim for it collapse (measured).
 _SECOND_TRY = 0.8
+# Where gradients are exact shorter steps do help, and curved ridges ask for them.
+_EXACT_FIRST, _EXACT_SECOND = 0.8, 0.95
+_PILOT = 200  # draws of each chain by which a posterior that no rest pose pins is whitened
 _MENDABLE = 0.05  # share of divergent draws up to which shorter steps may help
 
 
@@ -23,27 +28,43 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    found, target_accept = sample(task, FIRST_TRY), FIRST_TRY
+    original, (first, second) = task.posterior, targets(task.posterior.programs.structure)
+    if original.programs.structure.unpinned:
+        pilot = sample(replace(task, draws=_PILOT, resume=None), first)
+        if not pilot.complete:
+            raise Interrupted("stopped before any draws were kept")
+        task = replace(task, posterior=original.about(pilot.w.reshape(-1, original.size)))
+    found, target_accept = sample(task, first), first
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
     if found.complete and 0 < divergences <= _MENDABLE * found.stats["diverging"].size:
         notes = (
             f"a first run had {divergences} divergent transitions; the run told of here took shorter "
-            f"steps (target acceptance {_SECOND_TRY}) and twice the warm-up",
+            f"steps (target acceptance {second}) and twice the warm-up",
         )
         task = replace(task, warmup=2 * task.warmup, resume=None)
-        target_accept = _SECOND_TRY
+        target_accept = second
         found = sample(task, target_accept)
     if found.w.shape[1] < 4:
         raise Interrupted("stopped before any draws were kept")
-    return _told(found, task, target_accept, notes)
+    return _told(found, task, original, target_accept, notes)
 
 
-def _told(found: Chains, task: Task, target_accept: float, notes: tuple[str, ...]) -> Draws:
+def targets(structure: Structure) -> tuple[float, float]:
+    """Acceptance that a first run aims for, and one that follows a run with divergences."""
+    return (_EXACT_FIRST, _EXACT_SECOND) if structure.unpinned else (_FIRST_TRY, _SECOND_TRY)
+
+
+def _told(
+    found: Chains, task: Task, original: Posterior, target_accept: float, notes: tuple[str, ...]
+) -> Draws:
     def more() -> Draws:
         longer = replace(task, draws=2 * task.draws, resume=None)
-        return _told(sample(longer, target_accept, found), longer, target_accept, notes)
+        return _told(sample(longer, target_accept, found), longer, original, target_accept, notes)
 
-    first = target_accept == FIRST_TRY and not found.complete
+    first = target_accept == targets(task.posterior.programs.structure)[0] and not found.complete
     unfinished = partial(checkpoint.save, found, chains.settings(task)) if first else None
-    return Draws(found.w, found.stats, found.complete, notes, unfinished=unfinished, more=more)
+    w = found.w
+    if task.posterior is not original:
+        w = task.posterior.seen_from(original, w.reshape(-1, original.size)).reshape(w.shape)
+    return Draws(w, found.stats, found.complete, notes, unfinished=unfinished, more=more)

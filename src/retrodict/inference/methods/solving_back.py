@@ -32,6 +32,11 @@ def _compared(task: Task, way: str) -> Draws:
     """Measurements at random taken back that way, held against the posterior."""
     posterior = task.posterior
     structure = posterior.programs.structure
+    if structure.unpinned:
+        raise Unanswerable(
+            "this method solves back from where vehicles slid to rest, which this scene does not have "
+            "of both: use another method"
+        )
     n = length(structure)
     if n > posterior.size:
         raise Unanswerable(

@@ -1,0 +1,136 @@
+"""Coordinates for scenes whose rest poses do not pin the motion after the impact.
+
+Where nothing of a rest was measured, or vehicles rolled, q holds velocities after the impact, which is
+what the evidence speaks of; B's yaw rate before it and e_m, of which it says less; and the measured
+inputs as standard normal deviates. (With yaw rates after the impact in their place, e_m would be a
+quotient by the spin that the force alone makes, and where that may vanish the density has a spike.)
+The force impulse follows from A's change of velocity, and with it e and mu, and B's approach. All of it
+is smooth, in closed form, and differentiated as it stands.
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+import numpy as np
+from jax.scipy.special import ndtr, ndtri
+from jaxtyping import Array, Float
+
+from retrodict.inference.squash import log_squash_slope, squash
+from retrodict.mechanics import axes, from_impulse, from_impulse_that_ends_sliding
+from retrodict.models import RUNGS, parts
+from retrodict.models.impact import NO_SLIP, E, Level
+
+_SOFTNESS = 0.05  # of e at its bounds
+_INSIDE = 1e-6  # of e_m's range: how near to a bound a search may begin
+
+
+def names(structure: parts.Structure) -> tuple[str, ...]:
+    """What stands in q before the deviates of the measured inputs."""
+    levels = RUNGS[structure.rung].impact.levels
+    if not levels:  # momentum alone: yaw rates are unknowns of their own
+        of_each = parts.AFTER if "heading" in structure.rests else [v[:2] for v in parts.AFTER]
+        return tuple(name for of_one in of_each for name in of_one)
+    of_b = ("Vbn",) if NO_SLIP in levels else ("Vbx", "Vby")
+    return ("Vax", "Vay", *of_b, "omega_b", *(["e_m"] if _bounds_of_e_m(structure) else []))
+
+
+def locate(
+    structure: parts.Structure, data: parts.Data, q: Float[Array, " q"]
+) -> tuple[parts.Values, Float[Array, ""]]:
+    """The model's unknowns at q.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        q: as `names` says, then deviates of the inputs, shape (q,).
+
+    Returns:
+        A value for each of the model's sample sites, and log |d sites / d q|.
+    """
+    own = names(structure)
+    u, xi = dict(zip(own, q, strict=False)), q[len(own) :]
+    x = parts.from_standard(structure, data, xi)
+    scale_a, scale_b = _scales(structure, data, x)
+    m_a, m_b, approach_a = x["mass_a"], x["mass_b"], parts.approach_of_a(x)
+    P = m_a * (scale_a * jnp.stack([u["Vax"], u["Vay"]]) - approach_a[:2])
+    log_det = 2 * jnp.log(m_a * scale_a)
+    sites: parts.Values = {"measured": xi} if structure.uncertain else {}
+    if "omega_b" not in own:
+        v_b = scale_b * jnp.stack([u["Vbx"], u["Vby"]]) + P / m_b
+        log_det += 2 * jnp.log(scale_b)
+        sites |= {"impulse_x": P[0], "impulse_y": P[1]}
+        if "Omega_a" in own:
+            sites |= {"Omega_a": scale_a * u["Omega_a"], "Omega_b": scale_b * u["Omega_b"]}
+            log_det += jnp.log(scale_a * scale_b)
+    else:
+        to = parts.bodies(x)
+        normal, tangent = axes(to)
+        along = jnp.stack([P @ normal, P @ tangent])
+        sites["omega_b"], e_m = u["omega_b"], jnp.ones(())
+        if level := _bounds_of_e_m(structure):
+            e_m = level.low + (level.high - level.low) * ndtr(u["e_m"])
+            log_det += np.log((level.high - level.low) / np.sqrt(2 * np.pi)) - u["e_m"] ** 2 / 2
+            sites["e_m"] = e_m
+        if "Vbn" in own:
+            v_b = (scale_b * u["Vbn"] + along[0] / m_b) * normal
+            before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
+            before, e, volume = from_impulse_that_ends_sliding(along, before, to, e_m)
+            v_b = before[3:5]
+            log_det += jnp.log(scale_b)
+        else:
+            v_b = scale_b * jnp.stack([u["Vbx"], u["Vby"]]) + P / m_b
+            before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
+            e, sites["mu"], volume = from_impulse(along, before, to, e_m)
+            log_det += 2 * jnp.log(scale_b)
+        sites["e"] = squash(e, _SOFTNESS, E.low, E.high)
+        log_det += volume + log_squash_slope(e, _SOFTNESS, E.low, E.high)
+    direction = jnp.arctan2(v_b[1], v_b[0])
+    if "direction_b" in structure.known_of_b:  # its representative nearest to what was measured
+        middle = data.inputs["direction_b"][0]
+        direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
+    speed = jnp.hypot(*v_b)
+    return sites | {"speed_b": speed, "direction_b": direction}, log_det - jnp.log(speed)
+
+
+def near(
+    structure: parts.Structure, data: parts.Data, crash: parts.Values
+) -> Float[np.ndarray, " q"]:
+    """About where a crash lies: q, but for the softness of e's bounds.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        crash: the model's unknowns and what follows from them.
+    """
+    xi = jnp.asarray(crash.get("measured", np.zeros(0)))
+    x = parts.from_standard(structure, data, xi)
+    scale = dict(zip("ab", _scales(structure, data, x), strict=True))
+    q = []
+    for name in names(structure):
+        if name == "e_m":
+            level = _bounds_of_e_m(structure)
+            share = (crash["e_m"] - level.low) / (level.high - level.low)
+            q.append(ndtri(np.clip(share, _INSIDE, 1 - _INSIDE)))
+        elif name == "omega_b":
+            q.append(crash["omega_b"])
+        elif name == "Vbn":
+            normal = axes(parts.bodies(x))[0]
+            q.append((crash["Vbx"] * normal[0] + crash["Vby"] * normal[1]) / scale["b"])
+        else:
+            vehicle = "b" if name.startswith("Vb") or name.endswith("_b") else "a"
+            q.append(crash[name] / scale[vehicle])
+    return np.concatenate([np.array(q, float), np.asarray(xi)])
+
+
+def _scales(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Float[Array, "2"]:
+    """Square root of what holds A and B back over what does as measured: with any, they go as far."""
+    if not structure.rested:
+        return jnp.ones(2)
+    as_measured = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
+    return jnp.sqrt(parts.hold(structure, x) / parts.hold(structure, as_measured))
+
+
+def _bounds_of_e_m(structure: parts.Structure) -> Level | None:
+    """Of e_m, where the impact model does not hold it."""
+    levels = RUNGS[structure.rung].impact.levels
+    return next((one for one in levels if one.name == "e_m" and not one.fixed), None)

@@ -1,0 +1,77 @@
+"""Coordinates where rest poses do not pin the motion: their determinants, and where they lead."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from retrodict.models import RUNGS
+
+from retrodict.inference import unpinned
+from retrodict.inference.posterior import prepare
+from retrodict.scene.records import Approach, Departure, Measured, Scene, Wheels
+from tests.scenes import DEGREE, collision
+
+
+def departed(**changes) -> Scene:
+    """Motion after the impact in place of any rest pose, as it is under the paper's numbers."""
+    a = Departure(Measured(2.81, 0.05), Measured(7.4, 0.3), yaw_rate=Measured(0.61, 0.2))
+    b = Departure(Measured(-0.83, 0.05), Measured(8.0, 0.3), yaw_rate=Measured(9.9, 0.3))
+    scene = replace(collision(berm=False), rest={}, departure={"a": a, "b": b})
+    return replace(scene, **changes)
+
+
+def course_known() -> Scene:
+    scene = departed()
+    b = Approach(None, Measured(-0.2, DEGREE), Measured(0.0, DEGREE))
+    return replace(scene, approach=scene.approach | {"b": b})
+
+
+def rolled() -> Scene:
+    scene = collision(berm=False)
+    drag = [Measured(0.2, 0.05, "logitnormal")] * 4
+    wheels = Wheels(*drag, steer=Measured(0.0, 2 * DEGREE))
+    return replace(
+        scene, vehicles=scene.vehicles | {"b": replace(scene.vehicles["b"], wheels=wheels)}
+    )
+
+
+SCENES = {"departed": departed(), "course known": course_known(), "rolled": rolled()}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=list(SCENES))
+@pytest.mark.parametrize("rung", [name for name in RUNGS if not name.endswith("slide")])
+def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
+    structure, data = RUNGS[rung].of_scene(scene)
+    own = len(unpinned.names(structure))
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        q = jnp.asarray(rng.normal(size=own + len(structure.uncertain)))
+
+        def flat(q: jax.Array) -> jax.Array:
+            sites = unpinned.locate(structure, data, q)[0]
+            return jnp.concatenate([jnp.atleast_1d(value) for value in sites.values()])
+
+        expected = np.linalg.slogdet(jax.jacfwd(flat)(q))[1]
+        assert float(unpinned.locate(structure, data, q)[1]) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("rung", ["momentum+spin", "planar-common+spin", "planar-moment+spin"])
+def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> None:
+    """By the model itself, forward, wherever e lies well inside its bounds."""
+    scene = departed()
+    posterior = prepare(scene, rung)
+    structure, data = posterior.programs.structure, posterior.data
+    q = np.asarray(posterior.chart.centre)
+    sites = jax.tree.map(np.asarray, unpinned.locate(structure, data, jnp.asarray(q))[0])
+    rows = {name: np.tile(value, (500, *[1] * np.ndim(value))) for name, value in sites.items()}
+    told = {k: np.asarray(v)[0] for k, v in posterior.programs("simulate", data, rows).items()}
+    for name, value in zip(unpinned.names(structure), q, strict=False):
+        if name in ("Vax", "Vay") and rung.startswith("momentum"):
+            assert told[name] == pytest.approx(value, abs=1e-9)
+    again = unpinned.near(structure, data, sites | told)
+    moved = again - q
+    assert np.abs(moved[: len(unpinned.names(structure))]).max() < (
+        1e-9 if rung.startswith("momentum") else 0.2
+    )
