@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 import xarray as xr
 from jax.scipy.special import logsumexp
+from retrodict.models import RUNGS
 
 from retrodict.inference import modes, reconstruct
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import Programs
+from retrodict.inference.programs import Programs, programs_for
 from retrodict.scene.records import Scene
+from retrodict.studies import calibration
 from tests.scenes import collision
 
 SCENE = collision(share=0.0)
@@ -35,6 +37,41 @@ def two_normals() -> Posterior:
     # of a structure that no scene has: its programs must not be kept as another's
     structure = replace(posterior.programs.structure, steps=1)
     return replace(posterior, programs=_TwoNormals(structure))
+
+
+def _simulated(number: int) -> tuple[Scene, dict]:
+    """A crash of the package's calibration: its scene, and what was true."""
+    design = calibration.design()
+    structure, data = RUNGS[reconstruct.DEFAULT_RUNG].of_scene(design)
+    batch, i = divmod(number, calibration._BATCH)
+    chance = np.random.default_rng([0, batch])
+    sites, told = calibration._truths(programs_for(structure), data, chance)
+    measured = np.random.default_rng([0, number, 1])
+    scene = calibration._measured(design, structure, {k: v[i] for k, v in told.items()}, measured)
+    return scene, {k: v[i] for k, v in sites.items()}
+
+
+def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() -> None:
+    """Simulation 38: where all is as measured e_m lies below 0, a part that weighs next to nothing."""
+    scene, truth = _simulated(38)
+    (found,) = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
+    values = modes.weighed([found], seed=0)[0][0].values
+    assert truth["e_m"] == pytest.approx(0.86, abs=0.01)
+    assert values["e_m"] > 0.5
+
+
+def test_branches_do_not_overlap_and_are_both_sampled() -> None:
+    """Simulation 154: what e_m is a quotient by has one sign on each, so that no draw counts twice."""
+    scene, _ = _simulated(154)
+    found = reconstruct.reconstruct(scene, method="importance")
+    first, second = found.modes
+    assert first.weight + second.weight == pytest.approx(1)
+    assert second.weight > 1e-3
+    posterior, label = found.idata["posterior"], found.idata["sample_stats"]["mode"].values
+    divisor = (posterior["Omega_b"] - posterior["Omega_a"]).values / posterior["e_m"].values
+    signs = [set(np.sign(divisor[label == which])) for which in (0, 1)]
+    assert sorted(map(tuple, signs)) == [(-1.0,), (1.0,)]
+    assert any("several ways" in note for note in found.notes)
 
 
 def _turned_scene(sd: float = 3.0) -> Scene:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from retrodict.inference import coordinates, sheet, unpinned
-from retrodict.inference.coordinates import Chart, Wall
+from retrodict.inference.coordinates import Chart, Sheet, Wall
 from retrodict.inference.differences import curvature, slope
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, in_chunks, programs_for
 from retrodict.inference.scout import aimed, scouted
 from retrodict.models import RUNGS, parts
+from retrodict.models.impact import E_M
 from retrodict.scene.records import Scene
 
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
@@ -28,6 +29,8 @@ _NEWTON, _ARRIVED = 30, 0.01  # steps of Newton's method at most; gain of log de
 _STEP = 1e-3  # of difference quotients along a wall
 _IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
+_NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
+_NO_WALL = Wall(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -178,7 +181,7 @@ def _unresolved(posterior: Posterior) -> float:
 
 def plain(centre: np.ndarray, spread: np.ndarray) -> Chart:
     """A chart without sheets or walls: w counts along the spread's columns from the centre."""
-    return Chart((), None, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
+    return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
 
 
 def _whitened(
@@ -235,24 +238,23 @@ def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
     yield posterior
     programs, data, chart = posterior.programs, posterior.data, posterior.chart
     levels = coordinates.levels_of(programs.structure)
-    which = [i for i, level in enumerate(levels) if level.name == "e_m" and not level.fixed]
-    for j in which:
-        centre, along = np.asarray(chart.centre), np.asarray(chart.wall.along)[j]
+    if E_M not in levels:
+        return
+    which = levels.index(E_M)
+    centre, along = np.asarray(chart.centre), np.asarray(chart.wall.along)[which]
 
-        def quotient(t: float, j: int = j, q: np.ndarray = centre, along: np.ndarray = along):
-            """Both linear in t but for what bends."""
-            value, under, _ = programs("levels", data, chart, q + t * along)
-            return np.array([value[j] * under[j], under[j]])
+    def quotient(t: float) -> np.ndarray:
+        """What e_m is a quotient of: both linear in t but for what bends."""
+        value, under, _ = programs("levels", data, chart, centre + t * along)
+        return np.array([value[which] * under[which], under[which]])
 
-        over, under = quotient(0.0)
-        over_rise, under_rise = (quotient(_STEP) - [over, under]) / _STEP
-        for aim in -np.sign(over * under) * np.array([0.5, -0.5]):
-            t = (over - aim * under) / (aim * under_rise - over_rise)
-            if np.isfinite(t):
-                about = _chart(
-                    programs, data, chart.sheets, centre + t * along, np.eye(centre.size)
-                )
-                yield replace(posterior, chart=about)
+    over, under = quotient(0.0)
+    over_rise, under_rise = (quotient(_STEP) - [over, under]) / _STEP
+    for aim in -np.sign(over * under) * np.array([0.5, -0.5]):  # the other side first
+        t = (over - aim * under) / (aim * under_rise - over_rise)
+        if np.isfinite(t):
+            about = _chart(programs, data, chart.sheets, centre + t * along, np.eye(centre.size))
+            yield replace(posterior, chart=about)
 
 
 def _about_mode(posterior: Posterior, most: float) -> Posterior:

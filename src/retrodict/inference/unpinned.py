@@ -18,7 +18,7 @@ from jaxtyping import Array, Float
 from retrodict.inference.squash import log_squash_slope, squash
 from retrodict.mechanics import axes, from_impulse, from_impulse_that_ends_sliding
 from retrodict.models import RUNGS, parts
-from retrodict.models.impact import NO_SLIP, E, Level
+from retrodict.models.impact import E_M, NO_SLIP, E
 
 _SOFTNESS = 0.05  # of e at its bounds
 _INSIDE = 1e-6  # of e_m's range: how near to a bound a search may begin
@@ -31,7 +31,7 @@ def names(structure: parts.Structure) -> tuple[str, ...]:
         of_each = parts.AFTER if "heading" in structure.rests else [v[:2] for v in parts.AFTER]
         return tuple(name for of_one in of_each for name in of_one)
     of_b = ("Vbn",) if NO_SLIP in levels else ("Vbx", "Vby")
-    return ("Vax", "Vay", *of_b, "omega_b", *(["e_m"] if _bounds_of_e_m(structure) else []))
+    return ("Vax", "Vay", *of_b, "omega_b", *(["e_m"] if E_M in levels else []))
 
 
 def locate(
@@ -67,9 +67,9 @@ def locate(
         normal, tangent = axes(to)
         along = jnp.stack([P @ normal, P @ tangent])
         sites["omega_b"], e_m = u["omega_b"], jnp.ones(())
-        if level := _bounds_of_e_m(structure):
-            e_m = level.low + (level.high - level.low) * ndtr(u["e_m"])
-            log_det += np.log((level.high - level.low) / np.sqrt(2 * np.pi)) - u["e_m"] ** 2 / 2
+        if "e_m" in own:
+            e_m = E_M.low + (E_M.high - E_M.low) * ndtr(u["e_m"])
+            log_det += np.log((E_M.high - E_M.low) / np.sqrt(2 * np.pi)) - u["e_m"] ** 2 / 2
             sites["e_m"] = e_m
         if "Vbn" in own:
             v_b = (scale_b * u["Vbn"] + along[0] / m_b) * normal
@@ -80,7 +80,8 @@ def locate(
         else:
             v_b = scale_b * jnp.stack([u["Vbx"], u["Vby"]]) + P / m_b
             before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
-            e, sites["mu"], volume = from_impulse(along, before, to, e_m)
+            e, mu, volume = from_impulse(along, before, to, e_m)
+            sites["mu"] = jnp.asarray(mu)
             log_det += 2 * jnp.log(scale_b)
         sites["e"] = squash(e, _SOFTNESS, E.low, E.high)
         log_det += volume + log_squash_slope(e, _SOFTNESS, E.low, E.high)
@@ -108,8 +109,7 @@ def near(
     q = []
     for name in names(structure):
         if name == "e_m":
-            level = _bounds_of_e_m(structure)
-            share = (crash["e_m"] - level.low) / (level.high - level.low)
+            share = (crash["e_m"] - E_M.low) / (E_M.high - E_M.low)
             q.append(ndtri(np.clip(share, _INSIDE, 1 - _INSIDE)))
         elif name == "omega_b":
             q.append(crash["omega_b"])
@@ -128,9 +128,3 @@ def _scales(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Fl
         return jnp.ones(2)
     as_measured = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
     return jnp.sqrt(parts.hold(structure, x) / parts.hold(structure, as_measured))
-
-
-def _bounds_of_e_m(structure: parts.Structure) -> Level | None:
-    """Of e_m, where the impact model does not hold it."""
-    levels = RUNGS[structure.rung].impact.levels
-    return next((one for one in levels if one.name == "e_m" and not one.fixed), None)
