@@ -45,6 +45,12 @@ class Solution:
     turns: dict[str, int]
     branch: str = ""
 
+    def about(self, w: np.ndarray) -> Solution:
+        """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
+        if not self.posterior.programs.structure.unpinned:
+            return self
+        return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
+
     def told(self) -> str:
         """What sets it apart, in words: the total rotations to rest, and the branch."""
         told = []
@@ -208,6 +214,13 @@ class Rival:
     of: int
     odds: float
     w: np.ndarray
+
+    def seen_from(self, before: Solution, after: Solution) -> Rival:
+        """The same where its solution has other coordinates than before."""
+        if after.posterior is before.posterior:
+            return self
+        w = before.posterior.seen_from(after.posterior, self.w[None])[0]
+        return replace(self, w=w)
 
     def reached(self, draws: np.ndarray) -> bool:
         """Whether draws of the solution hold it.

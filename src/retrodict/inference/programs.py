@@ -37,7 +37,7 @@ BLOCK = 50  # iterations per call of `advance`
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.
 _MAX_TREE_DEPTH = 6
 
-_STEEPEST = 30.0  # slope of a potential, root of mean square: that of a standard normal is about 1
+_STEEPEST = 20.0  # slope of a potential, root of mean square: that of a standard normal is about 1
 
 _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
 
@@ -166,16 +166,15 @@ class Programs:
         return jax.jit(lambda w, data, chart: -self.log_density(w, data, chart))
 
     def steered(self, w: Array, data: parts.Data, chart: coordinates.Chart) -> Array:
-        """`potential`, with a gradient that is held where it is steeper than a posterior's can be.
+        """`potential`, without its gradient where that is steeper than a posterior's can be.
 
         The run-out of a vehicle that rolls is stiff, and its differentiated steps blow up at points
         here and there at which its value is smooth. NUTS samples the same density under any field of
-        forces, and is thrown far off by such a one.
+        forces, and is thrown far off by such a one: there it goes straight on.
         """
         value, slope = jax.value_and_grad(self.potential)(w, data, chart)
-        slope = jnp.where(jnp.isfinite(slope).all(), slope, 0.0)
-        steep = jnp.sqrt(jnp.sum(slope**2) / w.size)
-        slope = jax.lax.stop_gradient(slope * _STEEPEST / jnp.maximum(steep, _STEEPEST))
+        sound = jnp.sum(slope**2) < _STEEPEST**2 * w.size  # not so where it is no number
+        slope = jax.lax.stop_gradient(jnp.where(sound, slope, 0.0))
         return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
 
     def _simulate(self, data: parts.Data, sites: parts.Values) -> dict[str, Array]:

@@ -116,13 +116,17 @@ def reconstruct(
     instead = _INSTEAD.get(method)
     if instead and own and run.complete and draws >= _WORTH_MORE:
         tried = replace(task, draws=max(draws, METHODS[instead].draws), resume=None)
-        other = _run(instead, found, modes, rivals, tried, faults, timed)
+        # those draws say where the posterior lies, though they may not be told
+        anew = [s.about(d.w) for s, d in zip(found, run.drawn, strict=True)]
+        others = [rival.seen_from(found[rival.of], anew[rival.of]) for rival in rivals]
+        tried = replace(tried, posterior=anew[0].posterior)
+        other = _run(instead, anew, modes, others, tried, faults, timed)
         failed = other.checks.reasons[len(faults) :]
         if failed:
             run.notes.append(f"the method {instead} was tried too, and failed: {'; '.join(failed)}")
         else:
             why = f"the method {method} failed: {'; '.join(own)}; the run told of here is by {instead}"
-            run, method = other, instead
+            run, method, found = other, instead, anew
             run.notes.insert(0, why)
     if len(found) > 1:
         run.notes.append(_told_several(found, modes))
@@ -162,6 +166,7 @@ class _Run:
         notes: how it helped itself.
         unfinished: writes interrupted chains to a file.
         unreached: rivals that no draw holds.
+        drawn: what the method drew of each solution.
     """
 
     idata: xr.DataTree
@@ -171,6 +176,7 @@ class _Run:
     notes: list[str]
     unfinished: Callable[[Path], None] | None
     unreached: list[Rival]
+    drawn: list[Draws]
 
 
 def _run(
@@ -227,7 +233,8 @@ def _run(
         idata, checks = judged(drawn)
         complete = all(each.complete for each in drawn)
     unfinished = drawn[0].unfinished if len(found) == 1 else None
-    return _Run(idata, checks, draws, complete, notes, unfinished, _unreached(rivals, drawn))
+    unreached = _unreached(rivals, drawn)
+    return _Run(idata, checks, draws, complete, notes, unfinished, unreached, drawn)
 
 
 def _unreached(rivals: list[Rival], drawn: list[Draws]) -> list[Rival]:
