@@ -36,8 +36,8 @@ def draw(task: Task) -> Draws:
     found, target_accept = sample(task, first), first
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
-    mendable = second > first and divergences <= _MENDABLE * found.stats["diverging"].size
-    if found.complete and divergences and mendable:
+    few = 0 < divergences <= _MENDABLE * found.w.shape[0] * found.w.shape[1]
+    if found.complete and few and second > first:
         notes = (
             f"a first run had {divergences} divergent transitions; the run told of here took shorter "
             f"steps (target acceptance {second}) and twice the warm-up",
