@@ -36,6 +36,7 @@ _ROUNDS = 10  # of Broyden's method along the bend
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
 _TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear
 _FLOOR = 0.1  # of the divisors at the centre: where they bend away from zero
+_BEYOND = 20.0  # taken off the log density there: as good as nothing, and no wall to diverge at
 _SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
 Numbers = Array | np.ndarray
@@ -256,7 +257,7 @@ def bend(
     t = jax.lax.stop_gradient(t)
     found, slope, divisor = values_and_slope(t, floored=False)
     solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
-    solved &= (divisor[np.array(free, int)] > 0).all()  # beyond lies another branch
+    beyond = (divisor[np.array(free, int)] <= 0).any()  # lies another branch
     log_det = _log_det([[slope_before[i, j] for j in free] for i in free]) - _log_det(slope)
     for i in free:
         log_det += log_squash_slope(level[i], wall.softness[i], *bounds[:, i])
@@ -267,6 +268,7 @@ def bend(
         t += move - jax.lax.stop_gradient(move)
     bent = q + t @ wall.along
     reached = {levels[i].name: target[i] for i in free}
+    log_det -= jnp.where(beyond, _BEYOND, 0.0)
     return bent, reached, jnp.where(solved, log_det, -jnp.inf)
 
 
