@@ -90,11 +90,11 @@ class Structure:
         Each part of a rest pose; where it was not measured, a velocity instead.
         """
         pairs = [
-            (v, f"rest_{part}_{v}", velocity)
+            (f"rest_{part}_{v}", velocity)
             for v, velocities in zip(VEHICLES, AFTER, strict=True)
             for part, velocity in zip(self.rests, velocities, strict=False)
         ]
-        return tuple(rest if rest in self.evidence else velocity for _, rest, velocity in pairs)
+        return tuple(rest if rest in self.evidence else velocity for rest, velocity in pairs)
 
     @property
     def free(self) -> tuple[str, ...]:

@@ -190,7 +190,7 @@ def bend(
     A bounded level is what e or e_m is at q, but never far from linear in q, so that it passes every
     bound; away from the bounds bent q is nearly q itself. Broyden's method finds how far to move.
     Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
-    steer by where rest poses are the coordinates. Where velocities are, they are exact, and dearer.
+    steer by where rest poses are the coordinates. Where velocities are, only the determinant's are near.
 
     Returns:
         Bent q, the bounded levels there by name, and log |d bent / d q|, in which a fixed level

@@ -214,6 +214,8 @@ def _whitened(
     found: list[Posterior] = []
     refusals = []
     for start in _starts_on_branches(first):
+        if any(_branch(start) == _branch(other) for other in found):
+            continue
         # the potential at a mode, whatever the volume that its coordinates count in
         peaks = [float(at.chart.log_volume) - at.log_evidence for at in found]
         try:

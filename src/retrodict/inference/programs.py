@@ -91,8 +91,8 @@ class Programs:
         volume and reverse under any field of forces, and NUTS weighs its points by the value, so it
         samples the same density; how good the sheets are decides only how many draws it is worth.
         A run-out then never has to be differentiated: a gradient costs little more than a value,
-        and the sampler compiles in half the time. That of a vehicle that rolls has no sheet, and is
-        differentiated.
+        and the sampler compiles in half the time. Where no rest pose pins the motion there is no
+        sheet, and run-outs are differentiated.
         """
         return self.weighed(w, data, chart)[0]
 

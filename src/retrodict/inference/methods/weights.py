@@ -37,9 +37,8 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
         log_smooth, k = array_stats.psislw(-log_weight)
     except ValueError:  # a tail of copies of one draw has no shape
         log_smooth, k = log_weight, np.inf
-    if (
-        np.isnan(k) or np.isnan(log_smooth).any()
-    ):  # nor has one of a few draws that outweigh all others
+    # nor has one of a few draws that outweigh all others
+    if np.isnan(k) or np.isnan(log_smooth).any():
         log_smooth, k = log_weight, np.inf
     weights = np.exp(log_smooth - np.max(log_smooth)) * inside
     return weights / weights.sum(), float(k)
