@@ -74,6 +74,23 @@ def test_every_value_up_to_the_near_bound_is_reached(
     np.testing.assert_allclose((over / under)[:, which], reached, atol=1e-6 * wall.softness[which])
 
 
+def test_every_point_is_bent_to_where_its_levels_are_reached(posterior: Posterior) -> None:
+    """Also the one in a million at which rounding, once heeded, threw the search far off again."""
+    chart, data, structure = posterior.chart, posterior.data, posterior.programs.structure
+
+    @jax.jit
+    @jax.vmap
+    def miss(w: jax.Array) -> jax.Array:
+        q = jnp.asarray(chart.centre) + jnp.asarray(chart.spread) @ w
+        bent, reached, _ = coordinates.bend(structure, data, chart, q)
+        over, under = quotients((E, E_M), *coordinates.separation_at(structure, data, chart, bent))
+        return jnp.abs(over / under - jnp.stack([reached["e"], reached["e_m"]])).max()
+
+    w = np.random.default_rng(3).standard_normal((200_000, chart.spread.shape[1]))
+    worst = max(float(miss(some).max()) for some in np.split(w, 20))
+    assert worst < 1e-12 * chart.wall.softness.max()
+
+
 def test_squash_is_the_identity_away_from_the_bounds() -> None:
     inside = np.linspace(0.2, 0.8, 7)
     np.testing.assert_allclose(squash(inside, 0.01, 0.0, 1.0), inside, atol=1e-6)

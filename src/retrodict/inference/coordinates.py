@@ -33,6 +33,7 @@ from retrodict.models.impact import Level, quotients
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 
 _ROUNDS = 10  # of Broyden's method along the bend
+_ROUNDING = 1e-12  # of a wall's softness: steps too short to learn from
 _STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
 _TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear
 _FLOOR = 0.1  # of the divisors at the centre: where they bend away from zero
@@ -248,7 +249,9 @@ def bend(
         change = inverse @ (miss - miss_before)
         gain = step @ change
         update = jnp.outer(step - change, step @ inverse)
-        inverse += jnp.where(gain == 0, 0.0, 1 / jnp.where(gain == 0, 1.0, gain)) * update
+        # what a step of rounding's size changes is noise, of which the inverse is to learn nothing
+        sure = (jnp.abs(step) > _ROUNDING * wall.softness).any() & (gain != 0)
+        inverse += jnp.where(sure, update / jnp.where(sure, gain, 1.0), 0.0)
         step = -inverse @ miss
         return (t + step, step, miss, inverse), None
 
