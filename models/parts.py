@@ -85,30 +85,17 @@ class Structure:
 
     @property
     def aims(self) -> tuple[str, ...]:
-        """What the coordinates of the motion after the impact stand for, A's first.
-
-        Each part of a rest pose; where it was not measured, a velocity instead.
-        """
-        pairs = [
-            (f"rest_{part}_{v}", velocity)
-            for v, velocities in zip(VEHICLES, AFTER, strict=True)
-            for part, velocity in zip(self.rests, velocities, strict=False)
-        ]
-        return tuple(rest if rest in self.evidence else velocity for rest, velocity in pairs)
-
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Those of `aims` that are velocities."""
-        return tuple(aim for aim in self.aims if not aim.startswith("rest_"))
+        """Each part of the rest poses, A's first: names of the evidence, where it was measured."""
+        return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
 
     @property
     def unpinned(self) -> bool:
         """Whether rest poses leave the motion after the impact open.
 
-        So it is where none was measured, and where a vehicle rolls: its tyres soon end what sideways
-        motion it had, and how far it goes hangs on what little holds it back.
+        So it is where a part of them was not measured, and where a vehicle rolls: its tyres soon end
+        what sideways motion it had, and how far it goes hangs on what little holds it back.
         """
-        return bool(self.rolling) or not self.rested
+        return bool(self.rolling) or not set(self.aims) <= set(self.evidence)
 
     @property
     def rested(self) -> bool:
@@ -125,8 +112,6 @@ class Data(NamedTuple):
         inputs: (location, scale) of every measured input: of the quantity itself, or of its
             logarithm where the law is lognormal and the input uncertain.
         evidence: (value, sd) of every item of evidence.
-        aims: (value, sd) of each of `Structure.aims`: of a rest, what was measured; of a velocity,
-            whatever makes good coordinates.
         marks: x and y of every mark, m.
         priors: numbers of each prior, as `Scene.priors` has them.
         edges: where each edge runs: point and unit normal into the zone, m.
@@ -134,7 +119,6 @@ class Data(NamedTuple):
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
     evidence: dict[str, Float[Array | np.ndarray, "2"]]
-    aims: dict[str, Float[Array | np.ndarray, "2"]]
     marks: dict[str, Float[Array | np.ndarray, "2"]]
     priors: dict[str, Float[Array | np.ndarray, " numbers"]]
     edges: Zone
@@ -183,14 +167,9 @@ def of_scene(
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
     )
-    measured_as: dict[str, Array | np.ndarray] = {
-        k: np.array([m.value, m.sd]) for k, m in evidence.items()
-    }
-    anywhere = np.array([0.0, 1.0])
     data = Data(
         inputs=numbers,
-        evidence=measured_as,
-        aims={k: measured_as.get(k, anywhere) for k in structure.aims},
+        evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
         marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
@@ -347,17 +326,9 @@ RestPoses = Callable[[Structure, Data, Values, Float[Array, " separation"]], Arr
 
 
 def aimed(structure: Structure, data: Data, z: Float[Array, " aims"]) -> Float[Array, "2 aim"]:
-    """What lies z standard deviations from the aims, a row for each vehicle."""
-    value, sd = jnp.stack([data.aims[name] for name in structure.aims], axis=1)
+    """What lies z standard deviations from the measured rest poses, a row for each vehicle."""
+    value, sd = jnp.stack([data.evidence[name] for name in structure.aims], axis=1)
     return (value + sd * z).reshape(2, -1)
-
-
-def reached(
-    structure: Structure, after: Float[Array, " separation"], rests: Float[Array, "2 rest"]
-) -> Float[Array, "2 aim"]:
-    """What a motion comes to where the aims are: rests, or velocities after the impact."""
-    free = np.array([name in structure.free for name in structure.aims]).reshape(2, -1)
-    return jnp.where(free, after.reshape(2, -1), rests)
 
 
 # --- what is not measured: priors and what follows from them ------------------------------------

@@ -116,15 +116,17 @@ def test_an_unknown_speed_of_a_has_its_prior() -> None:
         assert law.cdf(speed) == pytest.approx(stats.norm.cdf(deviate), rel=1e-9)
 
 
-def test_aims_stand_for_velocities_where_no_rest_was_measured() -> None:
+def test_rest_poses_in_part_leave_the_motion_open() -> None:
     scene = collision()
+    whole = RUNG.of_scene(scene)[0]
+    assert not whole.unpinned
+    assert set(whole.aims) <= set(whole.evidence)
     rest = {"a": scene.rest["a"], "b": replace(scene.rest["b"], heading=None)}
-    structure, data = RUNG.of_scene(replace(scene, rest=rest))
-    assert structure.aims[:3] == ("rest_x_a", "rest_y_a", "rest_heading_a")
-    assert structure.aims[3:] == ("rest_x_b", "rest_y_b", "Omega_b")
-    assert set(data.aims) == set(structure.aims)
+    partly = replace(scene, rest=rest)
+    structure, data = RUNG.of_scene(partly)
+    assert structure.unpinned
     assert "rest_heading_b" not in structure.evidence
-    alone = RUNG.of_scene(replace(scene, rest={"a": scene.rest["a"]}))[0]
-    assert alone.aims[3:] == ("Vbx", "Vby", "Omega_b")
-    heading = 3 * DEGREE
-    assert float(data.aims["rest_heading_a"][1]) == pytest.approx(heading)
+    assert float(data.evidence["rest_heading_a"][1]) == pytest.approx(3 * DEGREE)
+    assert RUNG.of_scene(replace(scene, rest={"a": scene.rest["a"]}))[0].unpinned
+    # a rung that follows no heading lacks nothing
+    assert not RUNGS["momentum+slide"].of_scene(partly)[0].unpinned

@@ -15,7 +15,7 @@ from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.programs import in_chunks
-from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene
+from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
 from tests.scenes import collision
 
 SCENE = collision(share=0.0, berm=False)
@@ -99,11 +99,19 @@ def unknown_speed_of_a() -> dict[str, Approach]:
     return {"a": replace(a, speed=None), "b": replace(b, speed=Measured(19.0, 0.5))}
 
 
+def roughly_where_b_stopped() -> Rest:
+    """Its position, to a few paces: the weights the rung is held against see no sharper ridge."""
+    b = SCENE.rest["b"]
+    return Rest(replace(b.x, sd=2.0), replace(b.y, sd=2.0), None, turns_known=False)
+
+
 SUBSETS = {
     "departure": of_b_what_was_recorded(),
     "speed of A unknown": replace(SCENE, approach=unknown_speed_of_a()),
     "robust": replace(SCENE, robust=True),
     "a mark": replace(SCENE, marks={"b": (Mark(3.0, -4.0, 0.3, "centre"),)}),
+    "position of B only": replace(SCENE, rest=SCENE.rest | {"b": roughly_where_b_stopped()}),
+    "rest of A only": replace(SCENE, rest={"a": SCENE.rest["a"]}),
     "delta-v": replace(
         SCENE, departure={"a": Departure(delta_v=Measured(13.3, 0.5))}, rest={"b": SCENE.rest["b"]}
     ),

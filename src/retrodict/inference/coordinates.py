@@ -2,9 +2,8 @@
 
 A rest pose measured to a hand's breadth pins the velocities after the impact to a thin curved
 sheet, so neither the paper's unknowns nor their whitening makes an easy target. Sampled instead is
-q = (z_a, z_b, xi): how many standard deviations each rest pose misses its measurement by (or, where
-none was measured, each velocity after the impact a likely one), and the measured inputs as standard
-normal deviates. A quadratic in q, fitted to run-outs beforehand, gives
+q = (z_a, z_b, xi): how many standard deviations each rest pose misses its measurement by, and the
+measured inputs as standard normal deviates. A quadratic in q, fitted to run-outs beforehand, gives
 velocities after the impact; the impact model's closed-form inverse gives its unknowns. Any smooth
 bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
 
@@ -191,7 +190,7 @@ def bend(
     A bounded level is what e or e_m is at q, but never far from linear in q, so that it passes every
     bound; away from the bounds bent q is nearly q itself. Broyden's method finds how far to move.
     Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
-    steer by where rest poses are the coordinates. Where velocities are, only the determinant's are near.
+    steer by.
 
     Returns:
         Bent q, the bounded levels there by name, and log |d bent / d q|, in which a fixed level
@@ -204,8 +203,7 @@ def bend(
     count = len(levels)
     free = [i for i, level in enumerate(levels) if not level.fixed]
     bounds = np.array([(level.low, level.high) for level in levels]).T
-    exact = bool(structure.free)
-    fixed = q if exact else jax.lax.stop_gradient(q)
+    fixed = jax.lax.stop_gradient(q)
 
     def at(t: Float[Array, " m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
         return quotients(levels, *separation_at(structure, data, chart, fixed + t @ wall.along))
@@ -227,8 +225,7 @@ def bend(
     zero = jnp.zeros(count)
     linear = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
     values, slope, _ = values_and_slope(zero, floored=True)
-    forecast = linear if exact else jax.lax.stop_gradient(linear)
-    apart = (values - forecast) / (_TRUSTED * wall.softness)
+    apart = (values - jax.lax.stop_gradient(linear)) / (_TRUSTED * wall.softness)
     level = linear + _TRUSTED * wall.softness * jnp.tanh(apart)
     trust = 1 - jnp.tanh(apart[:, None]) ** 2
     slope_before = trust * slope + (1 - trust) * jnp.eye(count)
@@ -264,11 +261,8 @@ def bend(
     log_det = _log_det([[slope_before[i, j] for j in free] for i in free]) - _log_det(slope)
     for i in free:
         log_det += log_squash_slope(level[i], wall.softness[i], *bounds[:, i])
-    if exact:  # by the implicit function theorem: what is taken off is naught but for its slopes
-        t -= times(jax.lax.stop_gradient(_inverse(slope)), found - target)
-    else:
-        move = target - level
-        t += move - jax.lax.stop_gradient(move)
+    move = target - level
+    t += move - jax.lax.stop_gradient(move)
     bent = q + t @ wall.along
     reached = {levels[i].name: target[i] for i in free}
     log_det -= jnp.where(beyond, _BEYOND, 0.0)
@@ -331,17 +325,6 @@ def _sites(
 def _floored(ratio: Float[Array, "*any"]) -> Float[Array, "*any"]:
     """A divisor over that at the centre, kept above zero: no level has a pole."""
     return _FLOOR * jax.nn.softplus(ratio / _FLOOR)
-
-
-def _inverse(m: Float[Array, "m m"]) -> Float[Array, "m m"]:
-    """The inverse of a matrix of up to three rows, written out as in `_log_det`."""
-    if len(m) == 1:
-        return 1 / m
-    if len(m) == 2:
-        (a, b), (c, d) = m
-        return jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
-    cofactors = jnp.stack([jnp.cross(m[i - 2], m[i - 1]) for i in range(3)])
-    return cofactors.T / jnp.dot(m[0], cofactors[0])
 
 
 def _log_det(m: Any) -> Float[Array, ""]:

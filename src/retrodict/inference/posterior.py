@@ -9,10 +9,9 @@ import numpy as np
 
 from retrodict.inference import coordinates, sheet, unpinned
 from retrodict.inference.coordinates import Chart, Sheet, Wall
-from retrodict.inference.differences import curvature, slope
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, in_chunks, programs_for
-from retrodict.inference.scout import aimed, scouted
+from retrodict.inference.scout import scouted
 from retrodict.models import RUNGS, parts
 from retrodict.models.impact import E_M
 from retrodict.scene.records import Scene
@@ -25,7 +24,6 @@ _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how
 # Curvature that whitening takes for real: inputs have a prior of curvature 1, and a direction that is
 # much wider than that is a ridge that bends away.
 _NARROWEST = 0.3
-_NEWTON, _ARRIVED = 30, 0.01  # steps of Newton's method at most; gain of log density of the last
 _STEP = 1e-3  # of difference quotients along a wall
 _IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
@@ -120,34 +118,26 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = RUNGS[rung].of_scene(scene)
-    if structure.unpinned:
-        return [_unpinned(structure, data)]
-    if not structure.free:
-        return _whitened(structure, data)
-    data, deviates = aimed(programs_for(structure), data)
-    found = _whitened(structure, data, deviates)[0]
-    # what was scouted is but near, and sheets are to fit where the posterior lies
-    deviates = np.asarray(found.chart.centre)[len(structure.aims) :]
-    return _whitened(found.programs.structure, _aimed_anew(found), deviates)
+    return [_unpinned(structure, data)] if structure.unpinned else _whitened(structure, data)
 
 
 def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
     """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
-    steps = max(structure.steps, _ROLLING_STEPS) if structure.rolling else structure.steps
+    if structure.rolling:
+        structure = replace(structure, steps=max(structure.steps, _ROLLING_STEPS))
+    score, told = scouted(programs_for(structure), data)
+    starts = [
+        unpinned.near(structure, data, {name: values[i] for name, values in told.items()})
+        for i in np.argsort(-score)[:_SCOUTS]
+    ]
     while True:
-        structure = replace(structure, steps=steps)
         programs = programs_for(structure)
-        score, told = scouted(programs, data)
-        starts = [
-            unpinned.near(structure, data, {name: values[i] for name, values in told.items()})
-            for i in np.argsort(-score)[:_SCOUTS]
-        ]
         value, chart = min((_climbed(programs, data, q) for q in starts), key=lambda at: at[0])
         posterior = Posterior(programs, data, chart, np.zeros(2), -value, 0.0)
         unresolved = _unresolved(posterior)
-        if unresolved <= RESOLVED or steps >= _MOST_STEPS:
+        if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
             return replace(posterior, unresolved=unresolved)
-        steps *= 2
+        structure, starts = replace(structure, steps=2 * structure.steps), [np.asarray(chart.centre)]
 
 
 def _climbed(programs: Programs, data: parts.Data, q: np.ndarray) -> tuple[float, Chart]:
@@ -184,16 +174,8 @@ def plain(centre: np.ndarray, spread: np.ndarray) -> Chart:
     return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
 
 
-def _whitened(
-    structure: parts.Structure, data: parts.Data, deviates: np.ndarray | None = None
-) -> list[Posterior]:
-    """The posterior about each mode, with as many steps of the run-outs as it takes.
-
-    Args:
-        structure: of the scene.
-        data: its numbers.
-        deviates: of the inputs, where the mode is to be sought from, if not where they were measured.
-    """
+def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
+    """The posterior about each mode, with as many steps of the run-outs as it takes."""
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
         programs = programs_for(structure)
@@ -204,12 +186,8 @@ def _whitened(
             break
         structure = replace(structure, steps=2 * structure.steps)
     n = coordinates.length(structure)
-    starts = _starts(structure)
-    if deviates is not None:
-        starts.append(np.concatenate([np.zeros(len(structure.aims)), deviates]))
-    chart = _likeliest(
-        programs, data, [_chart(programs, data, sheets, q, np.eye(n)) for q in starts]
-    )
+    charts = [_chart(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
+    chart = _likeliest(programs, data, charts)
     first = Posterior(programs, data, chart, error, -np.inf, unresolved)
     found: list[Posterior] = []
     refusals = []
@@ -266,36 +244,17 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         Unanswerable: there is none, or its potential is above `most`.
     """
     programs, data, chart = posterior.programs, posterior.data, posterior.chart
-    structure, sheets = programs.structure, chart.sheets
-    # walls and whitening depend on the mode and it on them: twice is enough
-    for _ in range(_NEWTON if structure.free else 3):
-        if structure.free:
-            mode, value, gain, whitening = _newton(programs, data, chart)
-        else:
-            mode, value = _mode(programs, data, chart)
-            gain, whitening = np.inf, _spread_at(programs, data, chart, mode)
+    # walls and whitening depend on the mode and it on them: thrice is enough
+    for _ in range(3):
+        mode, value = _mode(programs, data, chart)
         if value + chart.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
         centre = np.asarray(programs("bent", data, chart, mode))
-        spread = np.asarray(chart.spread) @ whitening
+        spread = np.asarray(chart.spread) @ _spread_at(programs, data, chart, mode)
         if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
-        chart = _chart(programs, data, sheets, centre, spread)
-        if gain < _ARRIVED:
-            break
+        chart = _chart(programs, data, chart.sheets, centre, spread)
     return replace(posterior, chart=chart, log_evidence=-value)
-
-
-def _aimed_anew(posterior: Posterior) -> parts.Data:
-    """The data, with the aims for velocities moved to the mode and as wide as the posterior."""
-    structure, data, chart = posterior.programs.structure, posterior.data, posterior.chart
-    aims = dict(data.aims)
-    for i, name in enumerate(structure.aims):
-        if name in structure.free:
-            value, sd = aims[name]
-            deviation = np.linalg.norm(np.asarray(chart.spread)[i])
-            aims[name] = np.array([value + sd * float(chart.centre[i]), sd * deviation])
-    return data._replace(aims=aims)
 
 
 def blank_chart(structure: parts.Structure) -> Chart:
@@ -389,34 +348,6 @@ def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarra
     if best.fun > 1e9:
         raise Unanswerable("the posterior has no finite density near the measured scene")
     return best.x, float(best.fun)
-
-
-def _newton(
-    programs: Programs, data: parts.Data, chart: Chart
-) -> tuple[np.ndarray, float, float, np.ndarray]:
-    """A step of Newton's method from the chart's centre, by differences.
-
-    Returns where it leads, the potential there, how much was gained, and the whitening at the centre.
-
-    Where velocities are coordinates the search begins far off, at a crash that was scouted.
-    """
-
-    def heights(w: np.ndarray) -> np.ndarray:
-        found = in_chunks(lambda w: programs("weigh", data, chart, w)[0], w)
-        return np.where(np.isfinite(found), -found, 1e10)
-
-    here = np.zeros(chart.spread.shape[1])
-    value, gradient = slope(heights, here)
-    if value > 1e9:
-        raise Unanswerable("the posterior has no finite density near the measured scene")
-    values, vectors = np.linalg.eigh(curvature(heights, here))
-    values = np.clip(np.abs(values), 1e-2, 1e8)
-    step = -vectors @ (vectors.T @ gradient / values)
-    tried = np.concatenate([here[None], np.geomspace(1e-3, 1.5, 24)[:, None] * step])
-    reached = heights(tried)
-    best = int(np.argmin(reached))
-    whitening = vectors @ np.diag(values**-0.5) @ vectors.T
-    return tried[best], float(reached[best]), value - float(reached[best]), whitening
 
 
 def _spread_at(

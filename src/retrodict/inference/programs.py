@@ -91,7 +91,7 @@ class Programs:
         volume and reverse under any field of forces, and NUTS weighs its points by the value, so it
         samples the same density; how good the sheets are decides only how many draws it is worth.
         A run-out then never has to be differentiated: a gradient costs little more than a value,
-        and the sampler compiles in half the time. Where no rest pose pins the motion there is no
+        and the sampler compiles in half the time. Where rest poses do not pin the motion there is no
         sheet, and run-outs are differentiated.
         """
         return self.weighed(w, data, chart)[0]
@@ -123,13 +123,12 @@ class Programs:
 
         return jax.vmap(one)(xi)
 
-    def _reached(self, data: parts.Data, separation: Array, xi: Array) -> tuple[Array, Array]:
-        """What each motion comes to where the aims are, and where it comes to rest."""
+    def _reached(self, data: parts.Data, separation: Array, xi: Array) -> Array:
+        """Where each motion comes to rest."""
 
-        def one(V: Array, deviates: Array) -> tuple[Array, Array]:
+        def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
-            rests = self.rung.run_out.rest_poses(self.structure, data, x, V)
-            return parts.reached(self.structure, V, rests), rests
+            return self.rung.run_out.rest_poses(self.structure, data, x, V)
 
         return jax.vmap(one)(separation, xi)
 

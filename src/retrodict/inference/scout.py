@@ -1,4 +1,4 @@
-"""Where motion after the impact is to be sought, when no rest pose tells."""
+"""Where motion after the impact is to be sought, when rest poses do not tell."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from retrodict.inference.programs import CHUNK, Programs
 from retrodict.models import parts
 
 _ROUNDS = 20  # of CHUNK crashes from the prior
-_LEAST = 0.1  # m/s and rad/s: of the spread about the best of them
 
 Told = dict[str, np.ndarray]
 
@@ -39,25 +38,3 @@ def scouted(programs: Programs, data: parts.Data) -> tuple[np.ndarray, Told]:
         scores.append(np.nan_to_num(score, nan=-np.inf))
         crashes.append({name: np.asarray(values) for name, values in told.items()})
     return np.concatenate(scores), {k: np.concatenate([c[k] for c in crashes]) for k in crashes[0]}
-
-
-def aimed(programs: Programs, data: parts.Data) -> tuple[parts.Data, np.ndarray]:
-    """Data whose aims for velocities are those of the likeliest crash that was scouted.
-
-    Args:
-        programs: of the scene's structure.
-        data: its numbers.
-
-    Returns:
-        The data, with (value, sd) of every aim that is a velocity; and the deviates of that crash's
-        inputs.
-    """
-    score, told = scouted(programs, data)
-    free = programs.structure.free
-    velocity = np.nan_to_num(np.stack([told[name] for name in free], axis=1))
-    best = velocity[score.argmax()]
-    weight = np.exp(score - score.max())
-    sd = np.sqrt(weight @ (velocity - best) ** 2 / weight.sum()) + _LEAST
-    aims = dict(zip(free, np.stack([best, sd], axis=1), strict=True))
-    deviates = told.get("measured", np.zeros((score.size, 0)))
-    return data._replace(aims=data.aims | aims), deviates[score.argmax()]

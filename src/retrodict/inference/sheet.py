@@ -44,8 +44,6 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
     V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
-    free = np.array([aim in programs.structure.free for aim in programs.structure.aims])
-    V = np.where(free.reshape(2, size), target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
     weight = _TURNING[:size]
@@ -57,7 +55,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
         for j in range(size):
             nudged[:, j + 1, :, j] += _STEP
         batch = np.resize(nudged.reshape(-1, 2 * size), (BATCH, 2 * size))
-        ends = np.asarray(programs("reached", data, batch, xi)[0])[: starts * (size + 1)]
+        ends = np.asarray(programs("reached", data, batch, xi))[: starts * (size + 1)]
         ends = ends.reshape(starts, size + 1, 2, size)
         miss = (ends[:, 0] - target) / sd
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
@@ -126,7 +124,7 @@ def fit(
             ],
             axis=1,
         )
-        z = (np.asarray(programs("reached", data, V, xi)[0]) - target) / sd
+        z = (np.asarray(programs("reached", data, V, xi)) - target) / sd
         for v in range(2):
             wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
@@ -155,7 +153,7 @@ def unresolved(
     """
     s = programs.structure
     finer = programs_for(replace(s, steps=4 * s.steps))
-    rests = [np.asarray(p("reached", data, *run_outs)[1]) for p in (programs, finer)]
+    rests = [np.asarray(p("reached", data, *run_outs)) for p in (programs, finer)]
     names = [f"rest_{part}_{v}" for v in VEHICLES for part in s.rests]
     sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in names])
     moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
@@ -205,7 +203,7 @@ def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> lis
     h = 0.01
     for j in range(p):
         xi[1 + size + j, j] = h
-    ends = np.asarray(programs("reached", data, V, xi)[0])
+    ends = np.asarray(programs("reached", data, V, xi))
     sheets = []
     for v, vehicle in enumerate("ab"):
         shape = coordinates.shaping_inputs(structure, vehicle)
@@ -230,7 +228,7 @@ def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> lis
 
 def _aims(programs: Programs, data: parts.Data) -> tuple[np.ndarray, np.ndarray]:
     """What is aimed at and its standard deviations, a row each for A and B."""
-    pairs = np.array([data.aims[name] for name in programs.structure.aims])
+    pairs = np.array([data.evidence[name] for name in programs.structure.aims])
     value, sd = pairs.T.reshape(2, 2, -1)
     return value, sd
 

@@ -16,8 +16,8 @@ _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective
 # Of the run that follows one with divergences. No more: the gradient steers only near enough, so that
 # acceptance stays at 0.9 however short the steps, and steps that aim for it collapse (measured).
 _SECOND_TRY = 0.8
-_CURVED = 0.8  # of a posterior that no rest pose pins: shorter steps are slow and mend little
-_PILOT = 200  # draws of each chain by which a posterior that no rest pose pins is whitened
+_CURVED = 0.8  # of a posterior that rest poses do not pin: shorter steps are slow and mend little
+_PILOT = 200  # draws of each chain by which such a posterior is whitened
 _MENDABLE = 0.05  # share of divergent draws up to which shorter steps may help
 
 
