@@ -64,6 +64,7 @@ class Structure:
         marks: name of each mark among them, and what of its vehicle passed it.
         robust: whether errors of the evidence have heavy tails.
         steps: of each run-out's integration; `inference` takes as many as the scene needs.
+        astride: whether the posterior lies on either side of where e_m has no value.
     """
 
     rung: str
@@ -77,6 +78,7 @@ class Structure:
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
     steps: int = 48
+    astride: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,12 +92,14 @@ class Structure:
 
     @property
     def unpinned(self) -> bool:
-        """Whether rest poses leave the motion after the impact open.
+        """Whether coordinates are velocities after the impact, and not rest poses.
 
-        So it is where a part of them was not measured, and where a vehicle rolls: its tyres soon end
-        what sideways motion it had, and how far it goes hangs on what little holds it back.
+        So it is where a part of the rest poses was not measured; where a vehicle rolls, for its tyres
+        soon end what sideways motion it had, and how far it goes hangs on what little holds it back;
+        and where rest poses leave open which way the force alone would have turned the vehicles.
         """
-        return bool(self.rolling) or not set(self.aims) <= set(self.evidence)
+        pinned = set(self.aims) <= set(self.evidence)
+        return self.astride or bool(self.rolling) or not pinned
 
     @property
     def rested(self) -> bool:

@@ -60,18 +60,19 @@ def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() ->
     assert values["e_m"] > 0.5
 
 
-def test_branches_do_not_overlap() -> None:
-    """Simulation 154: what e_m is a quotient by has one sign on each, so that no draw counts twice."""
-    scene, _ = _simulated(154)
-    signs = []
-    for solution in modes.solutions(scene, reconstruct.DEFAULT_RUNG):
-        posterior = solution.posterior
-        sites = METHODS["importance"].draw(Task(posterior, 4, 125, 0, 0, lambda *_: None)).sites
-        told = posterior.programs("simulate", posterior.data, sites)
-        spin = np.asarray(told["Omega_b"]) - np.asarray(told["Omega_a"])
-        signs.append(set(np.sign(spin / sites["e_m"])))
-        assert solution.branch.startswith("e_m about")
-    assert sorted(map(tuple, signs)) == [(-1.0,), (1.0,)]
+def test_draws_cross_from_branch_to_branch_where_both_count() -> None:
+    """Simulation 290: what e_m is a quotient by has either sign; no branch could be sampled alone."""
+    scene, truth = _simulated(290)
+    (found,) = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
+    posterior = found.posterior
+    assert posterior.programs.structure.astride
+    drawn = METHODS["importance"].draw(Task(posterior, 4, 125, 0, 0, lambda *_: None))
+    assert not drawn.faults
+    told = posterior.programs("simulate", posterior.data, drawn.sites)
+    divisor = (np.asarray(told["Omega_b"]) - np.asarray(told["Omega_a"])) / drawn.sites["e_m"]
+    assert set(np.sign(divisor)) == {-1.0, 1.0}
+    low, high = np.quantile(drawn.sites["speed_b"], [0.005, 0.995])
+    assert low < truth["speed_b"] < high
 
 
 def _turned_scene(sd: float = 3.0) -> Scene:

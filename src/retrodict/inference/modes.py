@@ -10,7 +10,7 @@ import numpy as np
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import Posterior, branches
+from retrodict.inference.posterior import RIVAL, Posterior, prepare
 from retrodict.inference.programs import CHUNK
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
@@ -19,7 +19,6 @@ from retrodict.scene.records import VEHICLES, Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-RIVAL = 1e-3  # weight from which on another mode counts
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
 _STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which modes are sought
 _APART = 3.0  # standard deviations: nearer than this it is the same mode
@@ -37,13 +36,11 @@ class Solution:
         posterior: of the scene.
         scene: with whole turns added to the rest headings.
         turns: added, of the vehicles whose rotation is unknown.
-        branch: which of `posterior.branches` it is, in words; nothing where there is but one.
     """
 
     posterior: Posterior
     scene: Scene
     turns: dict[str, int]
-    branch: str = ""
 
     def about(self, w: np.ndarray) -> Solution:
         """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
@@ -52,18 +49,18 @@ class Solution:
         return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
 
     def told(self) -> str:
-        """What sets it apart, in words: the total rotations to rest, and the branch."""
+        """What sets it apart, in words: the total rotations to rest."""
         told = []
         for v in self.turns:
             heading = self.scene.rest[v].heading
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
             told.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
-        return ", ".join([*told, self.branch] if self.branch else told)
+        return ", ".join(told)
 
 
 def solutions(scene: Scene, rung: str) -> list[Solution]:
-    """The scene at every number of turns that fits, on each branch that does.
+    """The scene at every number of turns that fits.
 
     Args:
         scene: what was measured.
@@ -78,42 +75,28 @@ def solutions(scene: Scene, rung: str) -> list[Solution]:
     told = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
     unknown = [v for v in VEHICLES if f"rest_heading_{v}" in told and not scene.rest[v].turns_known]
     if not unknown:
-        return _fitting(_solved(scene, rung, {}))
-    tried: dict[tuple[int, ...], list[Solution]] = {}
+        return [Solution(prepare(scene, rung), scene, {})]
+    tried: dict[tuple[int, ...], Solution | None] = {}
 
     def evidence(turns: tuple[int, ...]) -> float:
         if turns not in tried:
             added = dict(zip(unknown, turns, strict=True))
             turned = _turned(scene, added)
             try:
-                tried[turns] = _solved(turned, rung, added)
+                tried[turns] = Solution(prepare(turned, rung), turned, added)
             except Unanswerable:
-                tried[turns] = []
-        return max((s.posterior.log_evidence for s in tried[turns]), default=-np.inf)
+                tried[turns] = None
+        found = tried[turns]
+        return found.posterior.log_evidence if found else -np.inf
 
     # one vehicle at a time, twice over: all pairs would take minutes
     best = (0,) * len(unknown)
     for i in [*range(len(unknown))] * len(unknown):
         best = max(((*best[:i], count, *best[i + 1 :]) for count in _TURNS), key=evidence)
-    every = [solution for found in tried.values() for solution in found]
+    every = [solution for solution in tried.values() if solution]
     if not every:
-        branches(scene, rung)  # raises the reason
-    return _fitting(every)
-
-
-def _solved(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
-    """The scene at these turns, on each of its branches that counts beside the others."""
-    found = _fitting([Solution(p, scene, turns) for p in branches(scene, rung)])
-    if len(found) == 1:
-        return found
-    nowhere = np.zeros(found[0].posterior.size)
-    e_m = [_told_at(s.posterior, nowhere)["e_m"] for s in found]
-    return [replace(s, branch=f"e_m about {v:.2g}") for s, v in zip(found, e_m, strict=True)]
-
-
-def _fitting(found: list[Solution]) -> list[Solution]:
-    """Those of more weight than RIVAL by Laplace's approximation, the best first."""
-    found = sorted(found, key=lambda s: -s.posterior.log_evidence)
+        prepare(scene, rung)  # raises the reason
+    found = sorted(every, key=lambda s: -s.posterior.log_evidence)
     weights = shares(np.array([s.posterior.log_evidence for s in found]))
     return [s for s, weight in zip(found, weights, strict=True) if weight > RIVAL]
 

@@ -16,6 +16,7 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.impact import E_M
 from retrodict.scene.records import Scene
 
+RIVAL = 1e-3  # weight from which on another mode counts
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
 _MOST_STEPS = 768
 _ROLLING_STEPS = 192  # at least: little holds a rolling vehicle back, and its clock runs stiff
@@ -96,29 +97,27 @@ class Posterior:
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:
-    """A scene's posterior under a rung, in coordinates made for it: the likeliest of `branches`."""
-    return branches(scene, rung)[0]
-
-
-def branches(scene: Scene, rung: str) -> list[Posterior]:
-    """A scene's posterior under a rung, in coordinates made for it: each part that its bounds cut off.
+    """A scene's posterior under a rung, in coordinates made for it.
 
     e_m is the relative spin after the impact over that which the force alone would have made, and lies
-    between -1 and 1. The second is therefore larger than the first, and has either sign: two parts of a
-    posterior, which touch only where both vanish.
+    between -1 and 1. The second is therefore larger than the first, and has either sign: two branches,
+    which touch only where both vanish. Rest poses as coordinates follow one; where both count, the
+    coordinates are velocities, with e_m among them.
 
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
 
-    Returns:
-        The parts, the likeliest first; improbable ones are left out.
-
     Raises:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = RUNGS[rung].of_scene(scene)
-    return [_unpinned(structure, data)] if structure.unpinned else _whitened(structure, data)
+    if structure.unpinned:
+        return _unpinned(structure, data)
+    branches = _whitened(structure, data)
+    if len(branches) == 1:
+        return branches[0]
+    return _unpinned(replace(branches[0].programs.structure, astride=True), data)
 
 
 def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
@@ -178,7 +177,7 @@ def plain(centre: np.ndarray, spread: np.ndarray) -> Chart:
 
 
 def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
-    """The posterior about each mode, with as many steps of the run-outs as it takes."""
+    """The posterior on each branch that counts, the likeliest first, with as many steps as it takes."""
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
         programs = programs_for(structure)
@@ -208,11 +207,12 @@ def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
             found.append(mode)
     if not found:
         raise refusals[0]
-    return sorted(found, key=lambda posterior: -posterior.log_evidence)
+    found = sorted(found, key=lambda posterior: -posterior.log_evidence)
+    return [at for at in found if at.log_evidence > found[0].log_evidence + np.log(RIVAL)]
 
 
 def _branch(posterior: Posterior) -> tuple[float, ...]:
-    """Which of `branches` coordinates are of: the signs of what e and e_m are quotients by."""
+    """Which branch coordinates are of: the signs of what e and e_m are quotients by."""
     return tuple(np.sign(posterior.chart.wall.divisor))
 
 
