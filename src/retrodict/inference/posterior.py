@@ -136,10 +136,8 @@ def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
         unresolved = _unresolved(posterior)
         if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
             return replace(posterior, unresolved=unresolved)
-        structure, starts = (
-            replace(structure, steps=2 * structure.steps),
-            [np.asarray(chart.centre)],
-        )
+        structure = replace(structure, steps=2 * structure.steps)
+        starts = [np.asarray(chart.centre)]
 
 
 def _climbed(programs: Programs, data: parts.Data, q: np.ndarray) -> tuple[float, Chart]:

@@ -16,7 +16,6 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, programs_for
 from retrodict.mechanics.runout import GRAVITY
 from retrodict.models import parts
-from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
@@ -154,8 +153,7 @@ def unresolved(
     s = programs.structure
     finer = programs_for(replace(s, steps=4 * s.steps))
     rests = [np.asarray(p("reached", data, *run_outs)) for p in (programs, finer)]
-    names = [f"rest_{part}_{v}" for v in VEHICLES for part in s.rests]
-    sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in names])
+    sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in s.aims])
     moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
     return float(np.quantile(np.abs(moved[:, np.isfinite(sd)]), 0.9)) if s.rested else 0.0
 

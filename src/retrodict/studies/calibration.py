@@ -19,8 +19,7 @@ from jaxtyping import Array, Bool, Float
 from retrodict.inference import gate
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.modes import Solution, solutions, weighed
-from retrodict.inference.posterior import RESOLVED, Posterior
+from retrodict.inference.posterior import RESOLVED, Posterior, prepare
 from retrodict.inference.programs import CHUNK, Programs, in_chunks, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.models import RUNGS, parts
@@ -285,11 +284,11 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         scene = _measured(of.scene, structure, {k: v[i] for k, v in told.items()}, rng)
         truth = {k: v[i] for k, v in sites.items()}
         try:
-            found = solutions(scene, of.model)
+            posterior = prepare(scene, of.model)  # turns are known: there is no other solution
         except Unanswerable as error:
             rows.append(Row(number, reason=f"refused: {error}"))
             continue
-        ranks, reason = _ranked(found, of.method, truth, rng)
+        ranks, reason = _ranked(posterior, scene, of.method, truth, rng)
         rows.append(Row(number, ranks, reason))
     return rows
 
@@ -382,26 +381,19 @@ def _measured(
 
 
 def _ranked(
-    found: list[Solution], method: str, truth: Values, rng: np.random.Generator
+    posterior: Posterior, scene: Scene, method: str, truth: Values, rng: np.random.Generator
 ) -> tuple[dict[str, int], str]:
-    """Ranks of the truth among draws from all solutions of a scene; or none, and why."""
-    programs, data = found[0].posterior.programs, found[0].posterior.data
-    seed = int(rng.integers(2**31))
-    modes, faults = weighed(found, seed)
-    # as many as one call takes, with the truth last, and of each solution as its weight asks
-    which = rng.choice(len(found), CHUNK - 1, p=[mode.weight for mode in modes])
-    places = np.linspace(0, 1, CHUNK - 1)
-    drawn = [_draws(solution, method, seed) for solution in found]
-    faults += tuple(fault for _, own in drawn for fault in own)
+    """Ranks of the truth among draws from a scene's posterior; or none, and why."""
+    programs, data = posterior.programs, posterior.data
+    sites, faults = _draws(posterior, scene, method, int(rng.integers(2**31)))
     if faults:
         return {}, f"checks failed: {'; '.join(faults)}"
-    chosen = {}
-    for name, own in truth.items():
-        each = [sites[name] for sites, _ in drawn]
-        rows = [
-            each[i][round(at * (len(each[i]) - 1))] for i, at in zip(which, places, strict=True)
-        ]
-        chosen[name] = np.stack([*rows, own])
+    # as many as one call takes, evenly along the chains, with the truth last
+    places = np.linspace(0, len(sites["speed_b"]) - 1, CHUNK - 1).round().astype(int)
+    chosen = {
+        name: np.concatenate([np.asarray(sites[name])[places], np.asarray(own)[None]])
+        for name, own in truth.items()
+    }
     told = jax.tree.map(np.asarray, programs("simulate", data, chosen))
     good = np.flatnonzero(plausible(programs.structure, data, chosen, told)[:-1])
     if good.size < DRAWS:
@@ -419,14 +411,16 @@ def _ranked(
     return ranks, ""
 
 
-def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...]]:
-    """The unknowns at draws of one solution, and why a reconstruction would not tell of them."""
-    posterior, draws = solution.posterior, METHODS[method].draws
+def _draws(
+    posterior: Posterior, scene: Scene, method: str, seed: int
+) -> tuple[Values, tuple[str, ...]]:
+    """The unknowns at draws of a posterior, and why a reconstruction would not tell of them."""
+    draws = METHODS[method].draws
     drawn = METHODS[method].draw(Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None))
-    sites, faults = _checked(posterior, drawn, solution.scene)
+    sites, faults = _checked(posterior, drawn, scene)
     if faults and drawn.complete and drawn.more:  # as a reconstruction does
         drawn = drawn.more()
-        sites, faults = _checked(posterior, drawn, solution.scene)
+        sites, faults = _checked(posterior, drawn, scene)
     if not drawn.complete:
         raise KeyboardInterrupt
     return sites, faults

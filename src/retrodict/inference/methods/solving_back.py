@@ -34,8 +34,8 @@ def _compared(task: Task, way: str) -> Draws:
     structure = posterior.programs.structure
     if structure.unpinned:
         raise Unanswerable(
-            "this method solves back from where vehicles slid to rest, which this scene does not have "
-            "of both: use another method"
+            "this method solves back from where both vehicles slid to rest, which this scene does not "
+            "tell, or which leaves two branches of e_m open: use another method"
         )
     n = length(structure)
     if n > posterior.size:
