@@ -11,7 +11,9 @@ e and e_m have hard bounds, and a posterior often leans on them (e near 0 is nor
 crashes). `bend` moves q along a direction for each, that changes it with the least change of all
 else, so that the bounds lie at infinity and every point within them is reached. A simpler impact
 model holds some of these levels fixed (e_m = 1, no sliding left): then q is moved to where they are
-so, and its coordinates are fewer than its entries.
+so, and its coordinates are fewer than its entries. Levels are quotients, whose numerators and
+denominators are nearly linear in q, and just linear in the motion: q is moved as if they were linear
+in it, then the motion, by the little that was missed. Both are linear equations.
 """
 
 from __future__ import annotations
@@ -31,13 +33,10 @@ from retrodict.models.impact import Level, quotients
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 
-_ROUNDS = 10  # of Broyden's method along the bend
-_ROUNDING = 1e-12  # of a wall's softness: steps too short to learn from
-_STEP = 1e-4  # of a wall's softness, in difference quotients along the bend
-_TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear
+_TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear in q
+_MISSED = 16.0  # times a wall's softness: how far it may be from what it was bent to
 _FLOOR = 0.1  # of the divisors at the centre: where they bend away from zero
 _BEYOND = 20.0  # taken off the log density there: as good as nothing, and no wall to diverge at
-_SOLVED = 1e-8  # of a wall's softness: what the bend may miss by
 
 Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
@@ -78,18 +77,33 @@ class Wall(NamedTuple):
     """How q is bent so that the impact model's levels stay within bounds, or where they are held.
 
     Args:
-        level: of each at the centre, shape (m,).
-        gradient: of each in q there, shape (m, q).
-        along: for each a direction that moves it at rate 1 there and no other, shape (m, q).
+        over: numerator of each level at the centre, shape (m,).
+        under: its denominator there, shape (m,).
+        over_slope: of the numerators by q there, shape (m, q).
+        under_slope: of the denominators, shape (m, q).
+        along: for each a direction of q that moves it at rate 1 there and no other, shape (m, q).
+        across: for each a direction of the motion (velocities after the impact over sqrt(friction), then
+            the deviate of A's speed where that is linear in it) that does, shape (m, v + 1).
         softness: over which a bound is approached, shape (m,).
-        divisor: what each is divided by at the centre, shape (m,).
     """
 
-    level: Float[Numbers, " m"]
-    gradient: Float[Numbers, "m q"]
+    over: Float[Numbers, " m"]
+    under: Float[Numbers, " m"]
+    over_slope: Float[Numbers, "m q"]
+    under_slope: Float[Numbers, "m q"]
     along: Float[Numbers, "m q"]
+    across: Float[Numbers, "m v+1"]
     softness: Float[Numbers, " m"]
-    divisor: Float[Numbers, " m"]
+
+    @property
+    def level(self) -> Float[Numbers, " m"]:
+        """Of each at the centre."""
+        return self.over / self.under
+
+    @property
+    def gradient(self) -> Float[Numbers, "m q"]:
+        """Of each in q there."""
+        return (self.over_slope - self.level[:, None] * self.under_slope) / self.under[:, None]
 
 
 class Chart(NamedTuple):
@@ -182,91 +196,158 @@ def separation_at(
     return friction_scale(structure, data, x) * reduced(structure, chart, q)[0], x
 
 
-def bend(
-    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
-) -> tuple[Q, dict[str, Array], Float[Array, ""]]:
-    """Move q along the walls' directions to where each level is what it was, squashed, or held.
+class Bent(NamedTuple):
+    """Where a point is moved to so that its levels are within bounds, or where they are held.
 
-    A bounded level is what e or e_m is at q, but never far from linear in q, so that it passes every
-    bound; away from the bounds bent q is nearly q itself. Broyden's method finds how far to move.
-    Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
-    steer by.
-
-    Returns:
-        Bent q, the bounded levels there by name, and log |d bent / d q|, in which a fixed level
-        stands for the coordinate along its direction; minus infinity where no such point was found.
+    Args:
+        q: moved along `Wall.along`, shape (q,).
+        motion: how far the motion is moved besides, m/s and rad/s, shape (v + 1,).
+        by_q: what of q would move it as far, shape (q,).
+        levels: those that are bounded, by name.
+        log_det: log |d (motion, inputs) / d q|, a held level in the place of the coordinate along its
+            direction, less that of the sheets at `q`.
     """
-    levels = levels_of(structure)
-    if not levels:
-        return q, {}, jnp.zeros(())
-    wall = Wall(*map(jnp.asarray, chart.wall))
-    count = len(levels)
+
+    q: Q
+    motion: Float[Array, " v+1"]
+    by_q: Q
+    levels: parts.Values
+    log_det: Float[Array, ""]
+
+
+def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Bent:
+    """Move q, and then the motion, to where each level is what it was, squashed, or held.
+
+    Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
+    steer by, and cheap.
+    """
+    levels, wall = levels_of(structure), Wall(*map(jnp.asarray, chart.wall))
     free = [i for i, level in enumerate(levels) if not level.fixed]
-    bounds = np.array([(level.low, level.high) for level in levels]).T
-    fixed = jax.lax.stop_gradient(q)
+    linear = jnp.asarray(wall.level) + times(wall.gradient, q - jnp.asarray(chart.centre))
+    start = jax.lax.stop_gradient(q)
 
-    def at(t: Float[Array, " m"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
-        return quotients(levels, *separation_at(structure, data, chart, fixed + t @ wall.along))
-
-    # central differences: automatic ones take as long to compile as all the rest, and these err by 1e-9
-    nudges = jnp.diag(_STEP * wall.softness)
-    around = jnp.concatenate([jnp.zeros((1, count)), nudges, -nudges])
-
-    def values_and_slope(
-        t: Float[Array, " m"], floored: bool
-    ) -> tuple[Float[Array, " m"], Float[Array, "m m"], Float[Array, " m"]]:
-        """The levels at t, their slopes by t, and their divisors over those at the centre."""
-        over, under = jax.vmap(at)(t + around)
-        values = over / (_floored(under / wall.divisor) * wall.divisor if floored else under)
-        rise = values[1 : count + 1] - values[count + 1 :]
-        slope = (rise / (2 * _STEP * wall.softness[:, None])).T
-        return values[0], slope, under[0] / wall.divisor
-
-    zero = jnp.zeros(count)
-    linear = wall.level + times(wall.gradient, q - jnp.asarray(chart.centre))
-    values, slope, _ = values_and_slope(zero, floored=True)
-    apart = (values - jax.lax.stop_gradient(linear)) / (_TRUSTED * wall.softness)
-    level = linear + _TRUSTED * wall.softness * jnp.tanh(apart)
-    trust = 1 - jnp.tanh(apart[:, None]) ** 2
-    slope_before = trust * slope + (1 - trust) * jnp.eye(count)
-    target = jnp.stack(
-        [
-            squash(level[i], wall.softness[i], *bounds[:, i]) if i in free else jnp.array(at_)
-            for i, at_ in enumerate(bounds[0])
-        ]
+    # q along the walls' directions, as if numerators and denominators were linear in it
+    y = start - jnp.asarray(chart.centre)
+    over, under = wall.over + times(wall.over_slope, y), wall.under + times(wall.under_slope, y)
+    over_rate, under_rate = (
+        jnp.asarray(s @ wall.along.T) for s in (wall.over_slope, wall.under_slope)
     )
-    aim = jax.lax.stop_gradient(target)
+    value, slope = _quotient(wall, over, under, over_rate, under_rate)
+    apart, trust = _within(value - jax.lax.stop_gradient(linear), _TRUSTED * wall.softness)
+    level = jax.lax.stop_gradient(linear) + apart
+    slope = trust[:, None] * slope + (1 - trust[:, None]) * jnp.eye(len(levels))
+    aim, share, _ = _squashed(levels, wall, level)
+    rate = over_rate - aim[:, None] * under_rate
+    t = _over(rate, (aim * under - over)[:, None])[:, 0]
+    under += under_rate @ t
+    there = start + t @ wall.along
+    log_det = jnp.log(jnp.abs(under)).sum() - _log_det(rate)
+    log_det += _log_det(slope[np.ix_(free, free)]) if free else 0.0
 
-    Carry = tuple[Array, Array, Array, Array]
+    # then the motion, by what that missed
+    x = parts.from_standard(structure, data, _split(structure, there)[1])
+    scale = friction_scale(structure, data, x)
+    velocities, slopes = reduced(structure, chart, there)
+    units = jnp.append(jnp.full(velocities.size, scale), jnp.asarray(data.inputs["speed_a"])[1])
 
-    def improve(carry: Carry, _: None) -> tuple[Carry, None]:
-        t, step, miss_before, inverse = carry
-        over, under = at(t)
-        miss = over - aim * under  # closer to linear than the quotient
-        change = inverse @ (miss - miss_before)
-        gain = step @ change
-        update = jnp.outer(step - change, step @ inverse)
-        # what a step of rounding's size changes is noise, of which the inverse is to learn nothing
-        sure = (jnp.abs(step) > _ROUNDING * wall.softness).any() & (gain != 0)
-        inverse += jnp.where(sure, update / jnp.where(sure, gain, 1.0), 0.0)
-        step = -inverse @ miss
-        return (t + step, step, miss, inverse), None
+    def at(nudge: Float[Array, " v+1"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+        faster = x | {"speed_a": x["speed_a"] + nudge[-1]}
+        return quotients(levels, scale * velocities + nudge[:-1], faster)
 
-    start = (zero, zero, zero, jnp.diag(1 / wall.divisor))
-    (t, *_), _ = jax.lax.scan(improve, start, None, length=_ROUNDS)
-    t = jax.lax.stop_gradient(t)
-    found, slope, divisor = values_and_slope(t, floored=False)
-    solved = (jnp.abs(found - aim) < _SOLVED * wall.softness).all()
-    beyond = (divisor[np.array(free, int)] <= 0).any()  # lies another branch
-    log_det = _log_det([[slope_before[i, j] for j in free] for i in free]) - _log_det(slope)
-    for i in free:
-        log_det += log_squash_slope(level[i], wall.softness[i], *bounds[:, i])
-    move = target - level
-    t += move - jax.lax.stop_gradient(move)
-    bent = q + t @ wall.along
-    reached = {levels[i].name: target[i] for i in free}
-    log_det -= jnp.where(beyond, _BEYOND, 0.0)
-    return bent, reached, jnp.where(solved, log_det, -jnp.inf)
+    nudges = units * jnp.concatenate([jnp.zeros((1, units.size)), wall.across])
+    over_at, under_at = jax.vmap(at)(nudges)
+    across_rate = (over_at[1:] - over_at[0]).T, (under_at[1:] - under_at[0]).T
+    by_q = _by_q(structure, wall, slopes)
+    by_y = wall.over_slope - aim[:, None] * wall.under_slope
+    aim_rate = jnp.asarray(by_y @ by_q / under[:, None])
+    value, slope = _quotient(wall, over_at[0], under_at[0], *across_rate)
+    apart, trust = _within(value - aim, _MISSED * wall.softness)
+    level = jnp.asarray(level + apart)  # the level that the point had before it was bent
+    slope = aim_rate + (share * trust)[:, None] * (slope - aim_rate)
+    aim, _, volume = _squashed(levels, wall, level)
+    rate = across_rate[0] - aim[:, None] * across_rate[1]
+    t = _over(rate, (aim * under_at[0] - over_at[0])[:, None])[:, 0]
+    under = under_at[0] + across_rate[1] @ t
+    log_det += jnp.log(jnp.abs(under)).sum() - _log_det(rate) + _log_det(slope) + volume
+    beyond = (under / wall.under)[np.array(free, int)] <= 0  # lies another branch
+    log_det -= jnp.where(beyond.any(), _BEYOND, 0.0)
+
+    steered, _, guide = _squashed(levels, wall, linear + jax.lax.stop_gradient(level - linear))
+    moved = q + (steered - linear) @ wall.along
+    return Bent(
+        _with_slope_of(moved, there),
+        jax.lax.stop_gradient(units * (t @ wall.across)),
+        jax.lax.stop_gradient(by_q @ t),
+        {levels[i].name: _with_slope_of(steered, aim)[i] for i in free},
+        _with_slope_of(guide, log_det),
+    )
+
+
+def _squashed(
+    levels: tuple[Level, ...], wall: Wall, values: Float[Numbers, " m"]
+) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, ""]]:
+    """Levels within their bounds or where they are held, how fast the former change, and its log."""
+    aims, log_slopes = [], []
+    for i, level in enumerate(levels):
+        arguments = (values[i], wall.softness[i], level.low, level.high)
+        aims.append(jnp.asarray(level.low) if level.fixed else squash(*arguments))
+        log_slopes.append(-jnp.inf if level.fixed else log_squash_slope(*arguments))
+    log_slope = jnp.stack(log_slopes)
+    free = np.array([not level.fixed for level in levels])
+    return jnp.stack(aims), jnp.exp(log_slope), jnp.sum(log_slope, where=free)
+
+
+def _quotient(
+    wall: Wall,
+    over: Float[Numbers, " m"],
+    under: Float[Numbers, " m"],
+    over_rate: Float[Numbers, "m m"],
+    under_rate: Float[Numbers, "m m"],
+) -> tuple[Float[Array, " m"], Float[Array, "m m"]]:
+    """Levels without poles, for the divisors are kept above zero, and how fast they change."""
+    ratio = under / wall.under
+    divisor = wall.under * _FLOOR * jax.nn.softplus(ratio / _FLOOR)
+    value = jnp.asarray(over / divisor)
+    rate = over_rate - (value * jax.nn.sigmoid(ratio / _FLOOR))[:, None] * under_rate
+    return value, jnp.asarray(rate / divisor[:, None])
+
+
+def _within(
+    x: Float[Numbers, " m"], most: Float[Numbers, " m"]
+) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
+    """x, bent to stay below `most` in size, and its slope."""
+    tanh = jnp.tanh(x / most)
+    return jnp.asarray(most * tanh), 1 - tanh**2
+
+
+def _by_q(
+    structure: parts.Structure, wall: Wall, slopes: Float[Array, "2 v v"]
+) -> Float[Array, "q m"]:
+    """What of q moves the motion along `Wall.across`."""
+    v, count = len(structure.rests), len(wall.across)
+    of_a, of_b = wall.across[:, :v].T, wall.across[:, v : 2 * v].T
+    by_q = jnp.zeros((length(structure), count))
+    by_q = by_q.at[: 2 * v].set(jnp.concatenate([_over(slopes[0], of_a), _over(slopes[1], of_b)]))
+    speed_a = place_of_speed_a(structure)
+    return by_q if speed_a is None else by_q.at[speed_a].set(wall.across[:, -1])
+
+
+def place_of_speed_a(structure: parts.Structure) -> int | None:
+    """Which entry of q is the deviate of A's speed, where the speed is linear in it."""
+    if ("speed_a", "normal") not in structure.uncertain:
+        return None
+    return len(structure.aims) + structure.names.index("speed_a")
+
+
+@jax.custom_jvp
+def _with_slope_of(guide: Array, value: Array) -> Array:
+    """The value, with the derivative of another."""
+    return value
+
+
+@_with_slope_of.defjvp
+def _(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+    return primals[1], tangents[0]
 
 
 def locate(
@@ -284,18 +365,23 @@ def locate(
         A value for each of the model's sample sites, the log determinant, and q.
     """
     q = jnp.asarray(chart.centre) + times(chart.spread, w)
+    log_det = jnp.asarray(chart.log_volume)
     if structure.unpinned:
-        sites, log_det = unpinned.locate(structure, data, q)
-        return sites, log_det + chart.log_volume, q
-    q, reached, log_det = bend(structure, data, chart, q)
-    slopes = reduced(structure, chart, q)[1]
-    separation, x = separation_at(structure, data, chart, q)
-    log_det += chart.log_volume
-    log_det += separation.size * jnp.log(friction_scale(structure, data, x))
+        sites, volume = unpinned.locate(structure, data, q)
+        return sites, volume + log_det, q
+    v = len(structure.aims)
+    bent = Bent(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
+    if levels_of(structure):
+        bent = bend(structure, data, chart, q)
+    slopes = reduced(structure, chart, bent.q)[1]
+    separation, x = separation_at(structure, data, chart, bent.q)
+    log_det += bent.log_det + v * jnp.log(friction_scale(structure, data, x))
     log_det += _log_det(slopes[0]) + _log_det(slopes[1])
-    sites, log_inverse = _sites(structure, data, q, separation, x)
+    x["speed_a"] += bent.motion[v]
+    q = bent.q + bent.by_q
+    sites, log_inverse = _sites(structure, data, q, separation + bent.motion[:v], x)
     log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
-    return sites | reached, log_det, q
+    return sites | bent.levels, log_det, q
 
 
 def solve_back(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> parts.Values:
@@ -322,13 +408,20 @@ def _sites(
     return sites | {"speed_b": jnp.sqrt(v_bx**2 + v_by**2), "direction_b": direction}, log_det
 
 
-def _floored(ratio: Float[Array, "*any"]) -> Float[Array, "*any"]:
-    """A divisor over that at the centre, kept above zero: no level has a pole."""
-    return _FLOOR * jax.nn.softplus(ratio / _FLOOR)
+def _over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k"]:
+    """m's inverse times b, of up to three rows, written out: LAPACK's calls cannot be kept on disk."""
+    if len(m) == 1:
+        return jnp.asarray(b) / m[0, 0]
+    if len(m) == 2:
+        inverse = jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]])
+        return (inverse @ b) / (m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
+    u, v, w = m.T
+    inverse = jnp.stack([jnp.cross(v, w), jnp.cross(w, u), jnp.cross(u, v)])
+    return (inverse @ b) / jnp.dot(u, inverse[0])
 
 
 def _log_det(m: Any) -> Float[Array, ""]:
-    """log |det| of a matrix of up to three rows, written out: LAPACK's calls cannot be kept on disk."""
+    """log |det| of a matrix of up to three rows, written out likewise."""
     rows = len(m)
     if rows == 1:
         det = m[0][0]

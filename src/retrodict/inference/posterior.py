@@ -25,11 +25,10 @@ _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how
 # Curvature that whitening takes for real: inputs have a prior of curvature 1, and a direction that is
 # much wider than that is a ridge that bends away.
 _NARROWEST = 0.3
-_STEP = 1e-3  # of difference quotients along a wall
 _IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
-_NO_WALL = Wall(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+_NO_WALL = Wall(*(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 4, np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -211,7 +210,7 @@ def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
 
 def _branch(posterior: Posterior) -> tuple[float, ...]:
     """Which branch coordinates are of: the signs of what e and e_m are quotients by."""
-    return tuple(np.sign(posterior.chart.wall.divisor))
+    return tuple(np.sign(posterior.chart.wall.under))
 
 
 def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
@@ -224,13 +223,9 @@ def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
     which = levels.index(E_M)
     centre, along = np.asarray(chart.centre), np.asarray(chart.wall.along)[which]
 
-    def quotient(t: float) -> np.ndarray:
-        """What e_m is a quotient of: both linear in t but for what bends."""
-        value, under, _ = programs("levels", data, chart, centre + t * along)
-        return np.array([value[which] * under[which], under[which]])
-
-    over, under = quotient(0.0)
-    over_rise, under_rise = (quotient(_STEP) - [over, under]) / _STEP
+    over, under, over_slope, under_slope, _ = programs("levels", data, chart, centre)
+    over, under = over[which], under[which]
+    over_rise, under_rise = over_slope[which] @ along, under_slope[which] @ along
     for aim in -np.sign(over * under) * np.array([0.5, -0.5]):  # the other side first
         t = (over - aim * under) / (aim * under_rise - over_rise)
         if np.isfinite(t):
@@ -268,7 +263,8 @@ def blank_chart(structure: parts.Structure) -> Chart:
     sheets = [coordinates.Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes]
     n, m = coordinates.length(structure), len(coordinates.levels_of(structure))
     nowhere = np.zeros((m, n))
-    wall = Wall(np.zeros(m), nowhere, nowhere, np.ones(m), np.ones(m))
+    across = np.zeros((m, 2 * v + 1))
+    wall = Wall(np.zeros(m), np.ones(m), nowhere, nowhere, nowhere, across, np.ones(m))
     spread = np.zeros((n, coordinates.size(structure)))
     return Chart((sheets[0], sheets[1]), wall, np.zeros(n), spread, np.zeros(()))
 
@@ -294,14 +290,17 @@ def _chart(
     held = np.array([level.fixed for level in levels], dtype=bool)
     G, along, wall = np.zeros((0, centre.size)), np.zeros((0, centre.size)), chart.wall
     if levels:
-        level, divisor, G = map(np.asarray, programs("levels", data, chart, centre))
+        *quotients, by_z = map(np.asarray, programs("levels", data, chart, centre))
+        wall = wall._replace(**dict(zip(Wall._fields, quotients, strict=False)))
+        G = np.asarray(wall.gradient)
         along = np.linalg.pinv(G).T  # of held levels: the shortest way, for q counts in deviates
         spread = spread - along[held].T @ (G[held] @ spread)
         metric, free = spread @ spread.T, G[~held]
         along[~held] = np.linalg.inv(free @ metric @ free.T) @ free @ metric
         sd = np.where(held, np.linalg.norm(G, axis=1), np.linalg.norm(G @ spread, axis=1))
         widest = [np.inf if one.fixed else (one.high - one.low) / 12 for one in levels]
-        wall = Wall(level, G, along, np.clip(sd, 1e-4, widest), divisor)
+        across = _across(programs.structure, G, by_z)
+        wall = wall._replace(along=along, across=across, softness=np.clip(sd, 1e-4, widest))
     # along axes of q where nothing is held; lower triangular, by QR: squaring the spread first would
     # lose half the digits
     keep = np.linalg.svd(G[held])[2][held.sum() :].T if held.any() else np.eye(centre.size)
@@ -309,6 +308,21 @@ def _chart(
     spread = keep @ (R * np.sign(np.diag(R))[:, None]).T
     volume = np.linalg.slogdet(np.concatenate([spread, along[held].T], axis=1))[1]
     return Chart(sheets, wall, centre, spread, np.array(volume))
+
+
+def _across(structure: parts.Structure, G: np.ndarray, by_z: np.ndarray) -> np.ndarray:
+    """The shortest ways of the motion that move one level each, as `Wall.across` has them.
+
+    Args:
+        structure: of the scene.
+        G: gradients of the levels by q, shape (m, q).
+        by_z: velocities of A and of B over sqrt(friction) by z, shape (2, v, v).
+    """
+    n, speed_a = len(structure.aims), coordinates.place_of_speed_a(structure)
+    way = np.linalg.pinv(G[:, [*range(n), *([] if speed_a is None else [speed_a])]])
+    velocities = np.concatenate(by_z @ way[:n].reshape(2, -1, len(G)))
+    faster = np.zeros((1, len(G))) if speed_a is None else way[n:]
+    return np.concatenate([velocities, faster]).T
 
 
 def _starts(structure: parts.Structure) -> list[np.ndarray]:

@@ -133,16 +133,15 @@ class Programs:
         return jax.vmap(one)(separation, xi)
 
     def _levels(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
-        """The levels at q by the sheets, what they are divided by, and their slopes by q."""
-        levels = self.rung.impact.levels
+        """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'."""
 
-        def value(q: Array) -> tuple[Array, tuple[Array, Array]]:
+        def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
             at = coordinates.separation_at(self.structure, data, chart, q)
-            over, under = quotients(levels, *at)
-            return over / under, (over / under, under)
+            both = quotients(self.rung.impact.levels, *at)
+            return both, both
 
-        slopes, (values, divisor) = jax.jacfwd(value, has_aux=True)(q)
-        return values, divisor, slopes
+        slopes, values = jax.jacfwd(value, has_aux=True)(q)
+        return *values, *slopes, coordinates.reduced(self.structure, chart, q)[1]
 
     def _solve_back(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Any]:
         """The model's unknowns at each row of q, without priors or bounds."""
