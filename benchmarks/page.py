@@ -111,9 +111,28 @@ def of_run_out(charts: Path) -> Parts:
 def of_inference(charts: Path) -> Parts:
     """What stands between the markers of docs/inference.md."""
     rows, parts = _read(charts / "inference.csv", charts / "agreement.csv")
+    seeds, _ = _read(charts / "seeds.csv")
+    parts["seeds_machine"] = [f"- {seeds[0]['machine']}"]
+    lines = [[*SEEDS.values()], ["---"] * len(SEEDS), *([row[c] for c in SEEDS] for row in seeds)]
+    parts["seeds"] = [f"| {' | '.join(line)} |" for line in lines]
     return parts | {"tables": ["\n".join(_listed(rows)).rstrip()]}
 
 
+SEEDS = {
+    "scene": "scene",
+    "method": "method",
+    "draws": "chains × draws",
+    "seeds": "seeds",
+    "divergences": "divergences, all seeds",
+    "leapfrogs": "leapfrogs a draw",
+    "bulk_median": "bulk ESS, median",
+    "bulk_least": "least",
+    "tail_median": "tail ESS, median",
+    "tail_least": "least",
+    "rhat_largest": "largest R̂",
+    "seconds_median": "seconds, median",
+    "seconds_least": "least",
+}
 APPROXIMATIONS = [
     "| method | right and passed | right and flagged | wrong and flagged | wrong and passed |",
     "| --- | --- | --- | --- | --- |",

@@ -10,7 +10,7 @@ import numpy as np
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import RIVAL, Posterior, prepare
+from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, prepare
 from retrodict.inference.programs import CHUNK
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
@@ -289,7 +289,7 @@ def rivals(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
         known = [np.zeros(n), *(other for _, other in found)]
         if min(np.linalg.norm(w - other) for other in known) < _APART:
             continue
-        if end.fun - home > 20 or np.abs(end.jac).max() > _STILL:
+        if end.fun - home > IMPROBABLE or np.abs(end.jac).max() > _STILL:
             continue
         between = [potential(share * w)[0] for share in np.linspace(0.1, 0.9, 9)]
         if max(between) < max(end.fun, home) + 1:  # no dip: a ridge, and part of the same mode

@@ -25,7 +25,7 @@ _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how
 # Curvature that whitening takes for real: inputs have a prior of curvature 1, and a direction that is
 # much wider than that is a ridge that bends away.
 _NARROWEST = 0.3
-_IMPROBABLE = 20.0  # log density by which another mode may be lower and count
+IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
 _NO_WALL = Wall(*(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 4, np.zeros(0))
@@ -196,7 +196,7 @@ def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
         # the potential at a mode, whatever the volume that its coordinates count in
         peaks = [float(at.chart.log_volume) - at.log_evidence for at in found]
         try:
-            mode = _about_mode(start, min(peaks, default=np.inf) + _IMPROBABLE)
+            mode = _about_mode(start, min(peaks, default=np.inf) + IMPROBABLE)
         except Unanswerable as refusal:
             refusals.append(refusal)
             continue

@@ -1,0 +1,129 @@
+"""Twenty seeds of the two example scenes: divergences, effective draws and seconds, compiled.
+
+python3 -m uv run --group bench python -m benchmarks.seeds [seeds folder]
+
+Sampling alone is timed, with the way from draws to unknowns: by NUTS with half its default draws and
+with all, by importance sampling with as few as a thousand effective draws take. A first run with
+divergences counts as it is: no second run hides it. With a number of seeds and a folder: a trial,
+which writes there only.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from arviz_stats.base import array_stats
+
+from benchmarks import page
+from benchmarks.__main__ import DOCS
+from benchmarks.inference import CHAINS, SCENES, WARMUP, Array, Sites
+from benchmarks.integrators import machine
+from retrodict import load_scene
+from retrodict.inference.methods import importance, nuts
+from retrodict.inference.methods.chains import sample
+from retrodict.inference.methods.draws import Task
+from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.programs import in_chunks
+from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.scene.quantities import REPORTED
+
+SEEDS = 20
+BUDGETS = (
+    ("nuts", 250),
+    ("nuts", 500),
+    ("importance", 300),
+    ("importance", 600),
+)  # draws of a chain
+
+
+class Run(NamedTuple):
+    """One seed: seconds, and the worst of the reported quantities."""
+
+    seconds: float
+    divergences: int
+    leapfrogs: float
+    bulk: float
+    tail: float
+    rhat: float
+
+
+def run(posterior: Posterior, method: str, draws: int, seed: int) -> Run:
+    """A method with one seed, its programs compiled before."""
+    task = Task(posterior, CHAINS, draws, WARMUP, seed, lambda *_: None)
+    programs, data, chart = posterior.programs, posterior.data, posterior.chart
+    begin = time.perf_counter()
+    divergences, leapfrogs = 0, np.nan
+    if method == "nuts":
+        found = sample(task, nuts.targets(programs.structure)[0])
+        divergences = int(found.stats["diverging"].sum())
+        leapfrogs = float(found.stats["n_steps"].mean())
+        w = found.w.reshape(-1, posterior.size)
+        sites = in_chunks(lambda w: programs("locate", data, chart, w)[0], w)
+    else:
+        drawn = importance.draw(task)
+        assert drawn.sites is not None
+        sites = drawn.sites
+    seconds = time.perf_counter() - begin
+    worst = _worst(sites | in_chunks(lambda s: programs("simulate", data, s), sites))
+    return Run(seconds, divergences, leapfrogs, *worst)
+
+
+def _worst(told: Sites) -> tuple[float, float, float]:
+    """Least bulk and tail ESS and largest R-hat of the reported quantities."""
+    chains = [np.reshape(told[name], (CHAINS, -1)) for name in REPORTED if name in told]
+    moving = [x for x in chains if np.ptp(x) > 0]  # what is known stands still
+
+    def of(statistic: Callable[..., Array], **options: str) -> list[float]:
+        return [float(statistic(x, **options)) for x in moving]
+
+    bulk, tail = of(array_stats.ess, method="bulk"), of(array_stats.ess, method="tail")
+    return min(bulk), min(tail), max(of(array_stats.rhat))
+
+
+def rows(seeds: int) -> Iterator[dict[str, object]]:
+    """A row for each scene and budget."""
+    for scene, file in SCENES.items():
+        posterior = prepare(load_scene(file), DEFAULT_RUNG)
+        for method, draws in BUDGETS:
+            run(posterior, method, draws, seeds)  # compiles
+            runs = Run(*np.array([run(posterior, method, draws, seed) for seed in range(seeds)]).T)
+            row = {
+                "scene": scene,
+                "method": method,
+                "draws": f"{CHAINS} × {f'({WARMUP} + {draws})' if method == 'nuts' else draws}",
+                "seeds": seeds,
+                "divergences": int(np.sum(runs.divergences)),
+                "leapfrogs": f"{np.mean(runs.leapfrogs):.2f}" if method == "nuts" else "",
+                "bulk_median": f"{np.median(runs.bulk):.0f}",
+                "bulk_least": f"{np.min(runs.bulk):.0f}",
+                "tail_median": f"{np.median(runs.tail):.0f}",
+                "tail_least": f"{np.min(runs.tail):.0f}",
+                "rhat_largest": f"{np.max(runs.rhat):.3f}",
+                "seconds_median": f"{np.median(runs.seconds):.3f}",
+                "seconds_least": f"{np.min(runs.seconds):.3f}",
+                "machine": machine(),
+            }
+            print("  ".join(str(value) for value in row.values()), flush=True)
+            yield row
+
+
+def main(seeds: int = SEEDS, charts: Path = DOCS / "charts") -> None:
+    """Run them all, then write the table and its page."""
+    charts.mkdir(parents=True, exist_ok=True)
+    found = list(rows(seeds))
+    with (charts / "seeds.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(found[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(found)
+    if charts == DOCS / "charts":
+        page.refresh(DOCS / "inference.md", page.of_inference(charts))
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:2]), *map(Path, sys.argv[2:3]))
