@@ -72,11 +72,12 @@ class Tempering(NamedTuple):
 class Programs:
     """Everything of a posterior that is compiled."""
 
+    compile_seconds = 0.0  # of all structures: tracing, and waiting for the compiler
+
     def __init__(self, structure: parts.Structure) -> None:
         self.structure = structure
         self.rung = RUNGS[structure.rung]
         self.model = self.rung.model
-        self.compile_seconds = 0.0  # tracing, and waiting for the compiler
         self._programs: dict[str, Future[Any]] = {}
         self._anew: dict[str, Callable[[], Future[Any]]] = {}
 
@@ -383,7 +384,7 @@ class Programs:
     ) -> Future[Any]:
         begin = time.perf_counter()
         lowered = lower()  # in the caller's thread: tracing is not safe in two
-        self.compile_seconds += time.perf_counter() - begin
+        Programs.compile_seconds += time.perf_counter() - begin
 
         def build() -> Callable[..., Any]:
             program = lowered.compile(_QUICKLY if name in _SELDOM else None)
@@ -399,7 +400,7 @@ class Programs:
         if program is None:  # what was kept does not load
             self._programs[name] = self._anew[name]()
             program = self._programs[name].result()
-        self.compile_seconds += time.perf_counter() - begin
+        Programs.compile_seconds += time.perf_counter() - begin
         return program
 
 

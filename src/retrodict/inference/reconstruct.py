@@ -85,7 +85,7 @@ def reconstruct(
     tell("finding where the posterior lies", 0, 1)
     structure, data = rung.of_scene(scene)
     programs = programs_for(structure)
-    compiled_before = programs.compile_seconds
+    compiled_before = Programs.compile_seconds
     _compile_ahead(programs, data, method, warmup)
     found = solutions(scene, model)
     scene = found[0].scene
@@ -101,9 +101,9 @@ def reconstruct(
     def timed(draw: Callable[[], list[Draws]]) -> list[Draws]:
         nonlocal sampling
         tell("sampling", 0, 1)
-        start, before = time.perf_counter(), programs.compile_seconds
+        start, before = time.perf_counter(), Programs.compile_seconds
         drawn = draw()
-        sampling += time.perf_counter() - start - (programs.compile_seconds - before)
+        sampling += time.perf_counter() - start - (Programs.compile_seconds - before)
         tell("predicting", 0, 1)
         return drawn
 
@@ -141,7 +141,7 @@ def reconstruct(
         checks=run.checks,
         seconds={
             "total": time.perf_counter() - begin,
-            "compile": programs.compile_seconds - compiled_before,
+            "compile": Programs.compile_seconds - compiled_before,
             "sample": sampling,
         },
         versions=_versions(),
