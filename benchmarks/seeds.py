@@ -17,8 +17,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import arviz_stats
 import numpy as np
-from arviz_stats.base import array_stats
 
 from benchmarks import page
 from benchmarks.__main__ import DOCS
@@ -40,6 +40,7 @@ BUDGETS = (
     ("importance", 300),
     ("importance", 600),
 )  # draws of a chain
+_TAILS = (0.05, 0.95)  # Vehtari et al. 2021
 
 
 class Run(NamedTuple):
@@ -79,11 +80,11 @@ def _worst(told: Sites) -> tuple[float, float, float]:
     chains = [np.reshape(told[name], (CHAINS, -1)) for name in REPORTED if name in told]
     moving = [x for x in chains if np.ptp(x) > 0]  # what is known stands still
 
-    def of(statistic: Callable[..., Array], **options: str) -> list[float]:
+    def of(statistic: Callable[..., Array], **options: object) -> list[float]:
         return [float(statistic(x, **options)) for x in moving]
 
-    bulk, tail = of(array_stats.ess, method="bulk"), of(array_stats.ess, method="tail")
-    return min(bulk), min(tail), max(of(array_stats.rhat))
+    bulk, tail = of(arviz_stats.ess, method="bulk"), of(arviz_stats.ess, method="tail", prob=_TAILS)
+    return min(bulk), min(tail), max(of(arviz_stats.rhat))
 
 
 def rows(seeds: int) -> Iterator[dict[str, object]]:
