@@ -1,5 +1,7 @@
 """The coordinates: a bijection whose determinant is exact, with e and e_m inside their bounds."""
 
+from pathlib import Path
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,11 +9,15 @@ import pytest
 from retrodict.models import parts
 from retrodict.models.impact import E_M, E, quotients
 
+from retrodict import load_scene
+from retrodict.inference.modes import rivals
 from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.programs import CHUNK
+from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.squash import log_squash_slope, squash
 from tests.scenes import collision
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 OWN = ("speed_b", "direction_b", "omega_b", "e", "mu", "e_m")
 
 
@@ -83,6 +89,12 @@ def test_every_point_is_bent_to_where_its_levels_are_reached(posterior: Posterio
         for found, name in zip(solved_back(posterior, sites), ("e", "e_m"), strict=True):
             worst = max(worst, float(np.abs(found - sites[name]).max()))
     assert worst < 1e-10 * posterior.chart.wall.softness.max()
+
+
+def test_no_crash_is_reached_twice() -> None:
+    """Far out the linear equations led back to the mode, which passed for a rival of it."""
+    posterior = prepare(load_scene(EXAMPLES / "brach-1977" / "scene.toml"), DEFAULT_RUNG)
+    assert rivals(posterior, 0) == []
 
 
 def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:

@@ -241,6 +241,7 @@ def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Be
     t = _over(rate, (aim * under - over)[:, None])[:, 0]
     under += under_rate @ t
     there = start + t @ wall.along
+    turned = [slope, rate / wall.under[:, None], jnp.diag(under / wall.under)]
     log_det = jnp.log(jnp.abs(under)).sum() - _log_det(rate)
     log_det += _log_det(slope[np.ix_(free, free)]) if free else 0.0
 
@@ -268,9 +269,13 @@ def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Be
     rate = across_rate[0] - aim[:, None] * across_rate[1]
     t = _over(rate, (aim * under_at[0] - over_at[0])[:, None])[:, 0]
     under = under_at[0] + across_rate[1] @ t
+    turned += [slope, rate / wall.under[:, None]]
     log_det += jnp.log(jnp.abs(under)).sum() - _log_det(rate) + _log_det(slope) + volume
     beyond = (under / wall.under)[np.array(free, int)] <= 0  # lies another branch
     log_det -= jnp.where(beyond.any(), _BEYOND, 0.0)
+    # each is one at the centre; where a determinant has turned, far out, points would be reached again
+    folded = jnp.stack([_det(m) for m in turned]) <= 0
+    log_det = jnp.where(folded.any(), -jnp.inf, log_det)
 
     steered, _, guide = _squashed(levels, wall, linear + jax.lax.stop_gradient(level - linear))
     moved = q + (steered - linear) @ wall.along
@@ -421,13 +426,15 @@ def _over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k
 
 
 def _log_det(m: Any) -> Float[Array, ""]:
-    """log |det| of a matrix of up to three rows, written out likewise."""
-    rows = len(m)
-    if rows == 1:
-        det = m[0][0]
-    elif rows == 2:
-        det = m[0][0] * m[1][1] - m[0][1] * m[1][0]
-    else:
-        a, b, c = jnp.asarray(m).T
-        det = jnp.dot(a, jnp.cross(b, c))
-    return jnp.log(jnp.abs(det))
+    """log |det| of a matrix of up to three rows."""
+    return jnp.log(jnp.abs(_det(m)))
+
+
+def _det(m: Any) -> Float[Array, ""]:
+    """Determinant of a matrix of up to three rows, written out likewise."""
+    if len(m) == 1:
+        return m[0][0]
+    if len(m) == 2:
+        return m[0][0] * m[1][1] - m[0][1] * m[1][0]
+    a, b, c = jnp.asarray(m).T
+    return jnp.dot(a, jnp.cross(b, c))
