@@ -205,7 +205,8 @@ class Bent(NamedTuple):
         by_q: what of q would move it as far, shape (q,).
         levels: those that are bounded, by name.
         log_det: log |d (motion, inputs) / d q|, a held level in the place of the coordinate along its
-            direction, less that of the sheets at `q`.
+            direction, less that of the sheets at `q`; minus infinity where points would be reached
+            again.
     """
 
     q: Q
@@ -418,11 +419,11 @@ def _over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k
     if len(m) == 1:
         return jnp.asarray(b) / m[0, 0]
     if len(m) == 2:
-        inverse = jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]])
-        return (inverse @ b) / (m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
-    u, v, w = m.T
-    inverse = jnp.stack([jnp.cross(v, w), jnp.cross(w, u), jnp.cross(u, v)])
-    return (inverse @ b) / jnp.dot(u, inverse[0])
+        adjugate = jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]])
+    else:
+        u, v, w = m.T
+        adjugate = jnp.stack([jnp.cross(v, w), jnp.cross(w, u), jnp.cross(u, v)])
+    return (adjugate @ b) / _det(m)
 
 
 def _log_det(m: Any) -> Float[Array, ""]:
