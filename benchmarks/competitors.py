@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
+from numpyro import handlers
 from numpyro.infer import NUTS
 from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
 from retrodict.models import RUNGS, parts
@@ -55,12 +56,14 @@ class Forward:
     Args:
         structure: of the rung and scene, the run-out's steps as inference takes them.
         data: the scene's numbers.
-        draws: of the posterior, sites with a leading axis: where all start.
+        draws: of the posterior, the unknowns and more with a leading axis: where all start.
     """
 
     def __init__(self, structure: parts.Structure, data: parts.Data, draws: Sites):
         self.model = partial(RUNGS[structure.rung].model, structure)
         self.structure, self.data = structure, data
+        trace = handlers.trace(handlers.seed(self.model, 0)).get_trace(data)
+        draws = {k: v for k, v in draws.items() if k in trace and trace[k]["type"] == "sample"}
         unconstrained = partial(unconstrain_fn, self.model, (data,), {})
         example = unconstrained({name: value[0] for name, value in draws.items()})
         _, self.unravel = ravel_pytree(example)

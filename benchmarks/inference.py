@@ -28,7 +28,6 @@ from retrodict import load_scene
 from retrodict.inference import Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import in_chunks
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -123,11 +122,9 @@ def _draw(posterior: Posterior, method: str, chains: int, draws: int, seed: int)
 
 
 def _sites(posterior: Posterior, drawn: Draws) -> Sites:
-    """The unknowns at a method's draws, shape (chains, draws)."""
-    programs, data, chart = posterior.programs, posterior.data, posterior.chart
-    w = drawn.w.reshape(-1, drawn.w.shape[-1])
-    sites = in_chunks(lambda w: programs(drawn.way, data, chart, w)[0], w)
-    return {k: v.reshape(*drawn.w.shape[:2], *v.shape[1:]) for k, v in sites.items()}
+    """The unknowns at a method's draws, and what follows from them, shape (chains, draws)."""
+    told = drawn.known(posterior)
+    return {k: v.reshape(*drawn.w.shape[:2], *v.shape[1:]) for k, v in told.items()}
 
 
 def _values(x: Sites) -> Array:

@@ -2,10 +2,10 @@
 
 python3 -m uv run --group bench python -m benchmarks.seeds [seeds folder]
 
-Sampling alone is timed, with the way from draws to unknowns: by NUTS with half its default draws and
-with all, by importance sampling with as few as a thousand effective draws take. A first run with
-divergences counts as it is: no second run hides it. With a number of seeds and a folder: a trial,
-which writes there only.
+Sampling alone is timed, with the way from draws to all that is told of them: by NUTS with half its
+default draws and with all, by importance sampling with as few as a thousand effective draws take. A
+first run with divergences counts as it is: no second run hides it. With a number of seeds and a
+folder: a trial, which writes there only.
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ from benchmarks.integrators import machine
 from retrodict import load_scene
 from retrodict.inference.methods import importance, nuts
 from retrodict.inference.methods.chains import sample
-from retrodict.inference.methods.draws import Task
+from retrodict.inference.methods.draws import Draws, Task
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import in_chunks
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.scene.quantities import REPORTED
 
@@ -57,22 +56,17 @@ class Run(NamedTuple):
 def run(posterior: Posterior, method: str, draws: int, seed: int) -> Run:
     """A method with one seed, its programs compiled before."""
     task = Task(posterior, CHAINS, draws, WARMUP, seed, lambda *_: None)
-    programs, data, chart = posterior.programs, posterior.data, posterior.chart
     begin = time.perf_counter()
     divergences, leapfrogs = 0, np.nan
     if method == "nuts":
-        found = sample(task, nuts.targets(programs.structure)[0])
+        found = sample(task, nuts.targets(posterior.programs.structure)[0])
         divergences = int(found.stats["diverging"].sum())
         leapfrogs = float(found.stats["n_steps"].mean())
-        w = found.w.reshape(-1, posterior.size)
-        sites = in_chunks(lambda w: programs("locate", data, chart, w)[0], w)
+        told = Draws(found.w, {}).known(posterior)
     else:
-        drawn = importance.draw(task)
-        assert drawn.sites is not None
-        sites = drawn.sites
+        told = importance.draw(task).known(posterior)
     seconds = time.perf_counter() - begin
-    worst = _worst(sites | in_chunks(lambda s: programs("simulate", data, s), sites))
-    return Run(seconds, divergences, leapfrogs, *worst)
+    return Run(seconds, divergences, leapfrogs, *_worst(told))
 
 
 def _worst(told: Sites) -> tuple[float, float, float]:

@@ -18,7 +18,6 @@ from retrodict.inference import Unanswerable
 from retrodict.inference.gate import MAX_RHAT, MIN_ESS
 from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.posterior import RESOLVED, Posterior, prepare
-from retrodict.inference.programs import in_chunks
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.scene.records import Scene
 
@@ -98,9 +97,7 @@ MAPS = (
 
 def sites(posterior: Posterior, drawn: Draws) -> dict[str, Array]:
     """The asked unknowns at a method's draws, shape (chains, draws)."""
-    programs, data, chart = posterior.programs, posterior.data, posterior.chart
-    w = drawn.w.reshape(-1, drawn.w.shape[-1])
-    found = in_chunks(lambda w: programs(drawn.way, data, chart, w)[0], w)
+    found = drawn.known(posterior)
     return {name: np.asarray(found[name]).reshape(drawn.w.shape[:2]) for name in ASKED}
 
 

@@ -17,7 +17,6 @@ from retrodict.inference import Unanswerable
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import in_chunks
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.scene.records import Scene
 
@@ -240,8 +239,7 @@ def stiffness(posterior: Posterior, w: Array) -> tuple[float, float]:
         posterior: that was drawn from.
         w: draws in the sampled coordinates, shape (any, q).
     """
-    programs = posterior.programs
-    located = in_chunks(lambda w: programs("locate", posterior.data, posterior.chart, w)[0], w)
-    forward = competitors.Forward(programs.structure, posterior.data, located)
+    told = posterior.weighed(w)[1]
+    forward = competitors.Forward(posterior.programs.structure, posterior.data, told)
     naive, ours = (np.linalg.cond(np.corrcoef(u.T)) for u in (forward.starts, w))
     return float(naive), float(ours)

@@ -83,10 +83,9 @@ def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
     weight /= weight.sum()
     effective = 1 / (weight**2).sum()
     assert effective > 400
-    arguments = (posterior.data, posterior.chart)
-    batches = [programs("locate", *arguments, jnp.asarray(b))[0] for b in np.split(w, 8)]
+    told = posterior.weighed(w)[1]
     for name in ("speed_b", "e", "e_m", "mu", "omega_b"):
-        values = np.concatenate([np.asarray(b[name]) for b in batches])
+        values = told[name]
         mean = (weight * values).sum()
         sd = np.sqrt((weight * (values - mean) ** 2).sum())
         nuts = outcome.idata["posterior"][name].values

@@ -215,8 +215,9 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 ) -> None:
     asked = []
 
-    def run(scene, *, model, method, seed):
+    def run(scene, *, model, method, seed, pictured):
         asked.append((model, method, seed))
+        assert not pictured  # no figure shows a rung
         if stop_at == model:
             raise KeyboardInterrupt
         if model == "middle":

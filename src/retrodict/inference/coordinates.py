@@ -27,7 +27,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from retrodict.inference import unpinned
-from retrodict.inference.squash import log_squash_slope, squash
+from retrodict.inference.squash import squash
 from retrodict.models import RUNGS, parts
 from retrodict.models.impact import Level, quotients
 
@@ -266,7 +266,9 @@ def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Be
     apart, trust = _within(value - aim, _MISSED * wall.softness)
     level = jnp.asarray(level + apart)  # the level that the point had before it was bent
     slope = aim_rate + (share * trust)[:, None] * (slope - aim_rate)
-    aim, _, volume = _squashed(levels, wall, level)
+    # their derivatives are those of the linear levels
+    steered, _, guide = _squashed(levels, wall, linear + jax.lax.stop_gradient(level - linear))
+    aim, volume = jax.lax.stop_gradient((steered, guide))
     rate = across_rate[0] - aim[:, None] * across_rate[1]
     t = _over(rate, (aim * under_at[0] - over_at[0])[:, None])[:, 0]
     under = under_at[0] + across_rate[1] @ t
@@ -278,13 +280,12 @@ def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Be
     folded = jnp.stack([_det(m) for m in turned]) <= 0
     log_det = jnp.where(folded.any(), -jnp.inf, log_det)
 
-    steered, _, guide = _squashed(levels, wall, linear + jax.lax.stop_gradient(level - linear))
     moved = q + (steered - linear) @ wall.along
     return Bent(
         _with_slope_of(moved, there),
         jax.lax.stop_gradient(units * (t @ wall.across)),
         jax.lax.stop_gradient(by_q @ t),
-        {levels[i].name: _with_slope_of(steered, aim)[i] for i in free},
+        {levels[i].name: steered[i] for i in free},
         _with_slope_of(guide, log_det),
     )
 
@@ -293,14 +294,13 @@ def _squashed(
     levels: tuple[Level, ...], wall: Wall, values: Float[Numbers, " m"]
 ) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, ""]]:
     """Levels within their bounds or where they are held, how fast the former change, and its log."""
-    aims, log_slopes = [], []
-    for i, level in enumerate(levels):
-        arguments = (values[i], wall.softness[i], level.low, level.high)
-        aims.append(jnp.asarray(level.low) if level.fixed else squash(*arguments))
-        log_slopes.append(-jnp.inf if level.fixed else log_squash_slope(*arguments))
-    log_slope = jnp.stack(log_slopes)
-    free = np.array([not level.fixed for level in levels])
-    return jnp.stack(aims), jnp.exp(log_slope), jnp.sum(log_slope, where=free)
+    low, high = np.array([(level.low, level.high) for level in levels]).T
+    free = np.flatnonzero(low < high)
+    if not free.size:
+        return jnp.asarray(low), jnp.zeros(low.size), jnp.zeros(())
+    inside, log_slope = squash(values[free], wall.softness[free], low[free], high[free])
+    aims = jnp.asarray(low).at[free].set(inside)
+    return aims, jnp.zeros(low.size).at[free].set(jnp.exp(log_slope)), jnp.sum(log_slope)
 
 
 def _quotient(

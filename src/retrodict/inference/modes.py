@@ -10,8 +10,7 @@ import numpy as np
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, prepare
-from retrodict.inference.programs import CHUNK
+from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, hessian, prepare
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -171,12 +170,14 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
     pairs = list(zip(trees, modes, strict=True))
     weights = np.array([m.weight for m in modes])
     weights /= weights.sum()
-    shape, runs = (sizes["chain"], draws), trees[0]["trajectories"].sizes["run"]
+    shape = (sizes["chain"], draws)
     which = xr.DataArray(rng.choice(len(modes), shape, p=weights), dims=("chain", "draw"))
     groups = {name: tree.to_dataset() for name, tree in trees[0].children.items()}
     groups |= {name: chosen(name, which) for name in _OF_DRAWS}
-    of_runs = xr.DataArray(rng.choice(len(modes), runs, p=weights), dims="run")
-    groups["trajectories"] = chosen("trajectories", of_runs)
+    if "trajectories" in groups:
+        runs = groups["trajectories"].sizes["run"]
+        of_runs = xr.DataArray(rng.choice(len(modes), runs, p=weights), dims="run")
+        groups["trajectories"] = chosen("trajectories", of_runs)
     groups["sample_stats"] = groups["sample_stats"].assign(mode=which)
     attrs = [tree["sample_stats"].attrs for tree in trees]
     if "pareto_k" in attrs[0]:
@@ -308,19 +309,13 @@ def shares(log_evidence: np.ndarray) -> np.ndarray:
 
 def _log_volume(posterior: Posterior, w: np.ndarray) -> float:
     """Log of the volume of a mode at w over that of a standard normal."""
-    h, n = 0.05, w.size
-    steps = h * np.eye(n)
-    rows = [posterior.potential(w + s)[1] - posterior.potential(w - s)[1] for s in steps]
-    hessian = np.nan_to_num(np.array(rows) / (2 * h))
-    values = np.linalg.eigvalsh((hessian + hessian.T) / 2)
+    values = np.linalg.eigvalsh(hessian(posterior.potential, w))
     return float(-0.5 * np.log(np.clip(values, 1e-2, 1e4)).sum())
 
 
 def _told_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
     """The reported quantities at a point, SI units and radians."""
-    programs, data = posterior.programs, posterior.data
-    sites = programs("locate", data, posterior.chart, np.tile(w, (CHUNK, 1)))[0]
-    told = sites | programs("simulate", data, sites)
+    told = posterior.weighed(w[None])[1]
     return {name: float(told[name][0]) for name in REPORTED if name in told}
 
 

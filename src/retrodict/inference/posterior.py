@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
+import jax
 import numpy as np
 
 from retrodict.inference import coordinates, sheet, unpinned
@@ -27,6 +29,7 @@ _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how
 _NARROWEST = 0.3
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
+Potential = Callable[[np.ndarray], tuple[float, np.ndarray]]  # w -> value, gradient
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
 _NO_WALL = Wall(*(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 4, np.zeros(0))
 
@@ -56,10 +59,10 @@ class Posterior:
         """Number of coordinates."""
         return self.chart.spread.shape[1]
 
-    def potential(self, w: np.ndarray) -> tuple[float, np.ndarray]:
+    @cached_property
+    def potential(self) -> Potential:
         """Minus the log density, and its gradient, at w."""
-        value, gradient = self.programs("potential", w, self.data, self.chart)
-        return float(value), np.asarray(gradient)
+        return _potential(self.programs, self.data, self.chart)
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
@@ -91,7 +94,7 @@ class Posterior:
         return np.linalg.solve(np.asarray(other.chart.spread), off.T).T
 
     def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """`log_density`, and the model's unknowns at the same points."""
+        """`log_density`; and the model's unknowns and what follows from them, at the same points."""
         return in_chunks(lambda w: self.programs("weigh", self.data, self.chart, w), w)
 
 
@@ -160,12 +163,14 @@ def _unresolved(posterior: Posterior) -> float:
     programs, data, n = posterior.programs, posterior.data, posterior.size
     if not programs.structure.rested:
         return 0.0
-    w = np.random.default_rng(0).standard_normal((BATCH, n))
-    sites = posterior.weighed(w)[1]
-    told = in_chunks(lambda sites: programs("simulate", data, sites), sites)
-    after = [name for of_one in parts.AFTER for name in of_one if name in told]
-    V = np.stack([told[name] for name in after], axis=1)
-    return sheet.unresolved(programs, data, (V, sites.get("measured", np.zeros((BATCH, 0)))))
+    told = posterior.weighed(np.random.default_rng(0).standard_normal((BATCH, n)))[1]
+    return sheet.unresolved(programs, data, run_outs_of(told))
+
+
+def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities after the impact, and deviates of the inputs, of crashes; a row for each."""
+    V = np.stack([told[k] for of_one in parts.AFTER for k in of_one if k in told], axis=1)
+    return V, told.get("measured", np.zeros((len(V), 0)))
 
 
 def plain(centre: np.ndarray, spread: np.ndarray) -> Chart:
@@ -245,7 +250,8 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         mode, value = _mode(programs, data, chart)
         if value + chart.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
-        centre = np.asarray(programs("bent", data, chart, mode))
+        (_, bent), _ = programs("potential", mode, data, chart)
+        centre = np.asarray(bent)
         spread = np.asarray(chart.spread) @ _spread_at(programs, data, chart, mode)
         if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
@@ -339,19 +345,20 @@ def _likeliest(programs: Programs, data: parts.Data, charts: list[Chart]) -> Cha
     if len(charts) == 1:
         return charts[0]
     nowhere = np.zeros(coordinates.size(programs.structure))
-    heights = [float(programs("potential", nowhere, data, chart)[0]) for chart in charts]
+    heights = [_potential(programs, data, chart)(nowhere)[0] for chart in charts]
     return charts[int(np.argmin(np.nan_to_num(heights, nan=np.inf)))]
 
 
 def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:
     from scipy.optimize import minimize  # slow to import, and compilers are at work by now
 
+    at = _potential(programs, data, chart)
+
     def potential(w: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = programs("potential", w, data, chart)
-        value = float(value)
+        value, gradient = at(w)
         if not np.isfinite(value):
             return 1e10 + 1e8 * float(w @ w), 2e8 * w
-        return value, np.nan_to_num(np.asarray(gradient))
+        return value, np.nan_to_num(gradient)
 
     best = minimize(
         potential,
@@ -365,19 +372,31 @@ def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarra
     return best.x, float(best.fun)
 
 
+def _potential(programs: Programs, data: parts.Data, chart: Chart) -> Potential:
+    """The potential and its gradient as a function of w alone.
+
+    Numbers go over to JAX once here; at every call they would cost as much as the gradient does.
+    """
+    data, chart = jax.device_put((data, chart))
+
+    def at(w: np.ndarray) -> tuple[float, np.ndarray]:
+        (value, _), gradient = programs("potential", w, data, chart)
+        return float(value), np.asarray(gradient)
+
+    return at
+
+
+def hessian(potential: Potential, w: np.ndarray) -> np.ndarray:
+    """Of a potential at w, by differences of its gradient; zero where that is no number."""
+    h = 0.05
+    steps = h * np.eye(w.size)
+    rows = np.array([potential(w + s)[1] - potential(w - s)[1] for s in steps]) / (2 * h)
+    return np.nan_to_num((rows + rows.T) / 2)
+
+
 def _spread_at(
     programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray, least: float = 1e-2
 ) -> np.ndarray:
     """Square root of the inverse Hessian at the mode, by differences of the compiled gradient."""
-    h = 0.05
-    rows = []
-    for i in range(mode.size):
-        ends = []
-        for sign in (1, -1):
-            w = mode.copy()
-            w[i] += sign * h
-            ends.append(np.asarray(programs("potential", w, data, chart)[1]))
-        rows.append((ends[0] - ends[1]) / (2 * h))
-    hessian = np.nan_to_num((np.array(rows) + np.array(rows).T) / 2)
-    values, vectors = np.linalg.eigh(hessian)
+    values, vectors = np.linalg.eigh(hessian(_potential(programs, data, chart), mode))
     return vectors @ np.diag(1 / np.sqrt(np.clip(values, least, 1e4))) @ vectors.T

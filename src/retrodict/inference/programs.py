@@ -45,8 +45,6 @@ _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
 _SELDOM = (
     "inputs",
     "levels",
-    "bent",
-    "locate",
     "solve_back",
     "propagate",
     "simulate",
@@ -99,8 +97,8 @@ class Programs:
 
     def weighed(
         self, w: Float[Array, " q"], data: parts.Data, chart: coordinates.Chart
-    ) -> tuple[Float[Array, ""], parts.Values]:
-        """`log_density`, and the model's unknowns at w, which it has to find anyway."""
+    ) -> tuple[Float[Array, ""], parts.Values, coordinates.Q]:
+        """`log_density`; the model's unknowns at w and what follows from them; and q there."""
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
 
         def rest_poses(structure: parts.Structure, data: parts.Data, *at: Any) -> Array:
@@ -109,8 +107,8 @@ class Programs:
             return sheet + jax.lax.stop_gradient(exact - sheet)
 
         given = {} if self.structure.unpinned else {"rest_poses": rest_poses}
-        joint, _ = log_density(self.model, (self.structure, data), given, sites)
-        return joint + log_det, sites
+        joint, trace = log_density(self.model, (self.structure, data), given, sites)
+        return joint + log_det, sites | _told(trace), q
 
     def _inputs(self, data: parts.Data, xi: Array) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
@@ -144,11 +142,11 @@ class Programs:
         slopes, values = jax.jacfwd(value, has_aux=True)(q)
         return *values, *slopes, coordinates.reduced(self.structure, chart, q)[1]
 
-    def _solve_back(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Any]:
+    def _solve_back(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> parts.Values:
         """The model's unknowns at each row of q, without priors or bounds."""
-        return (jax.vmap(lambda q: coordinates.solve_back(self.structure, data, chart, q))(q),)
+        return jax.vmap(lambda q: coordinates.solve_back(self.structure, data, chart, q))(q)
 
-    def _propagate(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Any]:
+    def _propagate(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> parts.Values:
         """The same by first derivatives at the measured values."""
 
         def exact(q: Array) -> parts.Values:
@@ -157,12 +155,21 @@ class Programs:
         def to_first_order(q: Array) -> parts.Values:
             return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
 
-        return (jax.vmap(to_first_order)(q),)
+        return jax.vmap(to_first_order)(q)
 
     @cached_property
-    def potential(self) -> Callable[..., Array]:
-        """Minus the log density; jitted, so that two programs with its gradient share one trace."""
-        return jax.jit(lambda w, data, chart: -self.log_density(w, data, chart))
+    def height(self) -> Callable[..., tuple[Array, coordinates.Q]]:
+        """Minus the log density, and q; jitted, so that two programs share one trace of its gradient."""
+
+        def height(w: Array, data: parts.Data, chart: coordinates.Chart) -> tuple[Array, Array]:
+            log_density, _, q = self.weighed(w, data, chart)
+            return -log_density, q
+
+        return jax.jit(height)
+
+    def potential(self, w: Array, data: parts.Data, chart: coordinates.Chart) -> Array:
+        """Minus the log density."""
+        return self.height(w, data, chart)[0]
 
     def steered(self, w: Array, data: parts.Data, chart: coordinates.Chart) -> Array:
         """`potential`, without its gradient where that is steeper than a posterior's can be.
@@ -180,12 +187,7 @@ class Programs:
         def one(values: parts.Values) -> dict[str, Array]:
             conditioned = handlers.substitute(self.model, values)
             trace = handlers.trace(handlers.seed(conditioned, 0)).get_trace(self.structure, data)
-            out = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
-            for k, s in trace.items():
-                if s["type"] == "sample" and s["is_observed"]:
-                    out[f"predicted/{k}"] = s["fn"].mean
-                    out[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
-            return out
+            return _told(trace)
 
         return jax.vmap(one)(sites)
 
@@ -200,13 +202,14 @@ class Programs:
 
         return jax.vmap(one)(keys)
 
-    def _paths(self, data: parts.Data, sites: parts.Values, separation: Array) -> Array:
-        def one(values: parts.Values, V: Array) -> Array:
-            deviates = values.get("measured", jnp.zeros(0))
+    def _paths(self, data: parts.Data, separation: Array, xi: Array) -> Array:
+        """How each motion comes to rest."""
+
+        def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
             return self.rung.run_out.paths(self.structure, data, x, V)
 
-        return jax.vmap(one)(sites, separation)
+        return jax.vmap(one)(separation, xi)
 
     # -- compiled, each once -----------------------------------------------------------------
 
@@ -227,24 +230,16 @@ class Programs:
 
         self._submit(name, lower)
 
-    def sites(self, *arguments: Any) -> Any:
-        """The shapes of what "locate" makes of the model's unknowns."""
-        return jax.eval_shape(self.functions["locate"], *arguments)[0]
-
     @cached_property
     def functions(self) -> dict[str, Callable[..., Any]]:
         """What is compiled, by name."""
-        s = self.structure
-        in_batch = jax.vmap(coordinates.locate, in_axes=(None, None, None, 0))
         return {
             "inputs": self._inputs,
             "reached": self._reached,
-            "potential": jax.value_and_grad(self.potential),
-            "locate": lambda data, chart, w: in_batch(s, data, chart, w),
+            "potential": jax.value_and_grad(self.height, has_aux=True),
             "levels": self._levels,
-            "bent": lambda data, chart, w: coordinates.locate(s, data, chart, w)[2],
             "weigh": jax.vmap(
-                lambda data, chart, w: self.weighed(w, data, chart), in_axes=(None, None, 0)
+                lambda data, chart, w: self.weighed(w, data, chart)[:2], in_axes=(None, None, 0)
             ),
             "solve_back": self._solve_back,
             "propagate": self._propagate,
@@ -402,6 +397,16 @@ class Programs:
             program = self._programs[name].result()
         Programs.compile_seconds += time.perf_counter() - begin
         return program
+
+
+def _told(trace: dict[str, Any]) -> dict[str, Array]:
+    """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
+    told = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
+    for k, s in trace.items():
+        if s["type"] == "sample" and s["is_observed"]:
+            told[f"predicted/{k}"] = s["fn"].mean
+            told[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
+    return told
 
 
 def _log_tails(w: Array) -> Array:

@@ -6,6 +6,7 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -19,8 +20,8 @@ from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Rival, Solution, beside, mixed, rivals_of, solutions, weighed
 from retrodict.inference.outcome import Checks, Mode, Outcome
-from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart
-from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
+from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart, run_outs_of
+from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
 from retrodict.models import RUNGS, parts
 from retrodict.models.evidence import FREEDOM
 from retrodict.scene.quantities import describe, si_symbol
@@ -49,6 +50,7 @@ def reconstruct(
     seed: int = 0,
     progress: Progress | None = None,
     resume: Path | None = None,
+    pictured: bool = True,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
 
@@ -62,6 +64,7 @@ def reconstruct(
         seed: of every random number.
         progress: called as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
+        pictured: whether the prior and run-outs are told too, which figures show.
 
     Returns:
         The outcome; marked incomplete when interrupted with some draws already kept.
@@ -86,7 +89,7 @@ def reconstruct(
     structure, data = rung.of_scene(scene)
     programs = programs_for(structure)
     compiled_before = Programs.compile_seconds
-    _compile_ahead(programs, data, method, warmup)
+    _compile_ahead(programs, data, method, warmup, pictured)
     found = solutions(scene, model)
     scene = found[0].scene
     faults = _unresolved(found)
@@ -111,7 +114,7 @@ def reconstruct(
         tell("sampling", done, total)
 
     task = Task(found[0].posterior, chains, draws, warmup, seed, told, resume)
-    run = _run(method, found, modes, rivals, task, faults, timed)
+    run = _run(method, found, modes, rivals, task, faults, timed, pictured)
     own = run.checks.reasons[len(faults) :]
     instead = _INSTEAD.get(method)
     if instead and own and run.complete and draws >= _WORTH_MORE:
@@ -120,7 +123,7 @@ def reconstruct(
         anew = [s.about(d.w) for s, d in zip(found, run.drawn, strict=True)]
         others = [rival.seen_from(found[rival.of], anew[rival.of]) for rival in rivals]
         tried = replace(tried, posterior=anew[0].posterior)
-        other = _run(instead, anew, modes, others, tried, faults, timed)
+        other = _run(instead, anew, modes, others, tried, faults, timed, pictured)
         failed = other.checks.reasons[len(faults) :]
         if failed:
             run.notes.append(f"the method {instead} was tried too, and failed: {'; '.join(failed)}")
@@ -187,6 +190,7 @@ def _run(
     task: Task,
     faults: tuple[str, ...],
     timed: Callable[[Callable[[], list[Draws]]], list[Draws]],
+    pictured: bool,
 ) -> _Run:
     """Draws of every solution by a method, which goes on to twice as many where that may help."""
     draws = task.draws
@@ -203,7 +207,7 @@ def _run(
         others = beside(found, modes, _unreached(rivals, drawn))[len(found) :]
         known = faults + tuple(_told_apart(mode, modes[0]) for mode in others)
         known += tuple(fault for each in drawn for fault in each.faults)
-        trees = [_tree(s, d, task.seed) for s, d in zip(found, drawn, strict=False)]
+        trees = [_tree(s, d, task.seed, pictured) for s, d in zip(found, drawn, strict=False)]
         if len(trees) > 1:  # a chain that is stuck in one solution would be hidden by the others
             for solution, tree in zip(found, trees, strict=False):
                 own = gate.judge(tree, solution.scene).reasons
@@ -276,7 +280,9 @@ def _told_several(found: list[Solution], modes: list[Mode]) -> str:
     return told
 
 
-def _compile_ahead(programs: Programs, data: parts.Data, method: str, warmup: int) -> None:
+def _compile_ahead(
+    programs: Programs, data: parts.Data, method: str, warmup: int, pictured: bool
+) -> None:
     """Have what will be needed compiled side by side, in the order it will be needed."""
     structure = programs.structure
     chart = blank_chart(structure)
@@ -290,16 +296,15 @@ def _compile_ahead(programs: Programs, data: parts.Data, method: str, warmup: in
         finer.expect("reached", data, separation, xi)
         if programs.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
-        programs.expect("bent", data, chart, np.zeros(n))
     programs.expect("potential", np.zeros(n), data, chart)
-    draws = np.zeros((CHUNK, n))
-    programs.expect("locate", data, chart, draws)
     if method == "nuts":
         programs.sampler(warmup, targets(structure)[0], data, chart)
-    elif METHODS[method].exact:
-        programs.expect("weigh", data, chart, draws)
-    programs.expect("simulate", data, lambda: programs.sites(data, chart, draws))
-    programs.expect("prior", _prior_keys(0), data)
+    programs.expect("weigh", data, chart, np.zeros((CHUNK, n)))
+    if pictured:
+        prior = (_prior_keys(0), data)
+        programs.expect("prior", *prior)
+        sites = partial(jax.eval_shape, programs.functions["prior"], *prior)
+        programs.expect("simulate", data, sites)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)
 
@@ -315,23 +320,15 @@ def _prior_keys(seed: int) -> jax.Array:
     return jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
 
 
-def _tree(solution: Solution, drawn: Draws, seed: int) -> xr.DataTree:
+def _tree(solution: Solution, drawn: Draws, seed: int, pictured: bool) -> xr.DataTree:
     """Draws as an ArviZ DataTree, named, with units."""
     import xarray as xr
 
     posterior, scene = solution.posterior, solution.scene
     programs, data = posterior.programs, posterior.data
-    chains, draws, n = drawn.w.shape
     rng = np.random.default_rng([seed, 1])
 
-    sites = drawn.sites
-    if sites is None:
-        sites = in_chunks(
-            lambda w: programs(drawn.way, data, posterior.chart, w)[0], drawn.w.reshape(-1, n)
-        )
-    told = in_chunks(lambda s: programs("simulate", data, s), sites)
-    prior_sites = programs("prior", _prior_keys(seed), data)
-    prior_told = programs("simulate", data, prior_sites)
+    told = drawn.known(posterior)
 
     def group(values: dict[str, np.ndarray], prefix: str, shape: tuple[int, int]) -> xr.Dataset:
         chosen = {
@@ -351,20 +348,23 @@ def _tree(solution: Solution, drawn: Draws, seed: int) -> xr.DataTree:
             for k, m in evidence.items()
         }
 
-    shape, once = (chains, draws), (1, CHUNK)
+    shape, once = drawn.w.shape[:2], (1, CHUNK)
     groups = {
-        "posterior": group(sites | told, "", shape),
-        "prior": group(prior_sites | prior_told, "", once),
+        "posterior": group(told, "", shape),
         "posterior_predictive": group(noisy(told), "predicted/", shape),
-        "prior_predictive": group(noisy(prior_told), "predicted/", once),
         "log_likelihood": group(told, "log_likelihood/", shape),
         "sample_stats": xr.Dataset(
             {k: (("chain", "draw"), v) for k, v in drawn.stats.items()}, attrs=drawn.attributes
         ),
         "observed_data": _labelled({k: np.asarray(m.value) for k, m in evidence.items()}, ()),
         "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
-        "trajectories": _trajectories(posterior, sites, told),
     }
+    if pictured:
+        prior = programs("prior", _prior_keys(seed), data)
+        prior |= programs("simulate", data, prior)
+        groups["prior"] = group(prior, "", once)
+        groups["prior_predictive"] = group(noisy(prior), "predicted/", once)
+        groups["trajectories"] = _trajectories(posterior, told)
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
 
 
@@ -384,17 +384,13 @@ def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Datase
     return xr.Dataset(variables, coords=coords)
 
 
-def _trajectories(posterior: Posterior, sites: dict, told: dict) -> xr.Dataset:
+def _trajectories(posterior: Posterior, told: dict[str, np.ndarray]) -> xr.Dataset:
     """Run-outs of draws taken evenly along the chains."""
     import xarray as xr
 
-    count = len(sites["speed_b"])
-    index = np.linspace(0, count - 1, PATHS).astype(int)
-    known = sites | told
-    columns = [name for of_one in parts.AFTER for name in of_one if name in known]
-    V = np.stack([known[name][index] for name in columns], axis=1)
-    chosen = {k: v[index] for k, v in sites.items()}
-    path = posterior.programs("paths", posterior.data, chosen, V)
+    index = np.linspace(0, len(told["speed_b"]) - 1, PATHS).astype(int)
+    V, xi = run_outs_of(told)
+    path = posterior.programs("paths", posterior.data, V[index], xi[index])
     return xr.Dataset(
         {"path": (("run", "vehicle", "step", "pose"), np.asarray(path))},
         coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"]},

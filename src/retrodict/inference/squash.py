@@ -2,39 +2,48 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import log_ndtr, ndtr
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 Levels = Array | np.ndarray | float
 
 _FAR = -8.0  # where the normal distribution function's integral goes over into its series
 
 
-def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
-    """From the whole line into (low, high); the identity away from them.
+def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> tuple[Array, Array]:
+    """From the whole line into (low, high), the identity away from them; and the log of its slope.
 
-    Its slope is the normal distribution function of the distance to a bound in units of the
+    The slope is the normal distribution function of the distance to a bound in units of the
     softness, so that a density which a bound cuts short falls off beyond it as fast as a normal
     one. (The logistic function's slower fall cost importance sampling a third of all scenes.)
     """
-    up = _ramp((level - low) / softness) - _ramp((level - high) / softness)
-    return jnp.asarray(low + softness * up)
+    above, below = jnp.asarray((level - low) / softness), jnp.asarray((level - high) / softness)
+    rise, log_slope = _between(jnp.stack([above, below]))
+    return jnp.asarray(low + softness * rise), log_slope
 
 
-def log_squash_slope(level: Levels, softness: Levels, low: Levels, high: Levels) -> Array:
-    """Log of squash's derivative."""
-    above, below = (level - low) / softness, (level - high) / softness
-    turn = above + below > 0  # to the side where the difference does not cancel
-    more = log_ndtr(jnp.where(turn, -below, above))
-    return more + jnp.log(-jnp.expm1(log_ndtr(jnp.where(turn, -above, below)) - more))
-
-
-def _ramp(u: Levels) -> Array:
-    """The integral of the normal distribution function up to u: near 0, then near u."""
-    u = jnp.asarray(u)
+@jax.custom_jvp
+def _between(u: Float[Array, "2 *any"]) -> tuple[Array, Array]:
+    """The integral of the normal distribution function from u[1] to u[0], and log of its rise there."""
+    # near 0, then near u
     density = jnp.exp(-(u**2) / 2) / np.sqrt(2 * np.pi)
     far = jnp.minimum(u, _FAR) ** -2  # where the sum below would cancel
     tail = density * far * (1 - far * (3 - far * (15 - far * (105 - far * 945))))
-    return jnp.where(u < _FAR, tail, density + u * ndtr(jnp.maximum(u, _FAR)))
+    ramp = jnp.where(u < _FAR, tail, density + u * ndtr(jnp.maximum(u, _FAR)))
+    # to the side where the difference does not cancel
+    more, less = log_ndtr(jnp.where(u.sum(axis=0) > 0, -u[::-1], u))
+    return ramp[0] - ramp[1], more + jnp.log(-jnp.expm1(less - more))
+
+
+@_between.defjvp
+def _(primals: tuple[Any], tangents: tuple[Any]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    (u,), (du,) = primals, tangents
+    rise, log_slope = _between(u)
+    share = jnp.exp(-(u**2) / 2 - log_slope) / np.sqrt(2 * np.pi)
+    by_rise, by_log_slope = ndtr(u) * du, share * du
+    return (rise, log_slope), (by_rise[0] - by_rise[1], by_log_slope[0] - by_log_slope[1])

@@ -16,7 +16,7 @@ import numpy as np
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 
-from retrodict.inference.squash import log_squash_slope, squash
+from retrodict.inference.squash import squash
 from retrodict.mechanics import axes, from_impulse, from_impulse_that_ends_sliding
 from retrodict.models import RUNGS, parts
 from retrodict.models.impact import E_M, NO_SLIP, E
@@ -84,8 +84,8 @@ def locate(
             e, mu, volume = from_impulse(along, before, to, e_m)
             sites["mu"] = jnp.asarray(mu)
             log_det += 2 * jnp.log(scale_b)
-        sites["e"] = squash(e, _SOFTNESS, E.low, E.high)
-        log_det += volume + log_squash_slope(e, _SOFTNESS, E.low, E.high)
+        sites["e"], log_slope = squash(e, _SOFTNESS, E.low, E.high)
+        log_det += volume + log_slope
     direction = jnp.arctan2(v_b[1], v_b[0])
     if "direction_b" in structure.known_of_b:  # its representative nearest to what was measured
         middle = data.inputs["direction_b"][0]

@@ -20,7 +20,7 @@ from retrodict.inference import gate
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.posterior import RESOLVED, Posterior, prepare
-from retrodict.inference.programs import CHUNK, Programs, in_chunks, programs_for
+from retrodict.inference.programs import CHUNK, Programs, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.models import RUNGS, parts
 from retrodict.scene import load_scene
@@ -430,16 +430,7 @@ def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, 
     """The unknowns at the draws, and why a reconstruction would not tell of them."""
     import xarray as xr
 
-    sites = drawn.sites
-    if sites is None:
-        programs, data, chart = posterior.programs, posterior.data, posterior.chart
-        w = drawn.w.reshape(-1, posterior.size)
-        sites = in_chunks(lambda w: programs(drawn.way, data, chart, w)[0], w)
-    known = sites | {
-        "vbx": sites["speed_b"] * np.cos(sites["direction_b"]),
-        "vby": sites["speed_b"] * np.sin(sites["direction_b"]),
-        "mu_critical": np.full(len(sites["speed_b"]), np.nan),  # a remark wants it, no check does
-    }
+    known = drawn.known(posterior)
     shape, dims = drawn.w.shape[:2], ("chain", "draw")
     judged = {k: v for k, v in known.items() if k in REPORTED or k == "mu_critical"}
     idata = xr.DataTree.from_dict(
@@ -454,4 +445,4 @@ def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, 
     reasons = drawn.faults
     if posterior.unresolved > RESOLVED:
         reasons += ("the run-outs are not resolved",)
-    return sites, gate.judge(idata, scene, reasons).reasons
+    return known, gate.judge(idata, scene, reasons).reasons

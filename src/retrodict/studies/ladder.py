@@ -244,7 +244,7 @@ def climb(scene: Scene, name: str, question: tuple[str, ...], seed: int) -> Step
     """
     step = blank(name, "")
     try:
-        outcome = reconstruct(scene, model=name, method="importance", seed=seed)
+        outcome = reconstruct(scene, model=name, method="importance", seed=seed, pictured=False)
     except Unanswerable as error:
         return replace(step, verdict=str(error))
     return _told_by(outcome, step, question)

@@ -48,8 +48,8 @@ class Draws:
         notes: how the method helped itself.
         faults: for which the draws must not be relied on.
         attributes: the method's own diagnostics: pareto_k, log_evidence.
-        way: the program that leads from w to the model's unknowns, by its name in `Programs`.
-        sites: the model's unknowns at w, where the method has come by them; None where `way` leads.
+        told: the model's unknowns at w and what follows from them, a row for each draw; None of a
+            method that has not come by them.
         unfinished: writes interrupted chains to a file; None where there is nothing to go on with.
         more: goes on to twice as many draws; None where nothing is to be had that way.
     """
@@ -60,7 +60,12 @@ class Draws:
     notes: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
     attributes: dict[str, float] = field(default_factory=dict)
-    way: str = "locate"
-    sites: dict[str, np.ndarray] | None = field(default=None, repr=False)
+    told: dict[str, np.ndarray] | None = field(default=None, repr=False)
     unfinished: Callable[[Path], None] | None = field(default=None, repr=False)
     more: Callable[[], Draws] | None = field(default=None, repr=False)
+
+    def known(self, posterior: Posterior) -> dict[str, np.ndarray]:
+        """The model's unknowns and what follows from them, a row for each draw of `posterior`."""
+        if self.told is not None:
+            return self.told
+        return posterior.weighed(self.w.reshape(-1, posterior.size))[1]

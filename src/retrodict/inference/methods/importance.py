@@ -48,7 +48,7 @@ def draw(task: Task) -> Draws:
     """Draw from the proposal, weigh by the posterior, resample."""
     posterior, (chains, draws) = task.posterior, (task.chains, task.draws)
     rng = np.random.default_rng(task.seed)
-    w, log_weight, sites = weighed(posterior, chains * draws, rng)
+    w, log_weight, told = weighed(posterior, chains * draws, rng)
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare; proposals are
     # shuffled, for draws of one stand for a part of the posterior only
@@ -65,7 +65,7 @@ def draw(task: Task) -> Draws:
         w[index].reshape(chains, draws, -1),
         {"log_weight": log_weight[index].reshape(chains, draws)},
         **verdict,
-        sites={name: values[index] for name, values in sites.items()},
+        told={name: values[index] for name, values in told.items()},
         more=lambda: draw(replace(task, draws=2 * draws)),
     )
 
@@ -95,24 +95,24 @@ def weighed(
         rng: of the draws.
 
     Returns:
-        w, shape (rounds x count, q), the logs of their weights, and the model's unknowns there.
+        w, shape (rounds x count, q), the logs of their weights, and what is told there.
     """
     n = posterior.size
     proposals = [_Proposal(np.zeros(n), np.eye(n), _FREEDOM)]
     w, log_density = np.zeros((0, n)), np.zeros(0)
-    sites: dict[str, np.ndarray] = {}
+    told: dict[str, np.ndarray] = {}
     while True:
         new = proposals[-1].draw(count, rng)
         heights, found = posterior.weighed(new)
         heights = np.where(np.isfinite(heights), heights, -np.inf)  # nothing lies there
         w, log_density = np.concatenate([w, new]), np.concatenate([log_density, heights])
-        sites = {k: np.concatenate([sites[k], v]) if sites else v for k, v in found.items()}
+        told = {k: np.concatenate([told[k], v]) if told else v for k, v in found.items()}
         mixture = logsumexp([p.log_density(w) for p in proposals], axis=0) - np.log(len(proposals))
         log_weight = log_density - mixture
         weights, k = smoothed(log_weight)
         effective = 1 / np.sum(weights**2)
         if len(proposals) == _ROUNDS or (k <= _EVEN and effective >= _SHARE * weights.size):
-            return w, log_weight, sites
+            return w, log_weight, told
         proposals.append(proposals[-1].moved(w, weights, effective))
 
 

@@ -17,9 +17,9 @@ def draw(task: Task) -> Draws:
     rng = np.random.default_rng(task.seed)
     n = task.posterior.size
     w = rng.standard_normal((task.chains, task.draws, n))
-    log_density, sites = task.posterior.weighed(w.reshape(-1, n))
+    log_density, told = task.posterior.weighed(w.reshape(-1, n))
     log_weight = log_density + np.sum(w.reshape(-1, n) ** 2, 1) / 2
     weights, k = smoothed(log_weight)
     verdict = judged(k)
-    verdict["faults"] += apart(sites, sites, weights)
-    return Draws(w, {"log_weight": log_weight.reshape(w.shape[:2])}, **verdict, sites=sites)
+    verdict["faults"] += apart(told, told, weights)
+    return Draws(w, {"log_weight": log_weight.reshape(w.shape[:2])}, **verdict, told=told)

@@ -44,10 +44,14 @@ def _compared(task: Task, way: str) -> Draws:
             f"{structure.rung} has fewer: use planar-moment or momentum, or another method"
         )
     q = np.random.default_rng(task.seed).standard_normal((task.chains, task.draws, n))
-    sites = in_chunks(
-        lambda q: posterior.programs(way, posterior.data, posterior.chart, q)[0], q.reshape(-1, n)
-    )
+    programs, data = posterior.programs, posterior.data
+
+    def follow(q: np.ndarray) -> dict[str, np.ndarray]:
+        sites = programs(way, data, posterior.chart, q)
+        return sites | programs("simulate", data, sites)
+
+    told = in_chunks(follow, q.reshape(-1, n))
     _, log_weight, sure = weighed(posterior, _HELD_AGAINST, np.random.default_rng([task.seed, 5]))
     weights, k = smoothed(log_weight)
-    faults = judged(k)["faults"] or apart(sites, sure, weights)
-    return Draws(q, {}, faults=faults, way=way, sites=sites)
+    faults = judged(k)["faults"] or apart(told, sure, weights)
+    return Draws(q, {}, faults=faults, told=told)
