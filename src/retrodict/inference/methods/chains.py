@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,27 +63,33 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
             states, records = checkpoint.load(task.resume, settings(task), states)
     else:
         states, records = list(after.states), [list(r) for r in after.records]
-    already = BLOCK * min(len(r) for r in records)
     total = warmup + task.draws
 
     def run_block(chain: int) -> None:
         states[chain], record = advance(states[chain], *arguments)
         records[chain].append({k: np.asarray(v) for k, v in record.items()})
 
-    # in rounds of a block each, so that an interrupt finds every chain as far as the others
+    def all_have() -> int:
+        return min(len(r) for r in records) * BLOCK
+
     with ThreadPoolExecutor(min(chains, os.cpu_count() or 1)) as pool:
+        running: dict[Future[None], int] = {}
+        ready = list(range(chains))
         try:
-            for done in range(already + BLOCK, total + BLOCK, BLOCK):
-                running = [pool.submit(run_block, chain) for chain in range(chains)]
-                while wait(running, timeout=0.1).not_done:
-                    pass
-                for future in running:
+            while ready or running:
+                # a block at a time, in turn, so that an interrupt finds chains nearly as far
+                for chain in ready:
+                    if len(records[chain]) * BLOCK < total:
+                        running[pool.submit(run_block, chain)] = chain
+                done = wait(running, timeout=0.1, return_when=FIRST_COMPLETED).done
+                for future in done:
                     future.result()
-                task.progress(chains * min(done, total), chains * total)
+                ready = [running.pop(future) for future in done]
+                task.progress(chains * min(all_have(), total), chains * total)
         except KeyboardInterrupt:
             pool.shutdown(cancel_futures=True)
 
-    kept = min(len(r) for r in records) * BLOCK
+    kept = all_have()
     end = min(kept, total)
     joined = {
         k: np.stack([np.concatenate([b[k] for b in r])[warmup:end] for r in records])
