@@ -60,6 +60,9 @@ class Forward:
     """
 
     def __init__(self, structure: parts.Structure, data: parts.Data, draws: Sites):
+        structure = replace(
+            structure, steps=parts.steps_of(structure, data)
+        )  # for NUTS's gradients
         self.model = partial(RUNGS[structure.rung].model, structure)
         self.structure, self.data = structure, data
         trace = handlers.trace(handlers.seed(self.model, 0)).get_trace(data)

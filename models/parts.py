@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import jax
@@ -30,7 +30,7 @@ from retrodict.mechanics import (
     lever_arms,
     separation,
 )
-from retrodict.mechanics.runout import GRAVITY
+from retrodict.mechanics.runout import GRAVITY, Steps, fixed_steps
 from retrodict.scene.records import VEHICLES, WHEELS, Measured, Scene
 
 Values = dict[str, Float[Array, ""]]
@@ -43,6 +43,8 @@ AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
 
 # Where the contact hardly slides or hardly presses, mu_c says little of mu: the prior's centre stays
 # within +-_MU_MOST, what friction between cars was seen to be (SAE 2014-01-0469: to 1.6 in size)
+STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
+
 _MU_MOST, _MU_LEAST = 2.0, 0.1
 _MU_FREEDOM = 4.0  # of the Student-t: collisions unlike the staged ones are not ruled out
 
@@ -63,7 +65,8 @@ class Structure:
         evidence: names of the items of evidence that the rung explains.
         marks: name of each mark among them, and what of its vehicle passed it.
         robust: whether errors of the evidence have heavy tails.
-        steps: of each run-out's integration; `inference` takes as many as the scene needs.
+        steps: of each run-out's integration; None where they are an argument, which run-outs that
+            nobody differentiates in reverse take.
         astride: whether the posterior lies on either side of where e_m has no value.
     """
 
@@ -77,7 +80,7 @@ class Structure:
     evidence: tuple[str, ...]
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
-    steps: int = 48
+    steps: int | None = None
     astride: bool = False
 
     @property
@@ -119,6 +122,7 @@ class Data(NamedTuple):
         marks: x and y of every mark, m.
         priors: numbers of each prior, as `Scene.priors` has them.
         edges: where each edge runs: point and unit normal into the zone, m.
+        steps: of each run-out's integration, where the structure does not say.
     """
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
@@ -126,6 +130,7 @@ class Data(NamedTuple):
     marks: dict[str, Float[Array | np.ndarray, "2"]]
     priors: dict[str, Float[Array | np.ndarray, " numbers"]]
     edges: Zone
+    steps: Steps
 
 
 def of_scene(
@@ -177,8 +182,23 @@ def of_scene(
         marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
+        steps=fixed_steps(STEPS),
     )
+    if structure.unpinned or structure.marks:  # whose run-outs are differentiated
+        structure = replace(structure, steps=STEPS)
     return structure, data
+
+
+def steps_of(structure: Structure, data: Data) -> int:
+    """Of each run-out's integration."""
+    return structure.steps or int(data.steps.number)
+
+
+def in_steps(structure: Structure, data: Data, count: int) -> tuple[Structure, Data]:
+    """The same with so many steps of each run-out's integration."""
+    if structure.steps:
+        return replace(structure, steps=count), data
+    return structure, data._replace(steps=fixed_steps(count))
 
 
 def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:

@@ -11,20 +11,22 @@ from retrodict.models.card import Card
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import rest, run_out
+from retrodict.mechanics.runout import ROWS
 
 
 def rest_poses(
     structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 3"]:
     """Where both vehicles come to rest after separating with these velocities."""
-    return _both(partial(rest, steps=structure.steps), structure, data, x, after)
+    steps = structure.steps or data.steps
+    return _both(partial(rest, steps=steps), structure, data, x, after)
 
 
 def paths(
     structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 steps 3"]:
     """How they get there: x, y and heading at each step."""
-    follow = partial(run_out, steps=structure.steps)
+    follow = partial(run_out, steps=structure.steps or ROWS)
     return _both(lambda *at: follow(*at).pose, structure, data, x, after)
 
 

@@ -1,11 +1,13 @@
 """The compiled density: exact in its value, near enough in its gradient to steer by."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro.infer.util import log_density
-from retrodict.models import RUNGS
+from retrodict.models import RUNGS, parts
 
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare
@@ -37,3 +39,12 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(posterior: Pos
         slope = (np.array(ends[:n]) - np.array(ends[n:])) / (2 * h)
         apart.append(np.linalg.norm(gradient - slope) / np.linalg.norm(slope))
     assert np.median(apart) < 0.05
+
+
+def test_a_scene_that_takes_more_steps_compiles_nothing(posterior: Posterior) -> None:
+    scene = collision(share=0.0)
+    sharp = {v: replace(p, x=replace(p.x, sd=p.x.sd / 30)) for v, p in scene.rest.items()}
+    other = prepare(replace(scene, rest=sharp), RUNG)
+    steps = [parts.steps_of(p.programs.structure, p.data) for p in (posterior, other)]
+    assert steps[0] < steps[1]
+    assert other.programs is posterior.programs

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -169,10 +170,10 @@ def test_interrupt_keeps_the_draws_says_so_and_resumes(
         done_so_far = done if stage == "sampling" else 0
 
     def interrupted_from(count: int):
-        def wait(futures: list, timeout: float):
+        def wait(futures: dict, **options: Any):
             if done_so_far >= count:
                 raise KeyboardInterrupt
-            return original(futures, timeout=timeout)
+            return original(futures, **options)
 
         return wait
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks import reference
 from retrodict.mechanics import Car, Ground, Wheels, Zone, rest, run_out, tyre, wheel_paths
-from retrodict.mechanics.runout import GRAVITY, PATCH
+from retrodict.mechanics.runout import GRAVITY, PATCH, Steps, fixed_steps
 from retrodict.mechanics.surface import TYRE_WIDTH
 from retrodict.mechanics.tyre import SLIP, SLOW
 
@@ -194,6 +194,22 @@ def test_rest_pose_agrees_with_scipy() -> None:
     assert np.median(fixed) < 3e-3
     assert np.max(fixed) < 0.15
     assert np.max(finer) < 5e-3  # the error is the step's, not the model's
+
+
+def test_steps_may_be_an_argument_of_one_program() -> None:
+    traces, scene = [], jax.tree.map(np.asarray, random_scene(0))
+
+    @jax.jit
+    def in_steps(steps: Steps) -> jax.Array:
+        traces.append(steps)
+        return rest(*scene, steps=steps)
+
+    for count in (1, 12, 48, 500):
+        expected = _rest(*scene, steps=count)
+        np.testing.assert_allclose(in_steps(fixed_steps(count)), expected, rtol=1e-12, atol=1e-12)
+    assert len(traces) == 1
+    with pytest.raises(ValueError, match="1 to 3072"):
+        fixed_steps(4000)
 
 
 def test_gradient_agrees_with_complex_steps_of_scipy() -> None:

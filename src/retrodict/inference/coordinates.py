@@ -238,9 +238,7 @@ def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Be
     level = jax.lax.stop_gradient(linear) + apart
     slope = trust[:, None] * slope + (1 - trust[:, None]) * jnp.eye(len(levels))
     aim, share, _ = _squashed(levels, wall, level)
-    rate = over_rate - aim[:, None] * under_rate
-    t = _over(rate, (aim * under - over)[:, None])[:, 0]
-    under += under_rate @ t
+    t, under, rate = _to(aim, over, under, over_rate, under_rate)
     there = start + t @ wall.along
     turned = [slope, rate / wall.under[:, None], jnp.diag(under / wall.under)]
     log_det = jnp.log(jnp.abs(under)).sum() - _log_det(rate)
@@ -269,9 +267,7 @@ def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Be
     # their derivatives are those of the linear levels
     steered, _, guide = _squashed(levels, wall, linear + jax.lax.stop_gradient(level - linear))
     aim, volume = jax.lax.stop_gradient((steered, guide))
-    rate = across_rate[0] - aim[:, None] * across_rate[1]
-    t = _over(rate, (aim * under_at[0] - over_at[0])[:, None])[:, 0]
-    under = under_at[0] + across_rate[1] @ t
+    t, under, rate = _to(aim, over_at[0], under_at[0], *across_rate)
     turned += [slope, rate / wall.under[:, None]]
     log_det += jnp.log(jnp.abs(under)).sum() - _log_det(rate) + _log_det(slope) + volume
     beyond = (under / wall.under)[np.array(free, int)] <= 0  # lies another branch
@@ -316,6 +312,19 @@ def _quotient(
     value = jnp.asarray(over / divisor)
     rate = over_rate - (value * jax.nn.sigmoid(ratio / _FLOOR))[:, None] * under_rate
     return value, jnp.asarray(rate / divisor[:, None])
+
+
+def _to(
+    aim: Float[Array, " m"],
+    over: Float[Numbers, " m"],
+    under: Float[Numbers, " m"],
+    over_rate: Float[Numbers, "m m"],
+    under_rate: Float[Numbers, "m m"],
+) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, "m m"]]:
+    """How far each way leads to where the quotients are `aim`; denominators there; what was solved."""
+    rate = jnp.asarray(over_rate - aim[:, None] * under_rate)
+    t = _over(rate, (aim * under - over)[:, None])[:, 0]
+    return t, jnp.asarray(under + under_rate @ t), rate
 
 
 def _within(

@@ -119,13 +119,14 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     branches = _whitened(structure, data)
     if len(branches) == 1:
         return branches[0]
-    return _unpinned(replace(branches[0].programs.structure, astride=True), data)
+    known = branches[0].programs.structure, branches[0].data
+    return _unpinned(replace(structure, astride=True, steps=parts.steps_of(*known)), data)
 
 
 def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
     """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
     if structure.rolling:
-        structure = replace(structure, steps=max(structure.steps, _ROLLING_STEPS))
+        structure = replace(structure, steps=max(structure.steps or 0, _ROLLING_STEPS))
     score, told = scouted(programs_for(structure), data)
     starts = [
         unpinned.near(structure, data, {name: values[i] for name, values in told.items()})
@@ -136,9 +137,10 @@ def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
         value, chart = min((_climbed(programs, data, q) for q in starts), key=lambda at: at[0])
         posterior = Posterior(programs, data, chart, np.zeros(2), -value, 0.0)
         unresolved = _unresolved(posterior)
-        if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
+        steps = parts.steps_of(structure, data)
+        if unresolved <= RESOLVED or steps >= _MOST_STEPS:
             return replace(posterior, unresolved=unresolved)
-        structure = replace(structure, steps=2 * structure.steps)
+        structure = replace(structure, steps=2 * steps)
         starts = [np.asarray(chart.centre)]
 
 
@@ -186,9 +188,10 @@ def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
         separation = sheet.shoot(programs, data)
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)
-        if unresolved <= RESOLVED or structure.steps >= _MOST_STEPS:
+        steps = parts.steps_of(structure, data)
+        if unresolved <= RESOLVED or steps >= _MOST_STEPS:
             break
-        structure = replace(structure, steps=2 * structure.steps)
+        structure, data = parts.in_steps(structure, data, 2 * steps)
     n = coordinates.length(structure)
     charts = [_chart(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
     chart = _likeliest(programs, data, charts)

@@ -292,8 +292,6 @@ def _compile_ahead(
         xi = np.zeros((BATCH, len(structure.uncertain)))
         programs.expect("inputs", data, xi)
         programs.expect("reached", data, separation, xi)
-        finer = programs_for(replace(structure, steps=4 * structure.steps))
-        finer.expect("reached", data, separation, xi)
         if programs.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
     programs.expect("potential", np.zeros(n), data, chart)

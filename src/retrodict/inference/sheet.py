@@ -6,8 +6,6 @@ least squares to run-outs. Nothing here needs to be exact: it only shapes coordi
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -151,8 +149,11 @@ def unresolved(
         What nine tenths of the run-outs' coordinates stay below, against four times the steps.
     """
     s = programs.structure
-    finer = programs_for(replace(s, steps=4 * s.steps))
-    rests = [np.asarray(p("reached", data, *run_outs)) for p in (programs, finer)]
+    finer, finely = parts.in_steps(s, data, 4 * parts.steps_of(s, data))
+    rests = [
+        np.asarray(p("reached", d, *run_outs))
+        for p, d in ((programs, data), (programs_for(finer), finely))
+    ]
     sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in s.aims])
     moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
     return float(np.quantile(np.abs(moved[:, np.isfinite(sd)]), 0.9)) if s.rested else 0.0

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from retrodict.mechanics.rotation import cos_sin
 from retrodict.mechanics.surface import Polygon, Zone, friction
@@ -29,6 +29,7 @@ PATCH = 0.08  # m, radius of gyration of a contact patch of about 0.2 m by 0.18 
 ROWS = 96  # of a path, at steps as the run-out takes them
 _TOLERANCE = 1e-9  # of adaptive steps: what derivatives need to be exact to 1e-4 (measured)
 _MOST_STEPS = 8192  # of them: on ice at 0.05, sixty turns took 3700
+_MOST_FIXED = 3072
 # Of W: from here to rest in closed form, for at W = 0 friction has no direction. Adaptive steps go
 # further: a rolling car's motion still turns in its last centimetres a second (measured).
 _LAST_FIXED, _LAST_ADAPTIVE = 1e-3, 1e-5
@@ -74,6 +75,20 @@ class Ground(NamedTuple):
     polygons: tuple[Polygon, ...] = ()
 
 
+class Steps(NamedTuple):
+    """A number of fixed steps as an argument of a compiled program, which then takes any number.
+
+    Without derivatives in reverse mode; `fixed_steps` makes it.
+
+    Args:
+        number: of the steps.
+        lengths: lost share of W of each, then zeros.
+    """
+
+    number: Int[Array | np.ndarray, ""]
+    lengths: Float[Array | np.ndarray, " most"]
+
+
 class Path(NamedTuple):
     """A run-out, one row a step: poses, velocities and the time of each."""
 
@@ -82,8 +97,16 @@ class Path(NamedTuple):
     time: Float[Array, " steps"]
 
 
+def fixed_steps(count: int) -> Steps:
+    """So many steps for `rest`, up to 3072."""
+    if not 0 < count <= _MOST_FIXED:
+        raise ValueError(f"steps are 1 to {_MOST_FIXED}; not {count}")
+    lengths = np.diff(_levels(count, _LAST_FIXED))
+    return Steps(np.array(count), np.pad(lengths, (0, _MOST_FIXED - count)))
+
+
 def rest(
-    pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int | None = None
+    pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int | Steps | None = None
 ) -> Pose:
     """Where a skidding vehicle comes to rest.
 
@@ -94,7 +117,8 @@ def rest(
         ground: friction of the surfaces and where they lie.
         steps: None for as many as it takes, of order eight (diffrax), with derivatives in reverse
             mode only; or a number, of order four, which compiles and runs several times faster, and
-            in batches the more so, and misses by what `step_error` tells.
+            in batches the more so, and misses by what `step_error` tells; or such a number as an
+            argument of a compiled program.
 
     Returns:
         x, y and heading at rest; the heading is not wrapped, so turns can be counted. Not numbers
@@ -176,7 +200,7 @@ def _start(pose: Pose, velocity: Velocity) -> State:
     return (*pose, *velocity, jnp.zeros(()))
 
 
-def _last(steps: int | None) -> float:
+def _last(steps: int | Steps | None) -> float:
     return _LAST_ADAPTIVE if steps is None else _LAST_FIXED
 
 
@@ -185,7 +209,9 @@ def _levels(steps: int, last: float) -> Float[np.ndarray, " levels"]:
     return (1 - last) * (1 - (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER)
 
 
-def _fixed(start: State, car: Car, ground: Ground, steps: int, keep: bool) -> tuple[State, State]:
+def _fixed(
+    start: State, car: Car, ground: Ground, steps: int | Steps, keep: bool
+) -> tuple[State, State]:
     """Runge-Kutta steps of order four, with the lost share of W as the independent variable.
 
     The scan runs over stages, not steps: with one slope in its body, the program with its gradient
@@ -195,14 +221,16 @@ def _fixed(start: State, car: Car, ground: Ground, steps: int, keep: bool) -> tu
         The last state, and where kept the state after each step.
     """
     rate = _slope_of_loss(start, car, ground)
-    h = np.repeat(np.diff(_levels(steps, _LAST_FIXED)), 4)
-    ahead = h * np.tile([0.5, 0.5, 1.0, 1.0], steps)  # where the next stage looks
-    share = h * np.tile([1.0, 2.0, 2.0, 1.0], steps) / 6  # of a stage in its step
-    last = np.tile([False, False, False, True], steps)
+    ahead = jnp.array([0.5, 0.5, 1.0, 1.0])  # of a step: where a stage's slope is next taken to
+    share = jnp.array([1.0, 2.0, 2.0, 1.0]) / 6  # and what it counts for
 
     Carry = tuple[State, State, State]
+    Weights = tuple[Array, Array, Array]
 
-    def stage(carry: Carry, weights: tuple[Array, Array, Array]) -> tuple[Carry, State | None]:
+    def weights(lengths: Array, which: Array) -> Weights:
+        return lengths * ahead[which], lengths * share[which], which == 3
+
+    def stage(carry: Carry, weights: Weights) -> tuple[Carry, State | None]:
         y, y_stage, y_sum = carry  # at the step's start, at this stage, summed so far
         ahead, share, last = weights
         k = rate(y_stage)
@@ -212,12 +240,22 @@ def _fixed(start: State, car: Car, ground: Ground, steps: int, keep: bool) -> tu
         y = tuple(jnp.where(last, a, b) for a, b in zip(y_sum, y, strict=True))
         return (y, y_stage, y_sum), y if keep else None
 
+    if isinstance(steps, Steps):
+        lengths = jnp.asarray(steps.lengths)
+        end, _, _ = jax.lax.fori_loop(
+            0,
+            4 * jnp.asarray(steps.number),
+            lambda i, carry: stage(carry, weights(lengths[i // 4], i % 4))[0],
+            (start, start, start),
+        )
+        return end, ()
+    lengths = jnp.asarray(np.repeat(np.diff(_levels(steps, _LAST_FIXED)), 4))
     # in reverse a stage is computed anew from its start: a quarter faster than keeping all of it, and
     # in a seventeenth of the memory (measured)
     (end, _, _), states = jax.lax.scan(
         jax.checkpoint(stage, prevent_cse=False),
         (start, start, start),
-        (jnp.asarray(ahead), jnp.asarray(share), jnp.asarray(last)),
+        weights(lengths, jnp.arange(4 * steps) % 4),
     )
     return end, () if states is None else tuple(v[3::4] for v in states)
 

@@ -34,7 +34,8 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
     # it takes what weights are the inverse of, a log likelihood
     log_weight = np.where(inside, log_weight, log_weight[inside].min())
     try:
-        log_smooth, k = array_stats.psislw(-log_weight)
+        with np.errstate(all="ignore"):  # a tail of copies is met below
+            log_smooth, k = array_stats.psislw(-log_weight)
     except ValueError:  # a tail of copies of one draw has no shape
         log_smooth, k = log_weight, np.inf
     # nor has one of a few draws that outweigh all others
