@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -60,9 +61,8 @@ class Forward:
     """
 
     def __init__(self, structure: parts.Structure, data: parts.Data, draws: Sites):
-        structure = replace(
-            structure, steps=parts.steps_of(structure, data)
-        )  # for NUTS's gradients
+        # a number in the program, as reverse mode wants it
+        structure = replace(structure, steps=parts.steps_of(structure, data))
         self.model = partial(RUNGS[structure.rung].model, structure)
         self.structure, self.data = structure, data
         trace = handlers.trace(handlers.seed(self.model, 0)).get_trace(data)
