@@ -41,10 +41,10 @@ OF_B = ("direction_b", "omega_b", "speed_b")
 # velocities after the impact, of each vehicle
 AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
 
-# Where the contact hardly slides or hardly presses, mu_c says little of mu: the prior's centre stays
-# within +-_MU_MOST, what friction between cars was seen to be (SAE 2014-01-0469: to 1.6 in size)
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
 
+# Where the contact hardly slides or hardly presses, mu_c says little of mu: the prior's centre stays
+# within +-_MU_MOST, what friction between cars was seen to be (SAE 2014-01-0469: to 1.6 in size)
 _MU_MOST, _MU_LEAST = 2.0, 0.1
 _MU_FREEDOM = 4.0  # of the Student-t: collisions unlike the staged ones are not ruled out
 

@@ -126,7 +126,8 @@ def prepare(scene: Scene, rung: str) -> Posterior:
 def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
     """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
     if structure.rolling:
-        structure = replace(structure, steps=max(structure.steps or 0, _ROLLING_STEPS))
+        steps = max(parts.steps_of(structure, data), _ROLLING_STEPS)
+        structure, data = parts.in_steps(structure, data, steps)
     score, told = scouted(programs_for(structure), data)
     starts = [
         unpinned.near(structure, data, {name: values[i] for name, values in told.items()})
@@ -140,7 +141,7 @@ def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
         steps = parts.steps_of(structure, data)
         if unresolved <= RESOLVED or steps >= _MOST_STEPS:
             return replace(posterior, unresolved=unresolved)
-        structure = replace(structure, steps=2 * steps)
+        structure, data = parts.in_steps(structure, data, 2 * steps)
         starts = [np.asarray(chart.centre)]
 
 

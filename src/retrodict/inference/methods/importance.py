@@ -100,19 +100,19 @@ def weighed(
     n = posterior.size
     proposals = [_Proposal(np.zeros(n), np.eye(n), _FREEDOM)]
     w, log_density = np.zeros((0, n)), np.zeros(0)
-    told: dict[str, np.ndarray] = {}
+    told = []
     while True:
         new = proposals[-1].draw(count, rng)
         heights, found = posterior.weighed(new)
         heights = np.where(np.isfinite(heights), heights, -np.inf)  # nothing lies there
         w, log_density = np.concatenate([w, new]), np.concatenate([log_density, heights])
-        told = {k: np.concatenate([told[k], v]) if told else v for k, v in found.items()}
+        told.append(found)
         mixture = logsumexp([p.log_density(w) for p in proposals], axis=0) - np.log(len(proposals))
         log_weight = log_density - mixture
         weights, k = smoothed(log_weight)
         effective = 1 / np.sum(weights**2)
         if len(proposals) == _ROUNDS or (k <= _EVEN and effective >= _SHARE * weights.size):
-            return w, log_weight, told
+            return w, log_weight, {k: np.concatenate([t[k] for t in told]) for k in told[0]}
         proposals.append(proposals[-1].moved(w, weights, effective))
 
 
