@@ -194,12 +194,18 @@ def tables(rows: list[Row]) -> page.Parts:
     good = sum(kind in KINDS[:2] for kind in kinds.values())
     hits = sum(map(covered, choices))
     seconds = [sum(float(row["seconds"]) for row in mine) for mine in scenes.values()]
+    true = [row for row in rows if row["rung"] == row["truth"] and row["median"]]
+    moves = np.array(list(_moves_of_truth(rows, true)))
     summary = [
         f"- Scenes: {len(scenes)}.",
         f"- The true rung, or a lower one with the same answer, was chosen in {good} of "
         f"{len(scenes)} ({good / len(scenes):.0%}); the target is 90 %.",
         f"- The 90 % interval of the rung chosen holds B's true speed in {hits} of {len(choices)} "
         f"({hits / max(1, len(choices)):.0%}); the target is 85 to 95 %.",
+        f"- That of the true rung holds it in {sum(map(covered, true))} of {len(true)}.",
+        f"- {moves.size} pairs of a true rung and a fuller one, which both fit: the fuller moves the "
+        f"answer by {np.sqrt(np.mean(moves**2)):.2f} of its sd in the root mean square, by more than "
+        f"{SHARE:g} in {np.mean(moves > SHARE):.0%}.",
         f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}.",
     ]
     heading = ["true rung", "scenes", *KINDS, "chosen covers"]
@@ -211,6 +217,15 @@ def tables(rows: list[Row]) -> page.Parts:
     heading += ["rms error, m/s", "width, of the fullest's"]
     others = _table(heading, (_setting(scenes, *setting) for setting in settings))
     return {"summary": summary, "choices": choice, "settings": others, "biases": bias}
+
+
+def _moves_of_truth(rows: list[Row], true: list[Row]) -> Iterator[float]:
+    """How far each fuller rung moves the true one's answer, in its own sd, where both fit."""
+    for mine in true:
+        for row in rows:
+            fuller = RUNGS[row["rung"]].above(RUNGS[mine["rung"]])
+            if fuller and row["scene"] == mine["scene"] and row["counts"] == mine["counts"] == "1":
+                yield abs(float(row["median"]) - float(mine["median"])) / float(row["sd"])
 
 
 def _choices(scenes: dict[str, list[Row]], kinds: dict[str, str]) -> Iterator[list[str]]:
