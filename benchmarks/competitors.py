@@ -21,7 +21,8 @@ from jax.flatten_util import ravel_pytree
 from numpyro import handlers
 from numpyro.infer import NUTS
 from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
-from retrodict.models import RUNGS, parts
+from retrodict.models import RUNGS
+from retrodict.models.arrays import Data, Structure, steps_of
 from scipy import stats
 
 from benchmarks import reference
@@ -60,9 +61,9 @@ class Forward:
         draws: of the posterior, the unknowns and more with a leading axis: where all start.
     """
 
-    def __init__(self, structure: parts.Structure, data: parts.Data, draws: Sites):
+    def __init__(self, structure: Structure, data: Data, draws: Sites):
         # a number in the program, as reverse mode wants it
-        structure = replace(structure, steps=parts.steps_of(structure, data))
+        structure = replace(structure, steps=steps_of(structure, data))
         self.model = partial(RUNGS[structure.rung].model, structure)
         self.structure, self.data = structure, data
         trace = handlers.trace(handlers.seed(self.model, 0)).get_trace(data)
@@ -73,7 +74,7 @@ class Forward:
         flat = jax.jit(jax.vmap(lambda sites: ravel_pytree(unconstrained(sites))[0]))
         self.starts = np.asarray(flat(draws))
 
-    def log_density(self, u: Any, data: parts.Data) -> Any:
+    def log_density(self, u: Any, data: Data) -> Any:
         """Of the flat vector, up to nothing: it is what NumPyro's NUTS samples."""
         return -potential_energy(self.model, (data,), {}, self.unravel(u))
 
@@ -139,7 +140,7 @@ def _numpyro(forward: Forward, name: str, dense: bool, whole: bool, warmup: int)
     def begin(key: Any, u: Any) -> Any:
         return kernel.init(key, warmup, forward.unravel(u), (data,))
 
-    def advance(state: Any, data: parts.Data) -> Any:
+    def advance(state: Any, data: Data) -> Any:
         def iterate(state: Any, _: None) -> Any:
             state = kernel.sample(state, (data,), {})
             return state, (ravel_pytree(state.z)[0], state.num_steps)
@@ -158,7 +159,7 @@ def _blackjax(forward: Forward, warmup: int) -> Sampler:
     """blackjax's NUTS after its window adaptation (diagonal), each compiled whole."""
     data = forward.data
 
-    def warm(state: Any, data: parts.Data) -> Any:
+    def warm(state: Any, data: Data) -> Any:
         key, u = state
         key, now = jax.random.split(key)
         density = partial(forward.log_density, data=data)
@@ -166,7 +167,7 @@ def _blackjax(forward: Forward, warmup: int) -> Sampler:
         (last, parameters), _ = adaptation.run(now, u, warmup)
         return key, last, parameters
 
-    def advance(state: Any, data: parts.Data) -> Any:
+    def advance(state: Any, data: Data) -> Any:
         key, last, parameters = state
         step = blackjax.nuts(partial(forward.log_density, data=data), **parameters).step
 
@@ -194,7 +195,7 @@ def _blackjax(forward: Forward, warmup: int) -> Sampler:
     )
 
 
-def _with(program: Any, data: parts.Data, state: Any) -> Any:
+def _with(program: Any, data: Data, state: Any) -> Any:
     return program(state, data)
 
 
@@ -421,7 +422,7 @@ def _log_prior(
     return float(found)
 
 
-def _skid(x: dict[str, Any], v: str, lever: Array, V: Array, data: parts.Data) -> reference.Scene:
+def _skid(x: dict[str, Any], v: str, lever: Array, V: Array, data: Data) -> reference.Scene:
     """A vehicle's run-out, to be solved over time."""
     inward = np.asarray(data.edges.inward[0])
     road, berm = (name for name in x if name.startswith("friction_"))

@@ -22,6 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
 
 from benchmarks import page, synthetic
 from benchmarks.__main__ import DOCS
@@ -101,7 +102,7 @@ def _of_friction(surface: Surface, friction: float, rng: np.random.Generator) ->
     return replace(surface, friction=replace(m, value=value, sd=m.sd / m.value * value))
 
 
-def _plausible(structure: parts.Structure, data: parts.Data, sites: dict, told: dict) -> np.ndarray:
+def _plausible(structure: Structure, data: Data, sites: dict, told: dict) -> np.ndarray:
     """Which of the candidates drive and close in, lose energy, and neither spin nor travel too far."""
 
     def closing(xi: jax.Array, velocity: jax.Array) -> jax.Array:

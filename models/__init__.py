@@ -20,6 +20,7 @@ from retrodict.models import (
     spin,
     wheels,
 )
+from retrodict.models.arrays import Data, Structure, of_scene
 from retrodict.models.card import Card
 from retrodict.models.impact import Impact
 from retrodict.models.run_out import RunOut
@@ -72,10 +73,10 @@ class Rung:
             priors=tuple(priors),
         )
 
-    def of_scene(self, scene: Scene) -> tuple[parts.Structure, parts.Data]:
+    def of_scene(self, scene: Scene) -> tuple[Structure, Data]:
         """A scene, as this rung sees it, as a program's structure and its arguments."""
         seen = self.run_out.seen(scene)
-        return parts.of_scene(seen, self.name, self.run_out.rests, self.explains)
+        return of_scene(seen, self.name, self.run_out.rests, self.explains)
 
     def explains(self, name: str) -> bool:
         """Whether it predicts an item of evidence, by its flat name."""
@@ -83,8 +84,8 @@ class Rung:
 
     def model(
         self,
-        structure: parts.Structure,
-        data: parts.Data,
+        structure: Structure,
+        data: Data,
         rest_poses: parts.RestPoses | None = None,
     ) -> None:
         """The forward story: what was measured, the impact, two run-outs, what was found.

@@ -11,6 +11,7 @@ import numpyro
 import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
 
 from retrodict.mechanics import Car, wheel_paths
 from retrodict.scene.records import VEHICLES, WHEELS
@@ -69,8 +70,8 @@ def explained(name: str, turns: bool) -> bool:
 
 
 def observe(
-    structure: parts.Structure,
-    data: parts.Data,
+    structure: Structure,
+    data: Data,
     x: parts.Values,
     after: Float[Array, " separation"],
     rests: Float[Array, "2 rest"],

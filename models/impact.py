@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
 
 from retrodict.mechanics import (
@@ -22,7 +23,7 @@ from retrodict.mechanics import (
 )
 
 Separation = Float[Array, " separation"]
-Story = Callable[[parts.Structure, parts.Data, parts.Values], Separation]
+Story = Callable[[Structure, Data, parts.Values], Separation]
 
 
 class Level(NamedTuple):

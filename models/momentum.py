@@ -7,11 +7,12 @@ import numpyro
 import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
 from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
 
 
-def story(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Separation:
+def story(structure: Structure, data: Data, x: parts.Values) -> Separation:
     """An impulse of any size and direction, and any yaw rates after it."""
     m_a, m_b = x["mass_a"], x["mass_b"]
     v_a, v_b = parts.approach_of_a(x)[:2], parts.velocity_of_b(structure, data)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import NO_MOMENT, NO_SLIP, E, Separation, planar
 
 from retrodict.mechanics import Coefficients, critical_mu
 
 
-def story(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Separation:
+def story(structure: Structure, data: Data, x: parts.Values) -> Separation:
     """B's approach, restitution: then eqs 19-24."""
     to, before = parts.bodies(x), parts.approach(structure, data, x)
     e = parts.restitution(data, before, to)

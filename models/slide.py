@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 from retrodict.models import parts, spin
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut
 
@@ -13,7 +14,7 @@ from retrodict.mechanics.runout import GRAVITY, ROWS
 
 
 def rest_poses(
-    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "4"]
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
 ) -> Float[Array, "2 2"]:
     """Where both vehicles come to rest after separating with these velocities."""
     return parts.each_vehicle(
@@ -27,7 +28,7 @@ def rest_poses(
 
 
 def paths(
-    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "4"]
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
 ) -> Float[Array, "2 steps 3"]:
     """How they get there, straight and without yaw: x, y and heading at each step."""
     start = parts.impact_poses(x)

@@ -7,6 +7,7 @@ from functools import partial
 
 from jaxtyping import Array, Float
 from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
@@ -15,7 +16,7 @@ from retrodict.mechanics.runout import ROWS
 
 
 def rest_poses(
-    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 3"]:
     """Where both vehicles come to rest after separating with these velocities."""
     steps = structure.steps or data.steps
@@ -23,7 +24,7 @@ def rest_poses(
 
 
 def paths(
-    structure: parts.Structure, data: parts.Data, x: parts.Values, after: Float[Array, "6"]
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 steps 3"]:
     """How they get there: x, y and heading at each step."""
     follow = partial(run_out, steps=structure.steps or ROWS)
@@ -32,8 +33,8 @@ def paths(
 
 def _both(
     follow: Callable[..., Array],
-    structure: parts.Structure,
-    data: parts.Data,
+    structure: Structure,
+    data: Data,
     x: parts.Values,
     after: Float[Array, "6"],
 ) -> Array:

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
 
 from retrodict import load_scene
 from retrodict.mechanics import Bodies, Coefficients, contact_velocity, critical_mu, separation
@@ -102,5 +103,5 @@ def made(
 
 
 @partial(jax.jit, static_argnums=0)
-def _rests(structure: parts.Structure, data: parts.Data, x: parts.Values, after: Any) -> Any:
+def _rests(structure: Structure, data: Data, x: parts.Values, after: Any) -> Any:
     return RUNG.run_out.rest_poses(structure, data, x, after)

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import E_M, E, quotients
 
 from retrodict import load_scene
@@ -30,7 +31,7 @@ def posterior() -> Posterior:
 
 
 @partial(jax.jit, static_argnums=0)
-def _located(structure: parts.Structure, data: parts.Data, chart: Chart, w: jax.Array) -> Any:
+def _located(structure: Structure, data: Data, chart: Chart, w: jax.Array) -> Any:
     return jax.vmap(lambda w: locate(structure, data, chart, w))(w)
 
 

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro.infer.util import log_density
-from retrodict.models import RUNGS, parts
+from retrodict.models import RUNGS
+from retrodict.models.arrays import steps_of
 
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare
@@ -45,6 +46,6 @@ def test_a_scene_that_takes_more_steps_compiles_nothing(posterior: Posterior) ->
     scene = collision(share=0.0)
     sharp = {v: replace(p, x=replace(p.x, sd=p.x.sd / 30)) for v, p in scene.rest.items()}
     other = prepare(replace(scene, rest=sharp), RUNG)
-    steps = [parts.steps_of(p.programs.structure, p.data) for p in (posterior, other)]
+    steps = [steps_of(p.programs.structure, p.data) for p in (posterior, other)]
     assert steps[0] < steps[1]
     assert other.programs is posterior.programs

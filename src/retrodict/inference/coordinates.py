@@ -29,6 +29,7 @@ from jaxtyping import Array, Float
 from retrodict.inference import unpinned
 from retrodict.inference.squash import squash
 from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import Level, quotients
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
@@ -124,35 +125,33 @@ class Chart(NamedTuple):
     log_volume: Float[Numbers, ""]
 
 
-def levels_of(structure: parts.Structure) -> tuple[Level, ...]:
+def levels_of(structure: Structure) -> tuple[Level, ...]:
     """What the impact model bounds or holds fixed."""
     return RUNGS[structure.rung].impact.levels
 
 
-def length(structure: parts.Structure) -> int:
+def length(structure: Structure) -> int:
     """Number of entries of q."""
     if structure.unpinned:
         return len(unpinned.names(structure)) + len(structure.uncertain)
     return len(structure.aims) + len(structure.uncertain)
 
 
-def size(structure: parts.Structure) -> int:
+def size(structure: Structure) -> int:
     """Number of sampled coordinates, the entries of w."""
     if structure.unpinned:
         return length(structure)
     return length(structure) - sum(level.fixed for level in levels_of(structure))
 
 
-def shaping_inputs(structure: parts.Structure, vehicle: str) -> list[int]:
+def shaping_inputs(structure: Structure, vehicle: str) -> list[int]:
     """Which uncertain inputs shape a vehicle's run-out, by index."""
     other = "_b" if vehicle == "a" else "_a"
     before = ("Gamma", "speed_a", "direction_a", "omega_a", "skid_a", "skid_b")
     return [i for i, n in enumerate(structure.names) if not n.endswith(other) and n not in before]
 
 
-def friction_scale(
-    structure: parts.Structure, data: parts.Data, x: parts.Values
-) -> Float[Array, ""]:
+def friction_scale(structure: Structure, data: Data, x: parts.Values) -> Float[Array, ""]:
     """sqrt(friction over its measured value): all speeds go with it, so the sheets need not."""
     name = f"friction_{structure.surfaces[0]}"
     value = data.inputs[name][0]
@@ -162,7 +161,7 @@ def friction_scale(
 
 
 def reduced(
-    structure: parts.Structure, chart: Chart, q: Q
+    structure: Structure, chart: Chart, q: Q
 ) -> tuple[Float[Array, " separation"], Float[Array, "2 v v"]]:
     """Velocities after the impact over sqrt(friction) at q, and each vehicle's slopes by its z."""
     velocities, slopes = [], []
@@ -175,21 +174,21 @@ def reduced(
     return jnp.concatenate(velocities), jnp.stack(slopes)
 
 
-def _sheet_arguments(structure: parts.Structure, q: Q) -> list[Float[Array, " k"]]:
+def _sheet_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]]:
     """(z, shaping inputs) of each vehicle."""
     z, xi = _split(structure, q)
     shaping = [np.array(shaping_inputs(structure, v), dtype=int) for v in "ab"]
     return [jnp.concatenate([own, xi[s]]) for own, s in zip(z.reshape(2, -1), shaping, strict=True)]
 
 
-def _split(structure: parts.Structure, q: Q) -> tuple[Array, Array]:
+def _split(structure: Structure, q: Q) -> tuple[Array, Array]:
     """z and xi of q."""
     n = len(structure.aims)
     return q[:n], q[n:]
 
 
 def separation_at(
-    structure: parts.Structure, data: parts.Data, chart: Chart, q: Q
+    structure: Structure, data: Data, chart: Chart, q: Q
 ) -> tuple[Float[Array, " separation"], parts.Values]:
     """Velocities after the impact, and measured inputs, at q."""
     x = parts.from_standard(structure, data, _split(structure, q)[1])
@@ -216,7 +215,7 @@ class Bent(NamedTuple):
     log_det: Float[Array, ""]
 
 
-def bend(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> Bent:
+def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     """Move q, and then the motion, to where each level is what it was, squashed, or held.
 
     Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
@@ -335,9 +334,7 @@ def _within(
     return jnp.asarray(most * tanh), 1 - tanh**2
 
 
-def _by_q(
-    structure: parts.Structure, wall: Wall, slopes: Float[Array, "2 v v"]
-) -> Float[Array, "q m"]:
+def _by_q(structure: Structure, wall: Wall, slopes: Float[Array, "2 v v"]) -> Float[Array, "q m"]:
     """What of q moves the motion along `Wall.across`."""
     v, count = len(structure.rests), len(wall.across)
     of_a, of_b = wall.across[:, :v].T, wall.across[:, v : 2 * v].T
@@ -347,7 +344,7 @@ def _by_q(
     return by_q if speed_a is None else by_q.at[speed_a].set(wall.across[:, -1])
 
 
-def place_of_speed_a(structure: parts.Structure) -> int | None:
+def place_of_speed_a(structure: Structure) -> int | None:
     """Which entry of q is the deviate of A's speed, where the speed is linear in it."""
     if ("speed_a", "normal") not in structure.uncertain:
         return None
@@ -366,7 +363,7 @@ def _(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
 
 
 def locate(
-    structure: parts.Structure, data: parts.Data, chart: Chart, w: Float[Array, " w"]
+    structure: Structure, data: Data, chart: Chart, w: Float[Array, " w"]
 ) -> tuple[parts.Values, Float[Array, ""], Q]:
     """The model's unknowns at w, and log |d unknowns / d w|.
 
@@ -399,14 +396,14 @@ def locate(
     return sites | bent.levels, log_det, q
 
 
-def solve_back(structure: parts.Structure, data: parts.Data, chart: Chart, q: Q) -> parts.Values:
+def solve_back(structure: Structure, data: Data, chart: Chart, q: Q) -> parts.Values:
     """The model's unknowns at q = (z, xi) by the sheets and the closed form, without bounds."""
     return _sites(structure, data, q, *separation_at(structure, data, chart, q))[0]
 
 
 def _sites(
-    structure: parts.Structure,
-    data: parts.Data,
+    structure: Structure,
+    data: Data,
     q: Q,
     separation: Float[Array, " separation"],
     x: parts.Values,

@@ -15,6 +15,7 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, in_chunks, programs_for
 from retrodict.inference.scout import scouted
 from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
 from retrodict.scene.records import Scene
 
@@ -48,7 +49,7 @@ class Posterior:
     """
 
     programs: Programs
-    data: parts.Data
+    data: Data
     chart: Chart
     sheet_error: np.ndarray
     log_evidence: float
@@ -120,14 +121,14 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     if len(branches) == 1:
         return branches[0]
     known = branches[0].programs.structure, branches[0].data
-    return _unpinned(replace(structure, astride=True, steps=parts.steps_of(*known)), data)
+    return _unpinned(replace(structure, astride=True, steps=steps_of(*known)), data)
 
 
-def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
+def _unpinned(structure: Structure, data: Data) -> Posterior:
     """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
     if structure.rolling:
-        steps = max(parts.steps_of(structure, data), _ROLLING_STEPS)
-        structure, data = parts.in_steps(structure, data, steps)
+        steps = max(steps_of(structure, data), _ROLLING_STEPS)
+        structure, data = in_steps(structure, data, steps)
     score, told = scouted(programs_for(structure), data)
     starts = [
         unpinned.near(structure, data, {name: values[i] for name, values in told.items()})
@@ -138,14 +139,14 @@ def _unpinned(structure: parts.Structure, data: parts.Data) -> Posterior:
         value, chart = min((_climbed(programs, data, q) for q in starts), key=lambda at: at[0])
         posterior = Posterior(programs, data, chart, np.zeros(2), -value, 0.0)
         unresolved = _unresolved(posterior)
-        steps = parts.steps_of(structure, data)
+        steps = steps_of(structure, data)
         if unresolved <= RESOLVED or steps >= _MOST_STEPS:
             return replace(posterior, unresolved=unresolved)
-        structure, data = parts.in_steps(structure, data, 2 * steps)
+        structure, data = in_steps(structure, data, 2 * steps)
         starts = [np.asarray(chart.centre)]
 
 
-def _climbed(programs: Programs, data: parts.Data, q: np.ndarray) -> tuple[float, Chart]:
+def _climbed(programs: Programs, data: Data, q: np.ndarray) -> tuple[float, Chart]:
     """The mode above q: the potential there, and coordinates whitened about it."""
     value, spread = np.inf, np.eye(q.size)
     for _ in range(_CLIMBS):
@@ -181,7 +182,7 @@ def plain(centre: np.ndarray, spread: np.ndarray) -> Chart:
     return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
 
 
-def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
+def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that counts, the likeliest first, with as many steps as it takes."""
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
@@ -189,10 +190,10 @@ def _whitened(structure: parts.Structure, data: parts.Data) -> list[Posterior]:
         separation = sheet.shoot(programs, data)
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)
-        steps = parts.steps_of(structure, data)
+        steps = steps_of(structure, data)
         if unresolved <= RESOLVED or steps >= _MOST_STEPS:
             break
-        structure, data = parts.in_steps(structure, data, 2 * steps)
+        structure, data = in_steps(structure, data, 2 * steps)
     n = coordinates.length(structure)
     charts = [_chart(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
     chart = _likeliest(programs, data, charts)
@@ -263,7 +264,7 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
     return replace(posterior, chart=chart, log_evidence=-value)
 
 
-def blank_chart(structure: parts.Structure) -> Chart:
+def blank_chart(structure: Structure) -> Chart:
     """A chart of the right shapes and no meaning, to compile programs for."""
     v = len(structure.rests)
     if structure.unpinned:
@@ -281,7 +282,7 @@ def blank_chart(structure: parts.Structure) -> Chart:
 
 def _chart(
     programs: Programs,
-    data: parts.Data,
+    data: Data,
     sheets: tuple,
     centre: np.ndarray,
     spread: np.ndarray,
@@ -320,7 +321,7 @@ def _chart(
     return Chart(sheets, wall, centre, spread, np.array(volume))
 
 
-def _across(structure: parts.Structure, G: np.ndarray, by_z: np.ndarray) -> np.ndarray:
+def _across(structure: Structure, G: np.ndarray, by_z: np.ndarray) -> np.ndarray:
     """The shortest ways of the motion that move one level each, as `Wall.across` has them.
 
     Args:
@@ -335,7 +336,7 @@ def _across(structure: parts.Structure, G: np.ndarray, by_z: np.ndarray) -> np.n
     return np.concatenate([velocities, faster]).T
 
 
-def _starts(structure: parts.Structure) -> list[np.ndarray]:
+def _starts(structure: Structure) -> list[np.ndarray]:
     """Where a mode may be sought from: all as measured, and A's speed anywhere if it was not."""
     middle = np.zeros(coordinates.length(structure))
     if ("speed_a", "halfnormal") not in structure.uncertain:
@@ -344,7 +345,7 @@ def _starts(structure: parts.Structure) -> list[np.ndarray]:
     return [middle + deviate * (np.arange(middle.size) == unknown) for deviate in _SPEEDS]
 
 
-def _likeliest(programs: Programs, data: parts.Data, charts: list[Chart]) -> Chart:
+def _likeliest(programs: Programs, data: Data, charts: list[Chart]) -> Chart:
     """The chart at whose centre the density is the highest."""
     if len(charts) == 1:
         return charts[0]
@@ -353,7 +354,7 @@ def _likeliest(programs: Programs, data: parts.Data, charts: list[Chart]) -> Cha
     return charts[int(np.argmin(np.nan_to_num(heights, nan=np.inf)))]
 
 
-def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarray, float]:
+def _mode(programs: Programs, data: Data, chart: Chart) -> tuple[np.ndarray, float]:
     from scipy.optimize import minimize  # slow to import, and compilers are at work by now
 
     at = _potential(programs, data, chart)
@@ -376,7 +377,7 @@ def _mode(programs: Programs, data: parts.Data, chart: Chart) -> tuple[np.ndarra
     return best.x, float(best.fun)
 
 
-def _potential(programs: Programs, data: parts.Data, chart: Chart) -> Potential:
+def _potential(programs: Programs, data: Data, chart: Chart) -> Potential:
     """The potential and its gradient as a function of w alone.
 
     Numbers go over to JAX once here; at every call they would cost as much as the gradient does.
@@ -399,7 +400,7 @@ def hessian(potential: Potential, w: np.ndarray) -> np.ndarray:
 
 
 def _spread_at(
-    programs: Programs, data: parts.Data, chart: Chart, mode: np.ndarray, least: float = 1e-2
+    programs: Programs, data: Data, chart: Chart, mode: np.ndarray, least: float = 1e-2
 ) -> np.ndarray:
     """Square root of the inverse Hessian at the mode, by differences of the compiled gradient."""
     values, vectors = np.linalg.eigh(hessian(_potential(programs, data, chart), mode))

@@ -26,6 +26,7 @@ from numpyro.infer.util import ParamInfo, log_density
 
 from retrodict.inference import coordinates, executables
 from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
 
 BATCH = 512  # run-outs per call of `reached`
@@ -72,7 +73,7 @@ class Programs:
 
     compile_seconds = 0.0  # of all structures: tracing, and waiting for the compiler
 
-    def __init__(self, structure: parts.Structure) -> None:
+    def __init__(self, structure: Structure) -> None:
         self.structure = structure
         self.rung = RUNGS[structure.rung]
         self.model = self.rung.model
@@ -82,7 +83,7 @@ class Programs:
     # -- what is computed --------------------------------------------------------------------
 
     def log_density(
-        self, w: Float[Array, " q"], data: parts.Data, chart: coordinates.Chart
+        self, w: Float[Array, " q"], data: Data, chart: coordinates.Chart
     ) -> Float[Array, ""]:
         """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
 
@@ -96,12 +97,12 @@ class Programs:
         return self.weighed(w, data, chart)[0]
 
     def weighed(
-        self, w: Float[Array, " q"], data: parts.Data, chart: coordinates.Chart
+        self, w: Float[Array, " q"], data: Data, chart: coordinates.Chart
     ) -> tuple[Float[Array, ""], parts.Values, coordinates.Q]:
         """`log_density`; the model's unknowns at w and what follows from them; and q there."""
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
 
-        def rest_poses(structure: parts.Structure, data: parts.Data, *at: Any) -> Array:
+        def rest_poses(structure: Structure, data: Data, *at: Any) -> Array:
             exact = self.rung.run_out.rest_poses(structure, data, *jax.lax.stop_gradient(at))
             sheet = parts.aimed(structure, data, q[: len(structure.aims)])
             return sheet + jax.lax.stop_gradient(exact - sheet)
@@ -110,7 +111,7 @@ class Programs:
         joint, trace = log_density(self.model, (self.structure, data), given, sites)
         return joint + log_det, sites | _told(trace), q
 
-    def _inputs(self, data: parts.Data, xi: Array) -> tuple[Array, Array, Array, Array]:
+    def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
 
         def one(deviates: Array) -> tuple[Array, Array, Array, Array]:
@@ -122,7 +123,7 @@ class Programs:
 
         return jax.vmap(one)(xi)
 
-    def _reached(self, data: parts.Data, separation: Array, xi: Array) -> Array:
+    def _reached(self, data: Data, separation: Array, xi: Array) -> Array:
         """Where each motion comes to rest."""
 
         def one(V: Array, deviates: Array) -> Array:
@@ -131,7 +132,7 @@ class Programs:
 
         return jax.vmap(one)(separation, xi)
 
-    def _levels(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
+    def _levels(self, data: Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
         """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'."""
 
         def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
@@ -142,11 +143,11 @@ class Programs:
         slopes, values = jax.jacfwd(value, has_aux=True)(q)
         return *values, *slopes, coordinates.reduced(self.structure, chart, q)[1]
 
-    def _solve_back(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> parts.Values:
+    def _solve_back(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
         """The model's unknowns at each row of q, without priors or bounds."""
         return jax.vmap(lambda q: coordinates.solve_back(self.structure, data, chart, q))(q)
 
-    def _propagate(self, data: parts.Data, chart: coordinates.Chart, q: Array) -> parts.Values:
+    def _propagate(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
         """The same by first derivatives at the measured values."""
 
         def exact(q: Array) -> parts.Values:
@@ -161,17 +162,17 @@ class Programs:
     def height(self) -> Callable[..., tuple[Array, coordinates.Q]]:
         """Minus the log density, and q; jitted, so that two programs share one trace of its gradient."""
 
-        def height(w: Array, data: parts.Data, chart: coordinates.Chart) -> tuple[Array, Array]:
+        def height(w: Array, data: Data, chart: coordinates.Chart) -> tuple[Array, Array]:
             log_density, _, q = self.weighed(w, data, chart)
             return -log_density, q
 
         return jax.jit(height)
 
-    def potential(self, w: Array, data: parts.Data, chart: coordinates.Chart) -> Array:
+    def potential(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
         """Minus the log density."""
         return self.height(w, data, chart)[0]
 
-    def steered(self, w: Array, data: parts.Data, chart: coordinates.Chart) -> Array:
+    def steered(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
         """`potential`, without its gradient where that is steeper than a posterior's can be.
 
         The run-out of a vehicle that rolls is stiff, and its differentiated steps blow up at points
@@ -183,7 +184,7 @@ class Programs:
         slope = jax.lax.stop_gradient(jnp.where(sound, slope, 0.0))
         return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
 
-    def _simulate(self, data: parts.Data, sites: parts.Values) -> dict[str, Array]:
+    def _simulate(self, data: Data, sites: parts.Values) -> dict[str, Array]:
         def one(values: parts.Values) -> dict[str, Array]:
             conditioned = handlers.substitute(self.model, values)
             trace = handlers.trace(handlers.seed(conditioned, 0)).get_trace(self.structure, data)
@@ -191,7 +192,7 @@ class Programs:
 
         return jax.vmap(one)(sites)
 
-    def _prior(self, keys: Array, data: parts.Data) -> dict[str, Array]:
+    def _prior(self, keys: Array, data: Data) -> dict[str, Array]:
         def one(key: Array) -> dict[str, Array]:
             trace = handlers.trace(handlers.seed(self.model, key)).get_trace(self.structure, data)
             return {
@@ -202,7 +203,7 @@ class Programs:
 
         return jax.vmap(one)(keys)
 
-    def _paths(self, data: parts.Data, separation: Array, xi: Array) -> Array:
+    def _paths(self, data: Data, separation: Array, xi: Array) -> Array:
         """How each motion comes to rest."""
 
         def one(V: Array, deviates: Array) -> Array:
@@ -263,7 +264,7 @@ class Programs:
             advance(state, data, chart) -> (state, records of BLOCK iterations).
         """
 
-        def potential_of(data: parts.Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
+        def potential_of(data: Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
             potential = self.steered if self.structure.unpinned else self.potential
             return lambda w: potential(w, data, chart)
 
@@ -280,7 +281,7 @@ class Programs:
                 rng_key=key,
             )
 
-        def advance(state: Any, data: parts.Data, chart: coordinates.Chart) -> Any:
+        def advance(state: Any, data: Data, chart: coordinates.Chart) -> Any:
             def iterate(state: Any, _: None) -> tuple[Any, dict[str, Array]]:
                 state = step(state, (data, chart))
                 return state, {
@@ -331,7 +332,7 @@ class Programs:
             w = tails.sample(first, (count,))
             return Tempering(key, w, jnp.full(count, 1 / count), jnp.zeros(()), jnp.zeros(()))
 
-        def advance(state: Tempering, data: parts.Data, chart: coordinates.Chart) -> Tempering:
+        def advance(state: Tempering, data: Data, chart: coordinates.Chart) -> Tempering:
             import blackjax  # half a second, and the other methods do without
             from blackjax.smc.resampling import systematic
             from blackjax.smc.tempered import TemperedSMCState
@@ -446,6 +447,6 @@ def in_chunks(function: Callable[[Any], Any], values: Any) -> Any:
 
 # a kernel lets a process have some 65 000 memory maps, and those of a structure take 5000
 @lru_cache(maxsize=8)
-def programs_for(structure: parts.Structure) -> Programs:
+def programs_for(structure: Structure) -> Programs:
     """The programs of a structure, made once a session."""
     return Programs(structure)

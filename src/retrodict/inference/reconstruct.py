@@ -22,7 +22,8 @@ from retrodict.inference.modes import Rival, Solution, beside, mixed, rivals_of,
 from retrodict.inference.outcome import Checks, Mode, Outcome
 from retrodict.inference.posterior import RESOLVED, Posterior, blank_chart, run_outs_of
 from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
-from retrodict.models import RUNGS, parts
+from retrodict.models import RUNGS
+from retrodict.models.arrays import Data
 from retrodict.models.evidence import FREEDOM
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import Scene
@@ -281,7 +282,7 @@ def _told_several(found: list[Solution], modes: list[Mode]) -> str:
 
 
 def _compile_ahead(
-    programs: Programs, data: parts.Data, method: str, warmup: int, pictured: bool
+    programs: Programs, data: Data, method: str, warmup: int, pictured: bool
 ) -> None:
     """Have what will be needed compiled side by side, in the order it will be needed."""
     structure = programs.structure

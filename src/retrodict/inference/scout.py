@@ -6,14 +6,14 @@ import jax
 import numpy as np
 
 from retrodict.inference.programs import CHUNK, Programs
-from retrodict.models import parts
+from retrodict.models.arrays import Data
 
 _ROUNDS = 20  # of CHUNK crashes from the prior
 
 Told = dict[str, np.ndarray]
 
 
-def scouted(programs: Programs, data: parts.Data) -> tuple[np.ndarray, Told]:
+def scouted(programs: Programs, data: Data) -> tuple[np.ndarray, Told]:
     """How well many crashes from the prior explain the evidence, and what they are.
 
     Items of evidence count by Cauchy's law, so that one sharp item does not silence all others.

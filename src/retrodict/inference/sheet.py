@@ -13,14 +13,14 @@ from retrodict.inference import coordinates
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, programs_for
 from retrodict.mechanics.runout import GRAVITY
-from retrodict.models import parts
+from retrodict.models.arrays import Data, in_steps, steps_of
 
 _ROUNDS = 4
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
 
 
-def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
+def shoot(programs: Programs, data: Data) -> np.ndarray:
     """Velocities after the impact that end at the measured rest poses.
 
     Args:
@@ -89,7 +89,7 @@ def shoot(programs: Programs, data: parts.Data) -> np.ndarray:
 
 
 def fit(
-    programs: Programs, data: parts.Data, separation: np.ndarray
+    programs: Programs, data: Data, separation: np.ndarray
 ) -> tuple[tuple[coordinates.Sheet, coordinates.Sheet], np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """The quadratic sheets about a solution of `shoot`.
 
@@ -135,9 +135,7 @@ def fit(
     return (for_a, for_b), error, (V, xi)
 
 
-def unresolved(
-    programs: Programs, data: parts.Data, run_outs: tuple[np.ndarray, np.ndarray]
-) -> float:
+def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.ndarray]) -> float:
     """How far finer steps would move rest poses, in standard deviations of their measurement.
 
     Args:
@@ -149,7 +147,7 @@ def unresolved(
         What nine tenths of the run-outs' coordinates stay below, against four times the steps.
     """
     s = programs.structure
-    finer, finely = parts.in_steps(s, data, 4 * parts.steps_of(s, data))
+    finer, finely = in_steps(s, data, 4 * steps_of(s, data))
     rests = [
         np.asarray(p("reached", d, *run_outs))
         for p, d in ((programs, data), (programs_for(finer), finely))
@@ -191,7 +189,7 @@ def _as_sheet(coefficients: np.ndarray, k: int) -> coordinates.Sheet:
     return coordinates.Sheet(coefficients[0], coefficients[1 : 1 + k].T, quadratic)
 
 
-def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> list[np.ndarray]:
+def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.ndarray]:
     """First sheets: linear in the rest pose and the inputs, by difference quotients."""
     structure = programs.structure
     p, size = len(structure.uncertain), len(structure.rests)
@@ -225,7 +223,7 @@ def _linear(programs: Programs, data: parts.Data, separation: np.ndarray) -> lis
     return sheets
 
 
-def _aims(programs: Programs, data: parts.Data) -> tuple[np.ndarray, np.ndarray]:
+def _aims(programs: Programs, data: Data) -> tuple[np.ndarray, np.ndarray]:
     """What is aimed at and its standard deviations, a row each for A and B."""
     pairs = np.array([data.evidence[name] for name in programs.structure.aims])
     value, sd = pairs.T.reshape(2, 2, -1)

@@ -19,13 +19,14 @@ from jaxtyping import Array, Float
 from retrodict.inference.squash import squash
 from retrodict.mechanics import axes, from_impulse, from_impulse_that_ends_sliding
 from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import E_M, NO_SLIP, E
 
 _SOFTNESS = 0.05  # of e at its bounds
 _INSIDE = 1e-6  # of e_m's range: how near to a bound a search may begin
 
 
-def names(structure: parts.Structure) -> tuple[str, ...]:
+def names(structure: Structure) -> tuple[str, ...]:
     """What stands in q before the deviates of the measured inputs."""
     levels = RUNGS[structure.rung].impact.levels
     if not levels:  # momentum alone: yaw rates are unknowns of their own
@@ -36,7 +37,7 @@ def names(structure: parts.Structure) -> tuple[str, ...]:
 
 
 def locate(
-    structure: parts.Structure, data: parts.Data, q: Float[Array, " q"]
+    structure: Structure, data: Data, q: Float[Array, " q"]
 ) -> tuple[parts.Values, Float[Array, ""]]:
     """The model's unknowns at q.
 
@@ -94,9 +95,7 @@ def locate(
     return sites | {"speed_b": speed, "direction_b": direction}, log_det - jnp.log(speed)
 
 
-def near(
-    structure: parts.Structure, data: parts.Data, crash: parts.Values
-) -> Float[np.ndarray, " q"]:
+def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndarray, " q"]:
     """About where a crash lies: q, but for the softness of e's bounds.
 
     Args:
@@ -123,7 +122,7 @@ def near(
     return np.concatenate([np.array(q, float), np.asarray(xi)])
 
 
-def _scales(structure: parts.Structure, data: parts.Data, x: parts.Values) -> Float[Array, "2"]:
+def _scales(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "2"]:
     """Square root of what holds A and B back over what does as measured: with any, they go as far."""
     if not structure.rested:
         return jnp.ones(2)

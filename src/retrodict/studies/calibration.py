@@ -23,6 +23,7 @@ from retrodict.inference.posterior import RESOLVED, Posterior, prepare
 from retrodict.inference.programs import CHUNK, Programs, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.scene import load_scene
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -293,9 +294,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
     return rows
 
 
-def _truths(
-    programs: Programs, data: parts.Data, rng: np.random.Generator
-) -> tuple[Values, Values]:
+def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[Values, Values]:
     """The first `_BATCH` plausible crashes from the prior: their unknowns, and what follows."""
     found: list[tuple[Values, Values]] = []
     count = 0
@@ -315,13 +314,13 @@ def _truths(
     )
 
 
-def _simulated(programs: Programs, data: parts.Data, sites: Values) -> Values:
+def _simulated(programs: Programs, data: Data, sites: Values) -> Values:
     """What follows from the unknowns, predictions included."""
     return programs("simulate", data, sites)
 
 
 def plausible(
-    structure: parts.Structure, data: parts.Data, sites: Values, told: Values
+    structure: Structure, data: Data, sites: Values, told: Values
 ) -> Bool[np.ndarray, " draws"]:
     """Which crashes have B driving, close in, lose energy, and neither spin nor travel too far.
 
@@ -349,8 +348,8 @@ def plausible(
 
 @partial(jax.jit, static_argnums=0)
 def _closing(
-    structure: parts.Structure,
-    data: parts.Data,
+    structure: Structure,
+    data: Data,
     xi: Float[Array, "draws inputs"],
     motion: Float[Array, "draws 3"],
 ) -> Float[Array, " draws"]:
@@ -367,9 +366,7 @@ def _closing(
     return jax.vmap(one)(xi, motion)
 
 
-def _measured(
-    scene: Scene, structure: parts.Structure, told: Values, rng: np.random.Generator
-) -> Scene:
+def _measured(scene: Scene, structure: Structure, told: Values, rng: np.random.Generator) -> Scene:
     """The design with the rest poses of a crash, read off with errors."""
     rest = dict(scene.rest)
     for name in structure.evidence:

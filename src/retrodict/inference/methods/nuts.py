@@ -10,7 +10,7 @@ from retrodict.inference.methods import chains, checkpoint
 from retrodict.inference.methods.chains import Chains, sample
 from retrodict.inference.methods.draws import Draws, Task
 from retrodict.inference.posterior import Posterior
-from retrodict.models.parts import Structure
+from retrodict.models.arrays import Structure
 
 _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
 # Of the run that follows one with divergences. No more: the gradient steers only near enough, so that

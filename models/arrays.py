@@ -1,0 +1,182 @@
+"""A scene as arrays: what of it decides a compiled program, and the numbers that program takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Array, Float
+
+import retrodict._precision  # noqa: F401
+from retrodict.mechanics import Zone
+from retrodict.mechanics.runout import Steps, fixed_steps
+from retrodict.scene.records import VEHICLES, Measured, Scene
+
+# measured of B before impact: evidence on what the impact's inverse gives, not an input of its own
+OF_B = ("direction_b", "omega_b", "speed_b")
+
+STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """What of a scene decides the program and not its numbers: one compiled program serves all
+    scenes of one structure.
+
+    Args:
+        rung: a name in `retrodict.models.RUNGS`.
+        uncertain: measured inputs that carry an uncertainty, with their error laws.
+        surfaces: names, the one that lies everywhere first.
+        known_of_b: which of `OF_B` was measured.
+        constant_friction: whether no surface's friction depends on speed.
+        rolling: vehicles of which some wheel is not locked.
+        rests: what of a rest pose the rung follows.
+        evidence: names of the items of evidence that the rung explains.
+        marks: name of each mark among them, and what of its vehicle passed it.
+        robust: whether errors of the evidence have heavy tails.
+        steps: of each run-out's integration; None where they are an argument, which run-outs that
+            nobody differentiates in reverse take.
+        astride: whether the posterior lies on either side of where e_m has no value.
+    """
+
+    rung: str
+    uncertain: tuple[tuple[str, str], ...]
+    surfaces: tuple[str, ...]
+    known_of_b: tuple[str, ...]
+    constant_friction: bool
+    rolling: tuple[str, ...]
+    rests: tuple[str, ...]
+    evidence: tuple[str, ...]
+    marks: tuple[tuple[str, str], ...] = ()
+    robust: bool = False
+    steps: int | None = None
+    astride: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the uncertain inputs, in their order."""
+        return tuple(name for name, _ in self.uncertain)
+
+    @property
+    def aims(self) -> tuple[str, ...]:
+        """Each part of the rest poses, A's first: names of the evidence, where it was measured."""
+        return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
+
+    @property
+    def unpinned(self) -> bool:
+        """Whether coordinates are velocities after the impact, and not rest poses.
+
+        So it is where a part of the rest poses was not measured; where a vehicle rolls, for its tyres
+        soon end what sideways motion it had, and how far it goes hangs on what little holds it back;
+        and where rest poses leave open which way the force alone would have turned the vehicles.
+        """
+        pinned = set(self.aims) <= set(self.evidence)
+        return self.astride or bool(self.rolling) or not pinned
+
+    @property
+    def rested(self) -> bool:
+        """Whether anything of a rest pose was measured."""
+        return any(name.startswith("rest_") for name in self.evidence)
+
+
+class Data(NamedTuple):
+    """A scene's numbers, as arguments of the compiled programs.
+
+    NumPy arrays: JAX would compile a small program for every step of their making.
+
+    Args:
+        inputs: (location, scale) of every measured input: of the quantity itself, or of its
+            logarithm where the law is lognormal and the input uncertain.
+        evidence: (value, sd) of every item of evidence.
+        marks: x and y of every mark, m.
+        priors: numbers of each prior, as `Scene.priors` has them.
+        edges: where each edge runs: point and unit normal into the zone, m.
+        steps: of each run-out's integration, where the structure does not say.
+    """
+
+    inputs: dict[str, Float[Array | np.ndarray, "2"]]
+    evidence: dict[str, Float[Array | np.ndarray, "2"]]
+    marks: dict[str, Float[Array | np.ndarray, "2"]]
+    priors: dict[str, Float[Array | np.ndarray, " numbers"]]
+    edges: Zone
+    steps: Steps
+
+
+def of_scene(
+    scene: Scene, rung: str, rests: tuple[str, ...], explained: Callable[[str], bool]
+) -> tuple[Structure, Data]:
+    """A scene as a program's structure and its arguments.
+
+    Args:
+        scene: as the rung's run-out sees it.
+        rung: its name.
+        rests: what of a rest pose it follows.
+        explained: whether it predicts an item of evidence.
+    """
+    inputs = scene.inputs()
+    uncertain: list[tuple[str, str]] = [
+        (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
+    ]
+    numbers: dict[str, Array | np.ndarray] = {k: _location_and_scale(m) for k, m in inputs.items()}
+    if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
+        uncertain.append(("speed_a", "halfnormal"))
+        numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
+    evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
+    marks = {f"mark_{i}_{v}": mark for v in scene.marks for i, mark in enumerate(scene.marks[v], 1)}
+    edges = [s.edge for s in scene.surfaces if s.edge is not None]
+    sign = {"left": 1.0, "right": -1.0}
+    angles = np.array([e.direction for e in edges])
+    turn = np.array([sign[e.side] for e in edges])
+    zones = Zone(
+        point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
+        inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
+    )
+    structure = Structure(
+        rung=rung,
+        uncertain=tuple(uncertain),
+        surfaces=tuple(s.name for s in scene.surfaces),
+        known_of_b=tuple(k for k in OF_B if k in inputs),
+        constant_friction=all(
+            s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
+        ),
+        rolling=tuple(v for v in VEHICLES if scene.vehicles[v].wheels is not None),
+        rests=rests,
+        evidence=tuple(evidence),
+        marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
+        robust=scene.robust,
+    )
+    data = Data(
+        inputs=numbers,
+        evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
+        marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
+        priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
+        edges=zones,
+        steps=fixed_steps(STEPS),
+    )
+    if structure.unpinned or structure.marks:  # whose run-outs are differentiated
+        structure = replace(structure, steps=STEPS)
+    return structure, data
+
+
+def steps_of(structure: Structure, data: Data) -> int:
+    """Of each run-out's integration."""
+    return structure.steps or int(data.steps.number)
+
+
+def in_steps(structure: Structure, data: Data, count: int) -> tuple[Structure, Data]:
+    """The same with so many steps of each run-out's integration."""
+    if structure.steps:
+        return replace(structure, steps=count), data
+    return structure, data._replace(steps=fixed_steps(count))
+
+
+def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
+    """Of the normal law, or of the normal whose exponential or logistic has the measured mean and sd."""
+    if m.law == "logitnormal" and m.sd > 0:  # sd to first order
+        return np.array([np.log(m.value / (1 - m.value)), m.sd / (m.value * (1 - m.value))])
+    if m.law == "lognormal" and m.sd > 0:
+        variance = np.log1p((m.sd / m.value) ** 2)
+        return np.array([np.log(m.value) - variance / 2, np.sqrt(variance)])
+    return np.array([m.value, m.sd])
