@@ -35,11 +35,13 @@ def table(folders: list[Path]) -> page.Parts:
             f"### {told['model']}, {told['method']}\n",
             f"{told['verdict']}\n",
             f"![ranks](charts/calibration/{folder.name}/calibration.png)\n",
-            _listed(["quantity", *(f"{level} %" for level in (50, 80, 90, 95))], _coverage(told)),
+            *page.table(
+                ["quantity", *(f"{level} %" for level in (50, 80, 90, 95))], _coverage(told)
+            ),
             "",
         ]
     heading = ["rung", "method", "ranked", "withheld", "outside its own band", "outside jointly"]
-    return {"summary": [_listed(heading, rows)], "verdicts": verdicts[:-1]}
+    return {"summary": page.table(heading, rows), "verdicts": verdicts[:-1]}
 
 
 def _coverage(told: dict) -> list[list[str]]:
@@ -47,11 +49,6 @@ def _coverage(told: dict) -> list[list[str]]:
         [name, *(f"{c['share']:.1%} ± {c['error']:.1%}" for c in each["coverage"].values())]
         for name, each in told["quantities"].items()
     ]
-
-
-def _listed(heading: list[str], rows: list[list[str]]) -> str:
-    lines = [heading, ["---"] * len(heading), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def main(simulations: int, rungs: list[str]) -> None:

@@ -210,13 +210,13 @@ def tables(rows: list[Row]) -> page.Parts:
         f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}.",
     ]
     heading = ["true rung", "scenes", *KINDS, "chosen covers"]
-    choice = _table(heading, _choices(scenes, kinds))
+    choice = page.table(heading, _choices(scenes, kinds))
     heading = ["rung", "scenes", "mean error, m/s", "rms error, m/s", "rms error, its sd"]
-    bias = _table([*heading, "90 % covers", "refused by its fit"], _biases(rows))
+    bias = page.table([*heading, "90 % covers", "refused by its fit"], _biases(rows))
     settings = [(share, factor) for factor in FACTORS for share in SHARES]
     heading = ["share", "factor", "true, or lower with the same answer", "chosen covers"]
     heading += ["rms error, m/s", "width, of the fullest's"]
-    others = _table(heading, (_setting(scenes, *setting) for setting in settings))
+    others = page.table(heading, (_setting(scenes, *setting) for setting in settings))
     return {"summary": summary, "choices": choice, "settings": others, "biases": bias}
 
 
@@ -298,11 +298,6 @@ def _biases(rows: list[Row]) -> Iterator[list[str]]:
                 f"{sum(map(covered, mine))} of {len(mine)}",
                 str(refused),
             ]
-
-
-def _table(heading: list[str], rows: Iterator[list[str]]) -> list[str]:
-    lines = [heading, ["---"] * len(heading), *rows]
-    return [f"| {' | '.join(line)} |" for line in lines]
 
 
 def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:

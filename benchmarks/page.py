@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 COLUMNS = {
@@ -25,6 +25,13 @@ COLUMNS = {
     "us_batched_jacobian": "with Jacobian, µs",
 }
 TITLES = {"locked": "Locked wheels", "ordinary": "Ordinary ones of these", "rolling": "Rolling"}
+
+
+def table(headings: Iterable[str], rows: Iterable[list[str]]) -> list[str]:
+    """The lines of a Markdown table."""
+    headings = [*headings]
+    lines = [headings, ["---"] * len(headings), *rows]
+    return [f"| {' | '.join(line)} |" for line in lines]
 
 
 def _cell(row: dict[str, str], column: str) -> str:
@@ -44,10 +51,7 @@ def _tables(rows: list[dict[str, str]]) -> Iterator[str]:
     for scenes in dict.fromkeys(row["scenes"] for row in rows):
         mine = [row for row in rows if row["scenes"] == scenes]
         yield f"### {TITLES[scenes]} ({max(int(row['number']) for row in mine)})\n"
-        yield f"| {' | '.join(COLUMNS.values())} |"
-        yield "| " + " | ".join("---" for _ in COLUMNS) + " |"
-        for row in mine:
-            yield f"| {' | '.join(_cell(row, column) for column in COLUMNS)} |"
+        yield from table(COLUMNS.values(), ([_cell(row, c) for c in COLUMNS] for row in mine))
         yield ""
 
 
@@ -81,11 +85,8 @@ def _listed(rows: list[dict[str, str]]) -> Iterator[str]:
 
     for scene in dict.fromkeys(row["scene"] for row in rows):
         yield f"### Scene: {scene}\n"
-        yield f"| {' | '.join(METHODS.values())} |"
-        yield "| " + " | ".join("---" for _ in METHODS) + " |"
-        for row in rows:
-            if row["scene"] == scene and row["listed"]:
-                yield f"| {' | '.join(cell(row, column) for column in METHODS)} |"
+        mine = (row for row in rows if row["scene"] == scene and row["listed"])
+        yield from table(METHODS.values(), ([cell(row, c) for c in METHODS] for row in mine))
         yield ""
 
 
@@ -113,8 +114,7 @@ def of_inference(charts: Path) -> Parts:
     rows, parts = _read(charts / "inference.csv", charts / "agreement.csv")
     seeds, _ = _read(charts / "seeds.csv")
     parts["seeds_machine"] = [f"- {seeds[0]['machine']}"]
-    lines = [[*SEEDS.values()], ["---"] * len(SEEDS), *([row[c] for c in SEEDS] for row in seeds)]
-    parts["seeds"] = [f"| {' | '.join(line)} |" for line in lines]
+    parts["seeds"] = table(SEEDS.values(), ([row[c] for c in SEEDS] for row in seeds))
     return parts | {"tables": ["\n".join(_listed(rows)).rstrip()]}
 
 
@@ -134,8 +134,11 @@ SEEDS = {
     "seconds_least": "least",
 }
 APPROXIMATIONS = [
-    "| method | right and passed | right and flagged | wrong and flagged | wrong and passed |",
-    "| --- | --- | --- | --- | --- |",
+    "method",
+    "right and passed",
+    "right and flagged",
+    "wrong and flagged",
+    "wrong and passed",
 ]
 EDGES = {
     "edge": "edge",
@@ -147,24 +150,22 @@ EDGES = {
 }
 
 
+def _edge(row: dict[str, str]) -> list[str]:
+    *cells, test = (row[column].replace("|", "\\|").replace("\n", " ") for column in EDGES)
+    return [*cells, f"`{test}`"]
+
+
 def of_atlas(charts: Path) -> Parts:
     """What stands between the markers of docs/atlas.md."""
     of_edges = [charts / f"atlas-{part}.csv" for part in ("mechanics", "inference")]
     at_random = [charts / f"atlas-{part}.csv" for part in ("random", "reconstructions")]
     _, parts = _read(*at_random, *of_edges, charts / "atlas-map.csv")
     approximations = [line.removeprefix("- ") for line in parts["approximations"]]
-    parts["approximations"] = APPROXIMATIONS + approximations
+    parts["approximations"] = table(APPROXIMATIONS, []) + approximations
     rows = [row for file in of_edges for row in _read(file)[0]]
     for part in dict.fromkeys(row["part"] for row in rows):
-        lines = [
-            f"| {' | '.join(EDGES.values())} |",
-            "| " + " | ".join("---" for _ in EDGES) + " |",
-        ]
-        for row in rows:
-            if row["part"] == part:
-                cells = [row[column].replace("|", "\\|").replace("\n", " ") for column in EDGES]
-                lines.append(f"| {' | '.join(cells[:-1])} | `{cells[-1]}` |")
-        parts[part.replace("-", "_")] = ["\n".join(lines)]
+        mine = (row for row in rows if row["part"] == part)
+        parts[part.replace("-", "_")] = table(EDGES.values(), map(_edge, mine))
     return parts
 
 
