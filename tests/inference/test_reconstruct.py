@@ -135,6 +135,17 @@ def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.Monk
     assert "importance was tried too, and failed: importance is stuck" in found.notes[-1]
 
 
+def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without a moment impulse the vehicles cannot have turned as far as they did."""
+    monkeypatch.setitem(METHODS, "nuts", _failing("nuts"))
+    found = reconstruct(SCENE, model="planar-common+spin", pictured=False)
+    assert found.checks.reasons == ("nuts is stuck",)
+    assert "misses the evidence" in found.notes[0]
+    assert "no other method was tried" in found.notes[0]
+
+
 def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
     found = reconstruct(SCENE, method="importance", draws=250)
     assert found.settings["draws"] == 500
