@@ -36,7 +36,7 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
     found = summarise(outcome)
     assert list(found) == [
         "scene", "model", "parameters", "checks", "seconds", "versions", "seed", "settings",
-        "complete", "ladder", "left_out",
+        "complete", "ladder", "left_out", "narrowing",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"
@@ -48,6 +48,8 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
         "flags",
     }  # fmt: skip
     assert (found["seed"], found["complete"]) == (20, True)
+    assert list(found["narrowing"]) == ["speed_b"]
+    assert "friction_road" in found["narrowing"]["speed_b"]
 
 
 def test_a_known_speed_is_no_result_and_an_unknown_one_is(outcome, sparse):

@@ -17,6 +17,7 @@ from retrodict.report.validation import (
     table_lines,
     write_validation,
 )
+from retrodict.studies.narrowing import Narrowed
 from retrodict.studies.validation import Score, Validation
 from tests.studies.made_up import summary
 
@@ -28,7 +29,11 @@ def validation() -> Validation:
     """Three speeds: one inside, one outside its 95 % interval, one withheld."""
     return Validation(
         (
-            Score("one", "speed_a", 10.0, "low", summary(10.5, 1.0), published={"P": 11.176}),
+            Score(
+                *("one", "speed_a", 10.0, "low", summary(10.5, 1.0)),
+                published={"P": 11.176},
+                narrowed=(Narrowed("Omega_b", None, 0.525), Narrowed("mass_a", None, 0.84)),
+            ),
             Score("one", "speed_b", 10.0, "low", summary(12.5, 1.0), note="a remark"),
             Score("two", "speed_b", 20.0, "full", summary(20.0, 1.0), (SAID,)),
         ),
@@ -58,6 +63,14 @@ def test_coverage_is_told_of_answers_that_count(validation):
     told = "\n".join(remark_lines(validation))
     assert "The 90 % interval holds the truth in 1 of 2 (95 % limits" in told
     assert "one: a remark" in told
+
+
+def test_what_would_narrow_an_answer_is_told_beside_its_sd(validation):
+    told = "\n".join(remark_lines(validation))
+    assert (
+        "one: the sd of the speed of A before impact is 9.5 %; known exactly, the yaw rate of B after "
+        "impact would leave 5.0 %, the mass of A 8.0 %."
+    ) in told
 
 
 def test_what_users_write_is_text_in_markdown_and_terminal(validation):

@@ -9,15 +9,19 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
+from retrodict.inference.digits import decimals_of
 from retrodict.report.files import write_whole
 from retrodict.report.findings import (
     DERIVED,
     LEVELS,
     NOT_TO_BE_RELIED_ON,
     InputRow,
+    draws,
     inputs_table,
+    narrowed,
     reported,
     statistics,
     told_as,
@@ -38,6 +42,8 @@ Drawn = Callable[[], dict[str, bytes]]  # figures' images by name
 
 _SYSTEMS: dict[Units, str] = {"si": "SI", "us": "US customary"}
 _ASSUMED = {"": "", "sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
+
+_MOST_TELLING = 8  # quantities that would narrow an answer
 
 COMMAND = "retrodict reconstruct scene.toml"  # and the options that make the same numbers
 
@@ -86,6 +92,7 @@ def report_html(
         "marks": _marks(outcome.scene, units),
         "left_out": _left_out(outcome, units),
         "doubt": DOUBT,
+        "narrowed": _narrowed(outcome, units),
         "speed_unit": unit_of("speed", units).symbol,
         "size": _size(outcome),
         "max_rhat": told(outcome.checks.max_rhat, 3),
@@ -234,6 +241,26 @@ def _left_out(outcome: Outcome, units: Units) -> list[dict[str, Any]]:
         of_item = {"label": label, "unit": unit.symbol, "measured": measured}
         rows.append(of_item | cells | {"disagrees": item.disagrees})
     return rows
+
+
+def _narrowed(outcome: Outcome, units: Units) -> list[dict[str, Any]]:
+    """What would narrow each speed the most, in cells."""
+    tables = []
+    speed = unit_of("speed", units).worth
+    for sought, known in narrowed(outcome).items():
+        rows = []
+        for each in known[:_MOST_TELLING]:
+            label, unit = told_as(each.name, units)
+            m = each.measured
+            now = told_with_sd(m.value / unit.worth, m.sd / unit.worth) if m else "not measured"
+            sd = each.sd / speed
+            cells = {"now": now, "sd": told(sd, decimals_of(sd))}
+            rows.append({"label": label, "unit": unit.symbol} | cells)
+        sd = float(np.std(draws(outcome, "posterior", sought), ddof=1)) / speed
+        tables.append(
+            {"label": told_as(sought, units)[0], "sd": told(sd, decimals_of(sd)), "rows": rows}
+        )
+    return tables
 
 
 def _law(scene: Scene, row: InputRow) -> str:

@@ -17,6 +17,7 @@ from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.quantities import Unit, Units, describe, unit_of
 from retrodict.studies.conflict import conflicts
+from retrodict.studies.narrowing import Narrowed, narrowing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,6 +70,15 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
     return label, unit_of(dimension, units)
 
 
+def narrowed(outcome: Outcome) -> dict[str, tuple[Narrowed, ...]]:
+    """What would narrow each speed that was sought; nothing where checks failed or draws are missing."""
+    whole = {"posterior", "posterior_predictive"} <= set(outcome.idata.children)
+    if not (whole and outcome.checks.passed):
+        return {}
+    sought = [name for name in reported(outcome) if name in ("speed_a", "speed_b")]
+    return {name: narrowing(outcome, name) for name in sought}
+
+
 def reported(outcome: Outcome, names: Iterable[str] | None = None) -> tuple[str, ...]:
     """Which quantities a model tells of: a simpler one knows fewer.
 
@@ -94,8 +104,9 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
 
     Returns:
         scene, model, parameters (statistics of each reported quantity, with `passed` for the
-        checks of its own), checks, seconds, versions, seed, settings, complete, ladder, and
-        left_out: what all else says of each item of evidence. What is not finite is None.
+        checks of its own), checks, seconds, versions, seed, settings, complete, ladder,
+        left_out: what all else says of each item of evidence, and narrowing: the sd of each speed
+        that was sought, were a quantity known exactly. What is not finite is None.
     """
     checks = outcome.checks
     parameters = {}
@@ -128,6 +139,10 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
             item.name: {k: _finite(v) for k, v in asdict(item).items() if k != "name"}
             | {"told": item.told, "disagrees": item.disagrees}
             for item in conflicts(outcome)
+        },
+        "narrowing": {
+            name: {each.name: each.sd for each in known}
+            for name, known in narrowed(outcome).items()
         },
     }
 

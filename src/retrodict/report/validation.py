@@ -16,7 +16,7 @@ from rich.text import Text
 from retrodict.report.files import csv_text, write_whole
 from retrodict.report.findings import LEVELS
 from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
-from retrodict.scene.quantities import Units, unit_of
+from retrodict.scene.quantities import Units, describe, unit_of
 
 if TYPE_CHECKING:
     from retrodict.studies.validation import Score, Validation
@@ -79,6 +79,7 @@ def remarks(validation: Validation) -> list[str]:
         f"{validation.coverage(90).of} speeds are few, and two of one collision are not independent: "
         "the limits take them as if they were."
     )
+    lines += [_narrowed(score) for score in validation.scores if score.narrowed]
     # two speeds of a case share its reasons and its note
     said = [f"{s.case}: {'; '.join(s.reasons)}" for s in validation.scores if not s.counts]
     said += [f"{score.case}: {score.note}" for score in validation.scores if score.note]
@@ -86,6 +87,18 @@ def remarks(validation: Validation) -> list[str]:
     if not validation.complete:
         lines.append("Interrupted: cases are missing.")
     return lines
+
+
+def _narrowed(score: Score) -> str:
+    """What would narrow an answer the most, in words."""
+    assert score.answer is not None
+    middle = score.answer.median
+    (first, *others) = ((describe(n.name)[0], percent(n.sd, middle)) for n in score.narrowed)
+    return (
+        f"{score.case}: the sd of the {describe(score.quantity)[0]} is "
+        f"{percent(score.answer.sd, middle)}; known exactly, the {first[0]} would leave {first[1]}"
+        f"{''.join(f', the {label} {sd}' for label, sd in others)}."
+    )
 
 
 def print_validation(validation: Validation, console: Console, units: Units = "si") -> None:

@@ -14,6 +14,7 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.load import load_scene
 from retrodict.studies.ladder import Summary, summary
+from retrodict.studies.narrowing import Narrowed, narrowing
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from retrodict.scene.truth import Truth
 
 SCENE, TRUTH = "scene.toml", "truth.toml"
+MOST_TELLING = 3  # quantities that would narrow an answer
 
 Progress = Callable[[str, int, int], None]  # case, done, of all
 Run = Callable[["Scene"], "Outcome"]
@@ -39,6 +41,7 @@ class Score:
         reasons: why the answer is not to be relied on, if it is not.
         published: what others reconstructed, by name.
         note: of the truth file.
+        narrowed: what would narrow the answer the most.
     """
 
     case: str
@@ -49,6 +52,7 @@ class Score:
     reasons: tuple[str, ...] = ()
     published: dict[str, float] = field(default_factory=dict)
     note: str = ""
+    narrowed: tuple[Narrowed, ...] = ()
 
     @property
     def counts(self) -> bool:
@@ -204,6 +208,9 @@ def _scored(folder: Path, run: Run) -> list[Score]:
             reasons=outcome.checks.reasons if outcome else (refused,),
             published={p.name: p.speeds[name] for p in truth.published if name in p.speeds},
             note=truth.note,
+            narrowed=narrowing(outcome, name)[:MOST_TELLING]
+            if outcome and outcome.checks.passed
+            else (),
         )
         for name, speed in _sought(scene, truth, folder).items()
     ]
