@@ -7,11 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from retrodict.models import RUNGS
+from retrodict.models.arrays import in_steps
 
 from retrodict.inference import unpinned
-from retrodict.inference.posterior import prepare
+from retrodict.inference.posterior import RESOLVED, Posterior, plain, prepare, unresolved
+from retrodict.inference.programs import programs_for
 from retrodict.inference.reconstruct import reconstruct
-from retrodict.scene.records import Approach, Departure, Measured, Scene, Wheels
+from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
 from tests.scenes import DEGREE, collision
 
 
@@ -91,3 +93,15 @@ def test_without_headings_at_rest_less_is_known_and_told() -> None:
     whole, partly = (each.idata["posterior"]["speed_b"].to_numpy() for each in told)
     assert abs(partly.mean() - whole.mean()) < partly.std()
     assert 0.95 * whole.std() < partly.std() < 3 * whole.std()
+
+
+@pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
+def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
+    """No rest pose was measured: only the mark's distance from the path can tell."""
+    scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
+    structure, data = in_steps(*RUNGS["planar-moment+spin"].of_scene(scene), steps)
+    after = [-7.0, 2.4, 5.4, -5.9]
+    centre = np.pad(after, (0, 2 + len(structure.uncertain)))
+    chart = plain(centre, 0.01 * np.eye(centre.size))
+    posterior = Posterior(programs_for(structure), data, chart, np.zeros(2), 0.0, 0.0)
+    assert (unresolved(posterior) > RESOLVED) is few

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import jax
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from retrodict.inference import coordinates, sheet, unpinned
 from retrodict.inference.coordinates import Chart, Sheet, Wall
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.programs import BATCH, Programs, in_chunks, programs_for
+from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
 from retrodict.inference.scout import scouted
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
@@ -138,10 +138,10 @@ def _unpinned(structure: Structure, data: Data) -> Posterior:
         programs = programs_for(structure)
         value, chart = min((_climbed(programs, data, q) for q in starts), key=lambda at: at[0])
         posterior = Posterior(programs, data, chart, np.zeros(2), -value, 0.0)
-        unresolved = _unresolved(posterior)
+        posterior = replace(posterior, unresolved=unresolved(posterior))
         steps = steps_of(structure, data)
-        if unresolved <= RESOLVED or steps >= _MOST_STEPS:
-            return replace(posterior, unresolved=unresolved)
+        if posterior.unresolved <= RESOLVED or steps >= _MOST_STEPS:
+            return posterior
         structure, data = in_steps(structure, data, 2 * steps)
         starts = [np.asarray(chart.centre)]
 
@@ -162,13 +162,25 @@ def _climbed(programs: Programs, data: Data, q: np.ndarray) -> tuple[float, Char
     return value, plain(q, spread)
 
 
-def _unresolved(posterior: Posterior) -> float:
-    """How far finer steps would move rest poses that are likely, in standard deviations."""
+def unresolved(posterior: Posterior) -> float:
+    """How far finer steps would move what is predicted of likely crashes, in standard deviations."""
     programs, data, n = posterior.programs, posterior.data, posterior.size
-    if not programs.structure.rested:
+    s = programs.structure
+    if not (s.rested or s.marks):
         return 0.0
-    told = posterior.weighed(np.random.default_rng(0).standard_normal((BATCH, n)))[1]
-    return sheet.unresolved(programs, data, run_outs_of(told))
+    count = CHUNK if s.marks else BATCH
+    told = posterior.weighed(np.random.default_rng(0).standard_normal((count, n)))[1]
+    if not s.marks:
+        return sheet.unresolved(programs, data, run_outs_of(told))
+    finer, finely = in_steps(s, data, 4 * steps_of(s, data))
+    names, _ = jax.eval_shape(partial(unpinned.locate, s), data, posterior.chart.centre)
+    again = programs_for(finer)("simulate", finely, {k: told[k] for k in names})
+    moved = [
+        (again[f"predicted/{k}"] - told[f"predicted/{k}"]) / data.evidence[k][1]
+        for k in s.evidence
+        if k.startswith(("rest_", "mark_"))
+    ]
+    return float(np.quantile(np.abs(moved), 0.9))
 
 
 def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
