@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from retrodict.inference.digits import decimals_of
@@ -19,7 +18,6 @@ from retrodict.report.findings import (
     LEVELS,
     NOT_TO_BE_RELIED_ON,
     InputRow,
-    draws,
     inputs_table,
     narrowed,
     reported,
@@ -256,7 +254,7 @@ def _narrowed(outcome: Outcome, units: Units) -> list[dict[str, Any]]:
             sd = each.sd / speed
             cells = {"now": now, "sd": told(sd, decimals_of(sd))}
             rows.append({"label": label, "unit": unit.symbol} | cells)
-        sd = float(np.std(draws(outcome, "posterior", sought), ddof=1)) / speed
+        sd = float(outcome.idata["posterior"][sought].std(ddof=1)) / speed
         tables.append(
             {"label": told_as(sought, units)[0], "sd": told(sd, decimals_of(sd)), "rows": rows}
         )
