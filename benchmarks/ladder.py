@@ -282,7 +282,7 @@ def _biases(rows: list[Row]) -> Iterator[list[str]]:
             row
             for row in rows
             if row["rung"] == rung != row["truth"]
-            and row["median"]
+            and row["median"] not in ("", "nan")
             and RUNGS[row["truth"]].above(RUNGS[rung])
         ]
         if mine:
