@@ -164,14 +164,15 @@ def _climbed(programs: Programs, data: Data, q: np.ndarray) -> tuple[float, Char
 
 def unresolved(posterior: Posterior) -> float:
     """How far finer steps would move what is predicted of likely crashes, in standard deviations."""
-    programs, data, n = posterior.programs, posterior.data, posterior.size
-    s = programs.structure
-    if not (s.rested or s.marks):
-        return 0.0
-    count = CHUNK if s.marks else BATCH
-    told = posterior.weighed(np.random.default_rng(0).standard_normal((count, n)))[1]
+    programs, data, s = posterior.programs, posterior.data, posterior.programs.structure
+
+    def likely(count: int) -> dict[str, np.ndarray]:
+        w = np.random.default_rng(0).standard_normal((count, posterior.size))
+        return posterior.weighed(w)[1]
+
     if not s.marks:
-        return sheet.unresolved(programs, data, run_outs_of(told))
+        return sheet.unresolved(programs, data, run_outs_of(likely(BATCH))) if s.rested else 0.0
+    told = likely(CHUNK)
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
     names, _ = jax.eval_shape(partial(unpinned.locate, s), data, posterior.chart.centre)
     again = programs_for(finer)("simulate", finely, {k: told[k] for k in names})

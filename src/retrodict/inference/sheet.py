@@ -154,7 +154,7 @@ def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.nd
     ]
     sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in s.aims])
     moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
-    return float(np.quantile(np.abs(moved[:, np.isfinite(sd)]), 0.9)) if s.rested else 0.0
+    return float(np.quantile(np.abs(moved[:, np.isfinite(sd)]), 0.9))
 
 
 def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:
