@@ -197,6 +197,8 @@ def tables(rows: list[Row]) -> page.Parts:
     seconds = [sum(float(row["seconds"]) for row in mine) for mine in scenes.values()]
     true = [row for row in rows if row["rung"] == row["truth"] and row["median"]]
     moves = np.array(list(_moves_of_truth(rows, true)))
+    beside = [index for index, kind in kinds.items() if kind.startswith("not lower")]
+    moved = [any(m > SHARE for m in _moves_of_truth(scenes[index], true)) for index in beside]
     summary = [
         f"- Scenes: {len(scenes)}.",
         f"- The true rung, or a lower one with the same answer, was chosen in {good} of "
@@ -207,6 +209,8 @@ def tables(rows: list[Row]) -> page.Parts:
         f"- {moves.size} pairs of a true rung and a fuller one, which both fit: the fuller moves the "
         f"answer by {np.sqrt(np.mean(moves**2)):.2f} of its sd in the root mean square, by more than "
         f"{SHARE:g} in {np.mean(moves > SHARE):.0%}.",
+        f"- Of the {len(beside)} scenes whose choice lies beside or above the truth, one fuller rung or more "
+        f"moved the true one's answer so far in {sum(moved)}.",
         f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}.",
     ]
     heading = ["true rung", "scenes", *KINDS, "chosen covers"]
