@@ -209,8 +209,8 @@ def tables(rows: list[Row]) -> page.Parts:
         f"- {moves.size} pairs of a true rung and a fuller one, which both fit: the fuller moves the "
         f"answer by {np.sqrt(np.mean(moves**2)):.2f} of its sd in the root mean square, by more than "
         f"{SHARE:g} in {np.mean(moves > SHARE):.0%}.",
-        f"- Of the {len(beside)} scenes whose choice lies beside or above the truth, a fuller rung moved "
-        f"the true one's answer so far in {sum(moved)}.",
+        f"- Of the {len(beside)} scenes whose choice lies beside or above the truth, a fuller rung "
+        f"moved the true one's answer so far in {sum(moved)}.",
         f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}.",
     ]
     heading = ["true rung", "scenes", *KINDS, "chosen covers"]
