@@ -71,12 +71,12 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
 
 
 def narrowed(outcome: Outcome) -> dict[str, tuple[Narrowed, ...]]:
-    """What would narrow each speed that was sought; nothing where checks failed or draws are missing."""
-    whole = {"posterior", "posterior_predictive"} <= set(outcome.idata.children)
-    if not (whole and outcome.checks.passed):
+    """What would narrow each speed that was sought; nothing where checks failed."""
+    if not outcome.checks.passed:
         return {}
     sought = [name for name in reported(outcome) if name in ("speed_a", "speed_b")]
-    return {name: narrowing(outcome, name) for name in sought}
+    found = {name: narrowing(outcome, name) for name in sought}
+    return {name: known for name, known in found.items() if known}
 
 
 def reported(outcome: Outcome, names: Iterable[str] | None = None) -> tuple[str, ...]:

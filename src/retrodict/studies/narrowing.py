@@ -50,7 +50,7 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
 
     Returns:
         One record a quantity, the one that narrows the most first: uncertain inputs, evidence, and
-        what of the motion could have been measured.
+        what of the motion could have been measured; none of draws without predictions.
 
     Source:
         Conditional variance of a joint normal distribution; for its use as a first-order index of
@@ -59,6 +59,8 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
     from retrodict.models.evidence import FREEDOM  # imports jax
 
     tree, scene = outcome.idata, outcome.scene
+    if not {"posterior", "posterior_predictive"} <= set(tree.children):
+        return ()
     told = {str(name): np.asarray(draws).ravel() for name, draws in tree["posterior"].items()}
     for v in VEHICLES:
         if f"V{v}x" not in told:
