@@ -30,14 +30,17 @@ def _outcome(robust: bool = False) -> SimpleNamespace:
         "Omega_b": -2 * v,
         **dict.fromkeys(("Vax", "Vay", "Vbx", "Vby"), 1 + 0 * w),
     }
-    predicted = {"rest_x_b": 12 + 0.4 * v + REST.sd * error}
+    predicted = {
+        "rest_x_b": 12 + 0.4 * v + REST.sd * error,
+        "rest_y_b": 12 + 0.4 * u + REST.sd * error,
+    }
     tree = {
         name: xr.Dataset({k: (("chain", "draw"), x) for k, x in group.items()})
         for name, group in (("/posterior", posterior), ("/posterior_predictive", predicted))
     }
     scene = SimpleNamespace(
         inputs=lambda: {"friction_road": ROAD},
-        evidence=lambda: {"rest_x_b": REST},
+        evidence=lambda: {"rest_x_b": REST, "rest_y_b": REST},  # one record may serve twice
         robust=robust,
     )
     return SimpleNamespace(idata=xr.DataTree.from_dict(tree), scene=scene)
@@ -50,6 +53,7 @@ def test_what_stays_is_the_conditional_variance(robust: bool) -> None:
         "friction_road": np.hypot(4, 12),
         "Omega_b": np.hypot(3, 12),
         "rest_x_b": np.hypot(3, 12),
+        "rest_y_b": np.hypot(4, 12),
         "direction_b": np.sqrt(169 - 7**2 / 2),
     }
     assert {name: found[name].sd for name in exact} == pytest.approx(exact, rel=0.01)

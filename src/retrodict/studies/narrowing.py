@@ -87,11 +87,11 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
         if describe(name)[1] == "angle":  # about its middle, for it may pass half a turn
             x = np.angle(np.exp(1j * x) / np.exp(1j * x).mean())
         as_evidence = _AS_EVIDENCE.get(name[:-2], name[:-2]) + name[-2:]
-        found[name] = inputs.get(name) or evidence.get(as_evidence), left(x)
+        found[name] = inputs.get(name) or evidence.pop(as_evidence, None), left(x)
     noise = np.sqrt(FREEDOM / (FREEDOM - 2)) if scene.robust else 1.0
-    for name, predicted in tree["posterior_predictive"].items():
-        m = evidence[str(name)]
-        if all(m is not measured for measured, _ in found.values()):
-            found[str(name)] = m, left(np.asarray(predicted).ravel(), noise * m.sd)
+    for name, m in evidence.items():  # what is left of it
+        if name in tree["posterior_predictive"]:
+            predicted = np.asarray(tree["posterior_predictive"][name]).ravel()
+            found[name] = m, left(predicted, noise * m.sd)
     told_of = (Narrowed(name, m, sd) for name, (m, sd) in found.items() if sd is not None)
     return tuple(sorted(told_of, key=lambda each: each.sd))
