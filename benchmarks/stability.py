@@ -55,6 +55,7 @@ def impacts(number: int) -> Iterator[Remark]:
 def run_outs(locked: int, rolling: int, compared: int) -> Iterator[Remark]:
     """Run-outs at random."""
     from benchmarks.atlas import run_outs as drawn
+    from retrodict.mechanics.runout import MOST_STEPS
 
     for name, number in (("locked", locked), ("rolling", rolling)):
         scenes = drawn.draw(number, rolling=name == "rolling")
@@ -66,7 +67,7 @@ def run_outs(locked: int, rolling: int, compared: int) -> Iterator[Remark]:
         yield (
             "runouts",
             f"{number} run-outs, wheels {name}: {broken} break a law; {found.refused.sum()} could not "
-            "be followed in 8192 steps, and have no rest pose (not numbers); of the first "
+            f"be followed in {MOST_STEPS} steps, and have no rest pose (not numbers); of the first "
             f"{len(apart)}, {far} end over {drawn.WITHIN * 1e3:g} mm or mrad from where SciPy's do "
             f"(worst {apart.max() * 1e3:.1g})",
         )

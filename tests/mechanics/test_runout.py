@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -254,6 +254,20 @@ angle = st.floats(-3, 3)
 
 @thousand
 @given(motion, drags, steers, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.floats(0, 0.02))
+# a locked wheel that the car turns about while the others hold little: 8422 steps
+@example(
+    (0.5, 2.0, 0.0), (1.0, 0.0625, 0.0625, 0.0625), (0.0, -0.25, 0.5, 0.0), 0.1015625, 1.0, 0.0
+)
+# slow wheels that hold nearly nothing to the side: from 5 mm/s to 1e-5 of it in over 100 000 steps
+@example(
+    (0.0033198913, -0.0048678217, -0.0033540112),
+    (0.0625, 0.76448080, 0.05, 0.05),
+    (0.25,) * 4,
+    0.5064665,
+    0.96236186,
+    0.01,
+)
+@example((0.0, 0.0, 0.0), (0.398, 0.904, 0.5825, 0.418), (0.25, 0.0, 0.41, 0.0), 0.1, 0.849, 0.02)
 def test_friction_never_adds_energy_and_time_goes_on(
     velocity: tuple, drag: tuple, steer: tuple, f: float, beyond: float, c: float
 ) -> None:
@@ -263,7 +277,8 @@ def test_friction_never_adds_energy_and_time_goes_on(
     assert np.isfinite(np.array(path.pose)).all()
     assert (np.diff(energy) <= 1e-9 * energy[0]).all()
     assert (np.diff(np.array(path.time)) >= 0).all()
-    assert np.sqrt(energy[-2]) <= 1.01e-5 * np.sqrt(energy[0])  # from where it is closed
+    # from where it is closed: 1e-5 of its speed, or 0.1 mm/s
+    assert np.sqrt(energy[-2]) <= 1.01 * max(1e-5 * np.sqrt(energy[0]), 1e-4)
 
 
 @thousand

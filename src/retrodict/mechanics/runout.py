@@ -28,13 +28,14 @@ PATCH = 0.08  # m, radius of gyration of a contact patch of about 0.2 m by 0.18 
 
 ROWS = 96  # of a path, at steps as the run-out takes them
 _TOLERANCE = 1e-9  # of adaptive steps: what derivatives need to be exact to 1e-4 (measured)
-_MOST_STEPS = 8192  # of them: on ice at 0.05, sixty turns took 3700
+MOST_STEPS = 32768  # of them: on ice at 0.05, sixty turns took 3700, about one locked wheel 13400
 _MOST_FIXED = 3072
 # Of W: from here to rest in closed form, for at W = 0 friction has no direction. Adaptive steps go
-# further: a rolling car's motion still turns in its last centimetres a second (measured).
+# further, to `_STANDS` at most: a rolling car's motion still turns in its last centimetres a second
+# (measured), and below that its tyres hold so little to the side that it would hardly lose W.
 _LAST_FIXED, _LAST_ADAPTIVE = 1e-3, 1e-5
 _TINY = 1e-18  # m²/s²: a wheel that is the instant centre of a motion without spin
-_STANDS = 1e-4  # m/s: what is slower is run at this, some nanometres, so that derivatives exist
+_STANDS = 1e-4  # m/s: what is slower is taken at this, to rest in closed form: derivatives exist
 _CLUSTER = (
     0.85  # W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
 )
@@ -133,7 +134,7 @@ def rest(
         end = tuple(v[-1] for v in _adaptive(start, car, ground, rows=1))
     else:
         end, _ = _fixed(start, car, ground, steps, keep=False)
-    return jnp.stack(_halt(end, start, car, ground, _last(steps))[:3])
+    return jnp.stack(_halt(end, start, car, ground, _last(steps, start, car))[:3])
 
 
 def step_error(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int) -> Pose:
@@ -164,7 +165,7 @@ def run_out(
         states = _adaptive(start, car, ground, rows=ROWS)
     else:
         _, states = _fixed(start, car, ground, steps, keep=True)
-    halt = _halt(tuple(v[-1] for v in states), start, car, ground, _last(steps))
+    halt = _halt(tuple(v[-1] for v in states), start, car, ground, _last(steps, start, car))
     rows = [
         jnp.concatenate([first[None], between, last[None]])
         for first, between, last in zip(start, states, halt, strict=True)
@@ -200,11 +201,18 @@ def _start(pose: Pose, velocity: Velocity) -> State:
     return (*pose, *velocity, jnp.zeros(()))
 
 
-def _last(steps: int | Steps | None) -> float:
-    return _LAST_ADAPTIVE if steps is None else _LAST_FIXED
+def _last(steps: int | Steps | None, start: State, car: Car) -> Float[Array, ""] | float:
+    """Share of W from which a run-out is closed."""
+    if steps is not None:
+        return _LAST_FIXED
+    # where it is closed is no property of the motion: derivatives are those at this share
+    W_0 = jax.lax.stop_gradient(_speed(start[3:6], car.k2))
+    return jnp.clip(_STANDS / W_0, _LAST_ADAPTIVE, 1.0)
 
 
-def _levels(steps: int, last: float) -> Float[np.ndarray, " levels"]:
+def _levels(
+    steps: int, last: Float[Array, ""] | float
+) -> Float[np.ndarray, " levels"] | Float[Array, " levels"]:
     """Lost shares of W after each of so many steps, from none to all but the last of it."""
     return (1 - last) * (1 - (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER)
 
@@ -264,7 +272,7 @@ def _adaptive(start: State, car: Car, ground: Ground, rows: int) -> State:
     """States where so many fixed steps would end, by adaptive steps of order eight."""
     import diffrax  # a second to import, and inference does without
 
-    levels = _levels(rows, _LAST_ADAPTIVE)[1:]
+    levels = _levels(rows, _last(None, start, car))[1:]
     rate = _slope_of_loss(start, car, ground)
     W_0 = _speed(start[3:6], car.k2)
     solution = diffrax.diffeqsolve(
@@ -277,15 +285,17 @@ def _adaptive(start: State, car: Car, ground: Ground, rows: int) -> State:
         saveat=diffrax.SaveAt(ts=jnp.asarray(levels[:-1]), t1=True),
         stepsize_controller=diffrax.PIDController(rtol=_TOLERANCE, atol=0.1 * _TOLERANCE * W_0),
         # every step kept: with fewer checkpoints derivatives came out wrong by up to a tenth
-        adjoint=diffrax.RecursiveCheckpointAdjoint(checkpoints=_MOST_STEPS),
-        max_steps=_MOST_STEPS,
+        adjoint=diffrax.RecursiveCheckpointAdjoint(checkpoints=MOST_STEPS),
+        max_steps=MOST_STEPS,
         throw=False,
     )
     arrived = solution.result == diffrax.RESULTS.successful
     return tuple(jnp.where(arrived, v, jnp.nan) for v in solution.ys)
 
 
-def _halt(end: State, start: State, car: Car, ground: Ground, last: float) -> State:
+def _halt(
+    end: State, start: State, car: Car, ground: Ground, last: Float[Array, ""] | float
+) -> State:
     """At rest: what is left of the motion keeps its direction, and W falls evenly to nothing."""
     left = [last * k for k in _slope_of_loss(start, car, ground)(end)]
     moved = (a + b / 2 for a, b in zip(end[:3], left[:3], strict=True))
