@@ -36,7 +36,7 @@ SEEDS = 20
 BUDGETS = (
     ("nuts", 250),
     ("nuts", 500),
-    ("importance", 300),
+    ("importance", 500),
     ("importance", 600),
 )  # draws of a chain
 _TAILS = (0.05, 0.95)  # Vehtari et al. 2021

@@ -147,8 +147,8 @@ def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
 
 
 def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
-    found = reconstruct(SCENE, method="importance", draws=250)
-    assert found.settings["draws"] == 500
+    found = reconstruct(SCENE, method="importance", draws=200)
+    assert found.settings["draws"] == 400
     assert "not one digit of the 95 % limits" in found.notes[0]
 
 

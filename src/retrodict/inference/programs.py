@@ -12,6 +12,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cached_property, lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import Any, NamedTuple
 
 import jax
@@ -79,6 +80,8 @@ class Programs:
         self.model = self.rung.model
         self._programs: dict[str, Future[Any]] = {}
         self._anew: dict[str, Callable[[], Future[Any]]] = {}
+        # draws are weighed in threads: one traces, or waits for a compiler, and the others for it
+        self._one_prepares = Lock()
 
     # -- what is computed --------------------------------------------------------------------
 
@@ -216,8 +219,10 @@ class Programs:
 
     def __call__(self, name: str, *arguments: Any) -> Any:
         """Run one of `functions`."""
-        self.expect(name, *arguments)
-        return self._finished(name)(*arguments)
+        with self._one_prepares:
+            self.expect(name, *arguments)
+            program = self._finished(name)
+        return program(*arguments)
 
     def expect(self, name: str, *arguments: Any) -> None:
         """Have a program loaded, or compiled in the background, for arguments of these shapes.
@@ -439,10 +444,10 @@ def in_chunks(function: Callable[[Any], Any], values: Any) -> Any:
         out = function(jax.tree.map(lambda v: v[index], values))
         return jax.tree.map(lambda v: np.asarray(v)[: count - i], out)
 
-    first = one(0)  # alone: it may have to wait for the compiler
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        rest = pool.map(one, range(CHUNK, count, CHUNK))
-        return jax.tree.map(lambda *parts_: np.concatenate(parts_), first, *rest)
+        return jax.tree.map(
+            lambda *parts_: np.concatenate(parts_), *pool.map(one, range(0, count, CHUNK))
+        )
 
 
 # a kernel lets a process have some 65 000 memory maps, and those of a structure take 5000

@@ -7,11 +7,11 @@ least squares to run-outs. Nothing here needs to be exact: it only shapes coordi
 from __future__ import annotations
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from retrodict.inference import coordinates
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, programs_for
+from retrodict.inference.threads import one_blas_thread
 from retrodict.mechanics.runout import GRAVITY
 from retrodict.models.arrays import Data, in_steps, steps_of
 
@@ -174,8 +174,7 @@ def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarr
     A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
     # a whiff of ridge: some inputs (a zone nobody reaches) shape nothing
     ridge = 1e-4 * np.eye(A.shape[1])
-    # one thread: beside the compiler's, BLAS's own threads wait for each other for seconds
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():  # beside the compiler's, its threads wait for each other for seconds
         return np.linalg.lstsq(
             np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), y.shape[1]))])
         )[0]

@@ -32,7 +32,10 @@ class Method:
 METHODS = {
     "nuts": Method("No-U-Turn sampler", True, 500, nuts.draw, resumes=True),
     "importance": Method(
-        "importance sampling, Student-t proposal, Pareto-smoothed", True, 750, importance.draw
+        "importance sampling, normal proposal with heavy tails, Pareto-smoothed",
+        True,
+        750,
+        importance.draw,
     ),
     "smc": Method("tempered sequential Monte Carlo", True, 600, smc.draw),
     "laplace": Method(

@@ -1,0 +1,19 @@
+"""Linear algebra on one thread, beside programs that take every core.
+
+BLAS's own threads wait for more work by spinning, some hundredths of a second after each product.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import scipy.linalg.blas  # noqa: F401  it has a BLAS of its own, to be found loaded
+from threadpoolctl import ThreadpoolController
+
+_controller = cache(ThreadpoolController)  # looking for the libraries takes 5 ms
+
+
+def one_blas_thread() -> Any:
+    """A context in which BLAS has one thread."""
+    return _controller().limit(limits=1, user_api="blas")
