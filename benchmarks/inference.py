@@ -67,7 +67,7 @@ class Effort(NamedTuple):
         importance: likewise, before they are weighed.
         repeats: seeds over which our errors are averaged.
         scenes: at random, in the comparison of many scenes.
-        long: draws of each chain of their reference.
+        long: draws of each chain of nuts in their reference; of importance four times as many.
     """
 
     share: float = 1.0
@@ -158,14 +158,25 @@ def _worst(off: Array) -> tuple[float, float, float]:
 # --- the reference ------------------------------------------------------------------------------
 
 
+def _long_runs(posterior: Posterior, nuts: int, importance: int) -> dict[str, tuple[Sites, str]]:
+    """Long runs of both methods that a reference is made of, and what is at fault with each."""
+    drawn = {
+        "nuts": _draw(posterior, "nuts", CHAINS, nuts, 1000),
+        "importance": _draw(posterior, "importance", CHAINS, importance, 2000),
+    }
+    return {name: (_sites(posterior, each), _fault(each)) for name, each in drawn.items()}
+
+
+def _fault(drawn: Draws) -> str:
+    if "diverging" in drawn.stats and drawn.stats["diverging"].any():
+        return f"{int(drawn.stats['diverging'].sum())} divergences"
+    return "; ".join(drawn.faults)
+
+
 def refer(posterior: Posterior, effort: Effort, scene: str) -> tuple[Reference, Remark]:
     """The posterior from long runs of nuts and importance, and how they agree."""
-    runs = {
-        "nuts": _sites(posterior, _draw(posterior, "nuts", CHAINS, effort.nuts, 1000)),
-        "importance": _sites(
-            posterior, _draw(posterior, "importance", CHAINS, effort.importance, 2000)
-        ),
-    }
+    long = _long_runs(posterior, effort.nuts, effort.importance)
+    runs = {name: x for name, (x, _) in long.items()}
     values, errors = [_values(x) for x in runs.values()], [_mcse(x) for x in runs.values()]
     z = (values[0] - values[1]) / np.hypot(*errors)
     row, column = np.unravel_index(np.argmax(np.abs(z)), z.shape)
@@ -318,14 +329,15 @@ def compare(posterior: Posterior, known: Reference, scene: str) -> Iterator[Comp
         with np.errstate(all="ignore"):
             off = _values(x) - known.values
             z = off / np.hypot(_mcse(x), known.errors) if entry.exact else np.full((4, 4), np.nan)
-        fault = "; ".join(drawn.faults)
-        if "diverging" in drawn.stats and drawn.stats["diverging"].any():
-            fault = f"{int(drawn.stats['diverging'].sum())} divergences"
-        yield Compared(scene, method, _ess(x), fault, off / known.values[1], z)
+        yield Compared(scene, method, _ess(x), _fault(drawn), off / known.values[1], z)
 
 
 def at_random(effort: Effort) -> Iterator[Compared]:
-    """Crashes of `benchmarks.synthetic`, the first seeds that are answered."""
+    """Crashes of `benchmarks.synthetic`, the first seeds that are answered.
+
+    Their reference is the mean of a long run of nuts and one of importance, without one that is at
+    fault by itself where the other is not.
+    """
     done, seed = 0, 0
     while done < effort.scenes:
         made, _ = synthetic.scene(np.random.default_rng(seed))
@@ -334,8 +346,10 @@ def at_random(effort: Effort) -> Iterator[Compared]:
             posterior = prepare(made, DEFAULT_RUNG)
         except Unanswerable:
             continue
-        x = _sites(posterior, _draw(posterior, "nuts", CHAINS, effort.long, 1000))
-        known = Reference(_values(x), _mcse(x), {})
+        long = [*_long_runs(posterior, effort.long, 4 * effort.long).values()]
+        sound = [x for x, fault in long if not fault] or [x for x, _ in long]
+        errors = np.sqrt(np.sum([_mcse(x) ** 2 for x in sound], axis=0)) / len(sound)
+        known = Reference(np.mean([_values(x) for x in sound], axis=0), errors, {})
         yield from compare(posterior, known, name)
         print(name, flush=True)
         done += 1

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.outcome import Checks, Outcome
-from retrodict.inference.reconstruct import DEFAULT_RUNG, Progress
+from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
+from retrodict.inference.sampling import Progress
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration

@@ -1,6 +1,5 @@
 """Reconstruction from end to end: what comes out, that it repeats, and when it is withheld."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from retrodict.inference import Interrupted, Unanswerable, sheet
-from retrodict.inference.methods import METHODS, Draws, Method, Task, chains
+from retrodict.inference.methods import METHODS, chains
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
@@ -104,52 +103,6 @@ def test_same_seed_same_draws_other_seed_others(outcome: Outcome) -> None:
     np.testing.assert_array_equal(again, outcome.idata["posterior"]["speed_b"].values)
     other = reconstruct(SCENE, draws=500, seed=2).idata["posterior"]["speed_b"].values
     assert not np.array_equal(again, other)
-
-
-def _failing(name: str) -> Method:
-    """A method whose draws are those of Laplace's approximation, and at fault."""
-
-    def draw(task: Task) -> Draws:
-        return replace(METHODS["laplace"].draw(task), faults=(f"{name} is stuck",))
-
-    return replace(METHODS[name], draw=draw)
-
-
-def test_a_method_that_fails_hands_over_to_another_and_says_so(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setitem(METHODS, "nuts", _failing("nuts"))
-    found = reconstruct(SCENE)
-    assert found.checks.passed, found.checks.reasons
-    assert found.settings["method"] == "importance"
-    assert found.checks.pareto_k is not None
-    assert "the method nuts failed: nuts is stuck" in found.notes[0]
-
-
-def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("nuts", "importance"):
-        monkeypatch.setitem(METHODS, name, _failing(name))
-    found = reconstruct(SCENE)
-    assert found.settings["method"] == "nuts"
-    assert found.checks.reasons == ("nuts is stuck",)
-    assert "importance was tried too, and failed: importance is stuck" in found.notes[-1]
-
-
-def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Without a moment impulse the vehicles cannot have turned as far as they did."""
-    monkeypatch.setitem(METHODS, "nuts", _failing("nuts"))
-    found = reconstruct(SCENE, model="planar-common+spin", pictured=False)
-    assert found.checks.reasons == ("nuts is stuck",)
-    assert "misses the evidence" in found.notes[0]
-    assert "no other method was tried" in found.notes[0]
-
-
-def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
-    found = reconstruct(SCENE, method="importance", draws=200)
-    assert found.settings["draws"] == 400
-    assert "not one digit of the 95 % limits" in found.notes[0]
 
 
 def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
