@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retrodict.inference.methods import METHODS, Draws, Task, weights
+from retrodict.inference.methods import METHODS, Draws, Task, importance, weights
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
@@ -113,6 +113,23 @@ def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
     index = weights.resampled(share, share.size, np.random.default_rng(0))
     assert sorted(index) == [0, 0, 2, 3]
     assert (np.diff(index) >= 0).all()
+
+
+@pytest.mark.parametrize("share", [0.2, 1.0])
+def test_proposals_have_the_density_that_they_are_drawn_from(share: float) -> None:
+    """Against SciPy's; and weighed by it, draws find the volume and the moments of a normal."""
+    middle, root = np.array([1.0, -2.0, 0.5]), np.array([[2.0, 0, 0], [0.5, 1, 0], [-1, 0.3, 0.4]])
+    proposal = importance._Proposal(middle, root, share, 4.0)
+    w = proposal.draw(20_000, np.random.default_rng(0))
+    normal = stats.multivariate_normal(middle, root @ root.T)
+    tails = stats.multivariate_t(middle, root @ root.T, df=4)
+    density = (1 - share) * normal.pdf(w) + share * tails.pdf(w)
+    np.testing.assert_allclose(proposal.log_density(w), np.log(density), rtol=1e-9, atol=1e-9)
+    weight = normal.pdf(w) / density
+    error = weight.std() / np.sqrt(weight.size)
+    assert abs(weight.mean() - 1) < 4 * error
+    covariance = (w - middle).T @ ((w - middle) * weight[:, None]) / weight.size
+    np.testing.assert_allclose(covariance, root @ root.T, atol=0.12)
 
 
 def test_importance_finds_back_from_a_poor_proposal_or_says_that_it_cannot() -> None:
