@@ -173,6 +173,11 @@ def _fault(drawn: Draws) -> str:
     return "; ".join(drawn.faults)
 
 
+def _pooled(values: Sequence[Array], errors: Sequence[Array]) -> tuple[Array, Array]:
+    """The mean of several runs' statistics, and its error."""
+    return np.mean(values, axis=0), np.sqrt(np.sum(np.square(errors), axis=0)) / len(errors)
+
+
 def refer(posterior: Posterior, effort: Effort, scene: str) -> tuple[Reference, Remark]:
     """The posterior from long runs of nuts and importance, and how they agree."""
     long = _long_runs(posterior, effort.nuts, effort.importance)
@@ -180,7 +185,7 @@ def refer(posterior: Posterior, effort: Effort, scene: str) -> tuple[Reference, 
     values, errors = [_values(x) for x in runs.values()], [_mcse(x) for x in runs.values()]
     z = (values[0] - values[1]) / np.hypot(*errors)
     row, column = np.unravel_index(np.argmax(np.abs(z)), z.shape)
-    both = np.mean(values, axis=0)
+    both, error = _pooled(values, errors)
     largest = np.abs((values[0] - values[1]) / both[1]).max()
     ess = {name: _ess(x) for name, x in runs.items()}
     text = (
@@ -191,7 +196,7 @@ def refer(posterior: Posterior, effort: Effort, scene: str) -> tuple[Reference, 
     )
     pick = np.random.default_rng(0).permutation(runs["nuts"]["e"].size)[:500]
     spread = {k: v.reshape(-1, *v.shape[2:])[pick] for k, v in runs["nuts"].items()}
-    return Reference(both, np.hypot(*errors) / 2, spread), ("reference", text)
+    return Reference(both, error, spread), ("reference", text)
 
 
 # --- what each method costs ---------------------------------------------------------------------
@@ -348,8 +353,7 @@ def at_random(effort: Effort) -> Iterator[Compared]:
             continue
         long = [*_long_runs(posterior, effort.long, 4 * effort.long).values()]
         sound = [x for x, fault in long if not fault] or [x for x, _ in long]
-        errors = np.sqrt(np.sum([_mcse(x) ** 2 for x in sound], axis=0)) / len(sound)
-        known = Reference(np.mean([_values(x) for x in sound], axis=0), errors, {})
+        known = Reference(*_pooled([_values(x) for x in sound], [_mcse(x) for x in sound]), {})
         yield from compare(posterior, known, name)
         print(name, flush=True)
         done += 1

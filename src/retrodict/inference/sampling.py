@@ -89,7 +89,7 @@ class Sampling:
         """
         draws = task.draws
         drawn, seconds = self._timed(lambda: self._of_each(method, task))
-        idata, checks = self._judged(drawn, task)
+        idata, checks, modes = self._judged(drawn, task)
         notes = [note for each in drawn for note in each.notes]
         complete = all(each.complete for each in drawn)
         short = complete and checks.max_rhat < _NEARLY and (checks.failed or checks.coarse)
@@ -105,7 +105,7 @@ class Sampling:
             draws *= 2
             drawn, further = self._timed(lambda: [each.more() for each in drawn if each.more])
             seconds += further
-            idata, checks = self._judged(drawn, replace(task, draws=draws))
+            idata, checks, modes = self._judged(drawn, replace(task, draws=draws))
             complete = all(each.complete for each in drawn)
         return Run(
             method=method,
@@ -117,7 +117,7 @@ class Sampling:
             complete=complete,
             notes=tuple(notes),
             unfinished=drawn[0].unfinished if len(self.found) == 1 else None,
-            modes=tuple(self._modes(drawn)),
+            modes=tuple(modes),
             drawn=drawn,
         )
 
@@ -167,9 +167,10 @@ class Sampling:
                 break
         return drawn
 
-    def _judged(self, drawn: list[Draws], task: Task) -> tuple[xr.DataTree, Checks]:
-        """The draws mixed, and the verdict on them."""
-        others = self._modes(drawn)[len(self.found) :]
+    def _judged(self, drawn: list[Draws], task: Task) -> tuple[xr.DataTree, Checks, list[Mode]]:
+        """The draws mixed, the verdict on them, and the modes in their light."""
+        modes = self._modes(drawn)
+        others = modes[len(self.found) :]
         known = self.faults + tuple(_told_apart(mode, self.modes[0]) for mode in others)
         known += tuple(fault for each in drawn for fault in each.faults)
         trees = [
@@ -183,7 +184,7 @@ class Sampling:
             kept = min(each.w.shape[1] for each in drawn)
             known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
         idata = mixed(trees, self.modes, task.seed)
-        return idata, gate.judge(idata, self.found[0].scene, known)
+        return idata, gate.judge(idata, self.found[0].scene, known), modes
 
     def _modes(self, drawn: list[Draws]) -> list[Mode]:
         """The solutions, then each rival that no draw of its solution holds."""

@@ -5,8 +5,8 @@ BLAS's own threads wait for more work by spinning, some hundredths of a second a
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from functools import cache
-from typing import Any
 
 import scipy.linalg.blas  # noqa: F401  it has a BLAS of its own, to be found loaded
 from threadpoolctl import ThreadpoolController
@@ -14,6 +14,7 @@ from threadpoolctl import ThreadpoolController
 _controller = cache(ThreadpoolController)  # looking for the libraries takes 5 ms
 
 
-def one_blas_thread() -> Any:
+def one_blas_thread() -> AbstractContextManager[object]:
     """A context in which BLAS has one thread."""
-    return _controller().limit(limits=1, user_api="blas")
+    limited: AbstractContextManager[object] = _controller().limit(limits=1, user_api="blas")
+    return limited

@@ -130,11 +130,12 @@ def rest(
         SAE 770014 cites for its run-out.
     """
     start = _start(pose, velocity)
+    last = _last(steps, start, car)
     if steps is None:
-        end = tuple(v[-1] for v in _adaptive(start, car, ground, rows=1))
+        end = tuple(v[-1] for v in _adaptive(start, car, ground, last, rows=1))
     else:
         end, _ = _fixed(start, car, ground, steps, keep=False)
-    return jnp.stack(_halt(end, start, car, ground, _last(steps, start, car))[:3])
+    return jnp.stack(_halt(end, start, car, ground, last)[:3])
 
 
 def step_error(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int) -> Pose:
@@ -161,14 +162,15 @@ def run_out(
 ) -> Path:
     """The whole run-out of a skidding vehicle, from its start to rest; arguments as in `rest`."""
     start = _start(pose, velocity)
+    last = _last(steps, start, car)
     if steps is None:
-        states = _adaptive(start, car, ground, rows=ROWS)
+        states = _adaptive(start, car, ground, last, rows=ROWS)
     else:
         _, states = _fixed(start, car, ground, steps, keep=True)
-    halt = _halt(tuple(v[-1] for v in states), start, car, ground, _last(steps, start, car))
+    halt = _halt(tuple(v[-1] for v in states), start, car, ground, last)
     rows = [
-        jnp.concatenate([first[None], between, last[None]])
-        for first, between, last in zip(start, states, halt, strict=True)
+        jnp.concatenate([first[None], between, end[None]])
+        for first, between, end in zip(start, states, halt, strict=True)
     ]
     return Path(jnp.stack(rows[:3], axis=1), jnp.stack(rows[3:6], axis=1), rows[6])
 
@@ -268,11 +270,13 @@ def _fixed(
     return end, () if states is None else tuple(v[3::4] for v in states)
 
 
-def _adaptive(start: State, car: Car, ground: Ground, rows: int) -> State:
+def _adaptive(
+    start: State, car: Car, ground: Ground, last: Float[Array, ""] | float, rows: int
+) -> State:
     """States where so many fixed steps would end, by adaptive steps of order eight."""
     import diffrax  # a second to import, and inference does without
 
-    levels = _levels(rows, _last(None, start, car))[1:]
+    levels = _levels(rows, last)[1:]
     rate = _slope_of_loss(start, car, ground)
     W_0 = _speed(start[3:6], car.k2)
     solution = diffrax.diffeqsolve(
