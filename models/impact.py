@@ -87,7 +87,7 @@ _NO_MOMENT = ("no moment impulse: SAE 770014 eq 24 with e_m = 1",)
 _COMMON_VELOCITY = "the vehicles reach a common velocity along the contact line: μ = μ_c"
 
 E, E_M = Level("e", 0.0, 1.0), Level("e_m", -1.0, 1.0)
-NO_MOMENT = Level("e_m", 1.0, 1.0)
+NO_MOMENT = Level("moment", 0.0, 0.0)  # and so e_m = 1, whatever the spin by the force alone
 NO_SLIP = Level("slip", 0.0, 0.0)
 
 
@@ -103,13 +103,15 @@ def quotients(
 
     Returns:
         Numerators and denominators: for e (-opening, closing velocity), for e_m (spin kept, spin by
-        the force alone), for slip (the sliding left, 1); m/s and rad/s.
+        the force alone), for moment (what of spin the force alone does not explain, 1), for slip (the
+        sliding left, 1); m/s and rad/s.
     """
     to = parts.bodies(x)
     found = undo(after, parts.approach_of_a(x), to)
     pairs = {
         "e": (-found.opening, found.closing),
         "e_m": (found.spin, found.free_spin),
+        "moment": (found.spin - found.free_spin, jnp.ones(())),
         "slip": (contact_velocity(after, to) @ axes(to)[1], jnp.ones(())),
     }
     over, under = zip(*(pairs[level.name] for level in levels), strict=True)
@@ -127,26 +129,30 @@ def planar_unknowns(
     Returns:
         For `Impact.unknowns`.
     """
-    fixed = {level.name: level.low for level in levels if level.fixed}
+    moment, slides = E_M in levels, NO_SLIP not in levels
 
     def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Array, ""]]:
         to, approach_a = parts.bodies(x), parts.approach_of_a(x)
         approach_b, found, log_det = inverse_log_det(after, approach_a, to)
         e, mu, e_m = map(jnp.asarray, found)
         sites = {"velocity_b": approach_b[:2], "omega_b": approach_b[2], "e": e}
-        if "slip" in fixed:  # held instead of mu: one stands for the other in the determinant
+        # what is held instead of a coefficient stands for it in the determinant
+        if moment:
+            sites["e_m"] = e_m
+        else:
+            log_det = log_det + jnp.log(jnp.abs(undo(after, approach_a, to).free_spin))
+            e_m = jnp.ones(())
+        if slides:
+            sites["mu"] = mu
+        else:
             before = jnp.concatenate([approach_a, approach_b])
 
             def slip(mu: Array) -> Array:
-                end = separation(before, to, Coefficients(e, mu, fixed.get("e_m", e_m)))
+                end = separation(before, to, Coefficients(e, mu, e_m))
                 return contact_velocity(end, to) @ axes(to)[1]
 
             slope = jax.jvp(slip, (mu,), (jnp.ones(()),))[1]
             log_det = log_det + jnp.log(jnp.abs(slope))
-        else:
-            sites["mu"] = mu
-        if "e_m" not in fixed:
-            sites["e_m"] = e_m
         return sites, jnp.asarray(log_det)
 
     return unknowns

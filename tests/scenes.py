@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from retrodict.scene.records import (
@@ -83,3 +85,16 @@ def collision(
         ),
         surfaces=tuple(surfaces),
     )
+
+
+def at_rest(scene: Scene, poses: dict[str, tuple[float, float, float]]) -> Scene:
+    """The scene with other rest poses (x, y in m, heading in rad with its turns), known as well."""
+    rest = {}
+    for v, pose in poses.items():
+        own = scene.rest[v]
+        x, y, heading = (
+            replace(m, value=value)
+            for m, value in zip((own.x, own.y, own.heading), pose, strict=True)
+        )
+        rest[v] = Rest(x, y, heading, turns_known=True)
+    return replace(scene, rest=rest)

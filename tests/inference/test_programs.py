@@ -12,9 +12,10 @@ from retrodict.models.arrays import steps_of
 
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare
-from tests.scenes import collision
+from retrodict.studies.calibration import design
+from tests.scenes import at_rest, collision
 
-RUNG = "planar-moment+wheels"
+RUNG, HELD = "planar-moment+wheels", "planar+spin"
 
 
 @pytest.fixture(scope="module")
@@ -22,14 +23,25 @@ def posterior() -> Posterior:
     return prepare(collision(share=0.0), RUNG)
 
 
-def test_the_value_is_the_models_and_the_gradient_is_close_to_its(posterior: Posterior) -> None:
+@pytest.fixture(scope="module")
+def wide() -> Posterior:
+    """Of a crash that leaves e open, from 0.3 to 0.9."""
+    rest = {"a": (-17.637, -0.541, 6.038), "b": (-28.639, -3.063, -1.607)}
+    return prepare(at_rest(design(), rest), HELD)
+
+
+@pytest.mark.parametrize("named", ["posterior", "wide"])
+def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
+    named: str, request: pytest.FixtureRequest
+) -> None:
+    posterior: Posterior = request.getfixturevalue(named)
     structure, data, chart = posterior.programs.structure, posterior.data, posterior.chart
 
     @jax.jit
     def potential(w: jax.Array) -> jax.Array:
         """The model's own, its run-outs told by nobody."""
         sites, log_det, _ = coordinates.locate(structure, data, chart, w)
-        return -log_density(RUNGS[RUNG].model, (structure, data), {}, sites)[0] - log_det
+        return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
 
     rng, n = np.random.default_rng(0), chart.spread.shape[1]
     apart, h = [], 0.02

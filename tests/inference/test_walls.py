@@ -12,6 +12,8 @@ from retrodict.inference import coordinates
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.mechanics import inverse_log_det
+from retrodict.studies.calibration import design
+from tests.scenes import at_rest
 
 
 @pytest.mark.parametrize("seed", [205, 206])  # e leans on 0; e_m on 1
@@ -54,3 +56,12 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
             # five standard errors of both
             error = np.sqrt(2 * level * (1 - level) / effective)
             assert below == pytest.approx(level, abs=5 * error), (name, level)
+
+
+def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
+    """As measured, this crash's spin and that by the force alone have opposite signs: e_m = -3."""
+    rest = {"a": (-17.091, 4.382, 0.117), "b": (-29.75, 21.617, -8.343)}
+    found = reconstruct(at_rest(design(), rest), model="planar+spin", method="importance")
+    assert found.checks.passed, found.checks.reasons
+    draws = found.idata["posterior"].to_dataset()
+    assert float((draws["Omega_b"] - draws["Omega_a"]).max()) < 0

@@ -218,35 +218,35 @@ class Bent(NamedTuple):
 def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     """Move q, and then the motion, to where each level is what it was, squashed, or held.
 
-    Values are exact; derivatives are those of the bend were the levels linear in q, near enough to
-    steer by, and cheap.
+    Values are exact; derivatives are those of the bend were numerators and denominators linear in q,
+    near enough to steer by, and cheap.
     """
     levels, wall = levels_of(structure), Wall(*map(jnp.asarray, chart.wall))
     free = [i for i, level in enumerate(levels) if not level.fixed]
-    linear = jnp.asarray(wall.level) + times(wall.gradient, q - jnp.asarray(chart.centre))
-    start = jax.lax.stop_gradient(q)
 
     # q along the walls' directions, as if numerators and denominators were linear in it
-    y = start - jnp.asarray(chart.centre)
+    y = q - jnp.asarray(chart.centre)
+    linear = jnp.asarray(wall.level) + times(wall.gradient, y)
     over, under = wall.over + times(wall.over_slope, y), wall.under + times(wall.under_slope, y)
     over_rate, under_rate = (
         jnp.asarray(s @ wall.along.T) for s in (wall.over_slope, wall.under_slope)
     )
     value, slope = _quotient(wall, over, under, over_rate, under_rate)
-    apart, trust = _within(value - jax.lax.stop_gradient(linear), _TRUSTED * wall.softness)
-    level = jax.lax.stop_gradient(linear) + apart
+    apart, trust = _within(value - linear, _TRUSTED * wall.softness)
+    level = linear + apart
     slope = trust[:, None] * slope + (1 - trust[:, None]) * jnp.eye(len(levels))
     aim, share, _ = _squashed(levels, wall, level)
     t, under, rate = _to(aim, over, under, over_rate, under_rate)
-    there = start + t @ wall.along
+    there = q + t @ wall.along
     turned = [slope, rate / wall.under[:, None], jnp.diag(under / wall.under)]
     log_det = jnp.log(jnp.abs(under)).sum() - _log_det(rate)
     log_det += _log_det(slope[np.ix_(free, free)]) if free else 0.0
 
-    # then the motion, by what that missed
-    x = parts.from_standard(structure, data, _split(structure, there)[1])
+    # then the motion, by what that missed: too little for its derivatives to be worth their price
+    here, aim_there, share, divisor = jax.lax.stop_gradient((there, aim, share, under))
+    x = parts.from_standard(structure, data, _split(structure, here)[1])
     scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, chart, there)
+    velocities, slopes = reduced(structure, chart, here)
     units = jnp.append(jnp.full(velocities.size, scale), jnp.asarray(data.inputs["speed_a"])[1])
 
     def at(nudge: Float[Array, " v+1"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
@@ -257,16 +257,14 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     over_at, under_at = jax.vmap(at)(nudges)
     across_rate = (over_at[1:] - over_at[0]).T, (under_at[1:] - under_at[0]).T
     by_q = _by_q(structure, wall, slopes)
-    by_y = wall.over_slope - aim[:, None] * wall.under_slope
-    aim_rate = jnp.asarray(by_y @ by_q / under[:, None])
+    by_y = wall.over_slope - aim_there[:, None] * wall.under_slope
+    aim_rate = jnp.asarray(by_y @ by_q / divisor[:, None])
     value, slope = _quotient(wall, over_at[0], under_at[0], *across_rate)
-    apart, trust = _within(value - aim, _MISSED * wall.softness)
-    level = jnp.asarray(level + apart)  # the level that the point had before it was bent
+    apart, trust = _within(value - aim_there, _MISSED * wall.softness)
     slope = aim_rate + (share * trust)[:, None] * (slope - aim_rate)
-    # their derivatives are those of the linear levels
-    steered, _, guide = _squashed(levels, wall, linear + jax.lax.stop_gradient(level - linear))
-    aim, volume = jax.lax.stop_gradient((steered, guide))
-    t, under, rate = _to(aim, over_at[0], under_at[0], *across_rate)
+    # the level that the point had before it was bent
+    aim, _, volume = _squashed(levels, wall, level + apart)
+    t, under, rate = _to(jax.lax.stop_gradient(aim), over_at[0], under_at[0], *across_rate)
     turned += [slope, rate / wall.under[:, None]]
     log_det += jnp.log(jnp.abs(under)).sum() - _log_det(rate) + _log_det(slope) + volume
     beyond = (under / wall.under)[np.array(free, int)] <= 0  # lies another branch
@@ -274,15 +272,8 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     # each is one at the centre; where a determinant has turned, far out, points would be reached again
     folded = jnp.stack([_det(m) for m in turned]) <= 0
     log_det = jnp.where(folded.any(), -jnp.inf, log_det)
-
-    moved = q + (steered - linear) @ wall.along
-    return Bent(
-        _with_slope_of(moved, there),
-        jax.lax.stop_gradient(units * (t @ wall.across)),
-        jax.lax.stop_gradient(by_q @ t),
-        {levels[i].name: steered[i] for i in free},
-        _with_slope_of(guide, log_det),
-    )
+    aims = {levels[i].name: aim[i] for i in free}
+    return Bent(there, units * (t @ wall.across), by_q @ t, aims, log_det)
 
 
 def _squashed(
@@ -349,17 +340,6 @@ def place_of_speed_a(structure: Structure) -> int | None:
     if ("speed_a", "normal") not in structure.uncertain:
         return None
     return len(structure.aims) + structure.names.index("speed_a")
-
-
-@jax.custom_jvp
-def _with_slope_of(guide: Array, value: Array) -> Array:
-    """The value, with the derivative of another."""
-    return value
-
-
-@_with_slope_of.defjvp
-def _(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-    return primals[1], tangents[0]
 
 
 def locate(
