@@ -16,7 +16,9 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 def main() -> None:
     """Run them all, one after the other."""
     # late: the reference's processes import this
-    from benchmarks import inference, integrators, kinks, page
+    from benchmarks import kinks, page
+    from benchmarks.inference import study as inference
+    from benchmarks.integrators import study as integrators
 
     if sys.argv[1:]:
         charts = Path(sys.argv[2])

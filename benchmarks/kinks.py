@@ -6,7 +6,6 @@ instant centre for a moment), or a wheel comes to rest just where a second surfa
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from benchmarks import reference
-from benchmarks.integrators import poses_and_jacobians
+from benchmarks import reference, tables
+from benchmarks.integrators.solvers import poses_and_jacobians
 from benchmarks.reference import Scene
 
 POINTS = 61
@@ -170,22 +169,15 @@ def main(charts: Path, points: int = POINTS) -> None:
         curves = {name: _curve(line, steps) for name, steps in STEPS.items()}
         found.append((line, near, _truth(line), curves))
     remarks = [text for row in found for text in _remarks(*row)]
-    with (charts / "kinks.csv").open("w", newline="", encoding="utf-8") as out:
-        table = csv.writer(out, lineterminator="\n")
-        names = ["reference", *STEPS]
-        table.writerow(
-            [
-                *("kink", "velocity", "nearness"),
-                *(f"position {name}" for name in names),
-                *(f"derivative {name}" for name in names),
-            ]
-        )
-        for line, near, truth, curves in found:
-            for i, scene in enumerate(line.scenes):
-                all_ = [truth, *curves.values()]
-                numbers = [scene.velocity[line.by], near[i]]
-                numbers += [c.position[i] for c in all_] + [c.derivative[i] for c in all_]
-                table.writerow([line.name, *(f"{number:.10g}" for number in numbers)])
-        out.writelines(f"# kinks: {text}\n" for text in remarks)
+    names, rows = ["reference", *STEPS], []
+    for line, near, truth, curves in found:
+        for i, scene in enumerate(line.scenes):
+            all_ = [truth, *curves.values()]
+            numbers = [scene.velocity[line.by], near[i]]
+            numbers += [c.position[i] for c in all_] + [c.derivative[i] for c in all_]
+            rows.append([line.name, *(f"{number:.10g}" for number in numbers)])
+    told = [f"{what} {name}" for what in ("position", "derivative") for name in names]
+    columns = ["kink", "velocity", "nearness", *told]
+    tables.write(charts / "kinks.csv", columns, rows, (("kinks", text) for text in remarks))
     draw(found, charts / "kinks.png")
     print(*remarks, sep="\n")

@@ -29,16 +29,8 @@ from benchmarks.__main__ import DOCS
 from retrodict.inference.programs import CHUNK, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
-from retrodict.studies.ladder import (
-    FACTOR,
-    SHARE,
-    Fit,
-    Step,
-    Summary,
-    blank,
-    chosen,
-    climb,
-)
+from retrodict.studies.fit import Fit, Summary
+from retrodict.studies.ladder import FACTOR, SHARE, Step, blank, chosen, climb
 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time

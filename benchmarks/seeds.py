@@ -22,8 +22,10 @@ import numpy as np
 
 from benchmarks import page
 from benchmarks.__main__ import DOCS
-from benchmarks.inference import CHAINS, SCENES, WARMUP, Array, Sites
-from benchmarks.integrators import machine
+from benchmarks.competitors import Array, Sites
+from benchmarks.inference.cost import SCENES
+from benchmarks.inference.reference import CHAINS, WARMUP
+from benchmarks.machine import machine
 from retrodict import load_scene
 from retrodict.inference.methods import importance, nuts
 from retrodict.inference.methods.chains import sample

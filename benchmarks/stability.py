@@ -11,7 +11,6 @@ share of the counts (0.05, say) and writes into the folder only.
 from __future__ import annotations
 
 import argparse
-import csv
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -19,14 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks import tables
 from benchmarks.atlas import Row
+from benchmarks.tables import Remark
 
 CHARTS = Path(__file__).resolve().parents[1] / "docs" / "charts"
 IMPACTS, LOCKED, ROLLING, FILES, CRASHES = 10_000, 10_000, 10_000, 10_000, 500
 FIXED_STEPS, COARSE = (12, 48, 192), 0.01  # COARSE: m
 AGAINST_SCIPY = 20  # run-outs of each kind
-
-Remark = tuple[str, str]
 
 
 def impacts(number: int) -> Iterator[Remark]:
@@ -167,13 +166,9 @@ def _write(
 ) -> None:
     """A table, its remarks, and how long it took."""
     minutes = f"{file.stem}: {(time.perf_counter() - begin) / 60:.1f} minutes"
-    with file.open("w", newline="", encoding="utf-8") as out:
-        table = csv.writer(out, lineterminator="\n")
-        table.writerow(kind._fields)  # type: ignore[attr-defined]
-        table.writerows([f"{v:.4g}" if isinstance(v, float) else v for v in row] for row in rows)
-        for of, text in (*remarks, ("seconds", minutes)):
-            print(of, text, sep=": ", flush=True)
-            out.write(f"# {of}: {text}\n")
+    told = [*remarks, ("seconds", minutes)]
+    tables.write(file, kind._fields, rows, told)  # type: ignore[attr-defined]
+    print(*(f"{of}: {text}" for of, text in told), sep="\n", flush=True)
 
 
 PARTS = {

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from retrodict.studies.ladder import Fit, Item, Ladder, Reweighed, Step, Summary, chosen
+from retrodict.studies.fit import Fit, Item, Summary
+from retrodict.studies.ladder import Ladder, Reweighed, Step, chosen
 from tests.report.conftest import make_scene
 
 NAMES = ("low", "middle", "full")

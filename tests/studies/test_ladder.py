@@ -5,12 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import chi2
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.methods.weights import log_mean
 from retrodict.studies import ladder as ladders
-from retrodict.studies.ladder import FACTOR, SHARE, chosen, fit, ladder, refusals
+from retrodict.studies.ladder import FACTOR, SHARE, chosen, ladder, refusals
 from tests.report.conftest import make_outcome, make_scene
 from tests.scenes import collision
 from tests.studies.made_up import ladder_of, step
@@ -78,58 +77,6 @@ def test_where_none_fits_none_is_chosen_and_it_is_said() -> None:
     told = ladder_of(step("low", 19.0, probability=1e-5), step("full", 19.0, probability=1e-4))
     assert told.choice is None
     assert "No rung fits" in told.reason
-
-
-def test_fit_of_a_linear_model_is_the_chi_square_of_least_squares() -> None:
-    """Against weighted least squares: the minimum, and measurements less free unknowns."""
-    rng = np.random.default_rng(3)
-    scene = make_scene()
-    evidence = scene.evidence()
-    inputs = {k: m for k, m in scene.inputs().items() if m.sd > 0}
-    free, p, m = 4, len(inputs), len(evidence)
-    design = np.block(
-        [
-            [rng.normal(size=(m, free)), rng.normal(0, 0.3, (m, p))],
-            [np.zeros((p, free)), np.eye(p)],
-        ]
-    )
-    observed = np.concatenate([rng.normal(0, 3, m), np.zeros(p)])
-    mean, minimum, *_ = np.linalg.lstsq(design, observed)
-    covariance = np.linalg.inv(design.T @ design)
-    draws = rng.multivariate_normal(mean, covariance, 20_000)
-    miss = draws @ design[:m].T - observed[:m] + rng.normal(size=(20_000, m))
-    idata = xr.DataTree.from_dict(
-        {
-            "/posterior": xr.Dataset(
-                {k: ("draw", inputs[k].value + inputs[k].sd * x)
-                 for k, x in zip(inputs, draws[:, free:].T, strict=True)}
-            ),
-            "/posterior_predictive": xr.Dataset(
-                {k: ("draw", evidence[k].value + evidence[k].sd * x)
-                 for k, x in zip(evidence, miss.T, strict=True)}
-            ),
-            "/log_likelihood": xr.Dataset(dict.fromkeys(evidence, ("draw", miss[:, 0]))),
-        }
-    )  # fmt: skip
-    found = fit(SimpleNamespace(scene=scene, idata=idata))
-    assert found.chi_square == pytest.approx(float(minimum[0]), rel=0.03)
-    assert found.freedom == pytest.approx(m - free, abs=0.15)  # four standard errors
-    assert found.probability == pytest.approx(chi2.sf(found.chi_square, found.freedom))
-    residual = (observed - design @ mean)[:m]
-    for item, exact in zip(found.items, residual, strict=True):
-        assert item.residual == pytest.approx(exact, abs=0.05)
-
-
-def test_evidence_that_a_rung_does_not_use_is_told_but_not_counted() -> None:
-    outcome = make_outcome()
-    all_of_it = fit(outcome)
-    kept = outcome.idata["log_likelihood"].to_dataset().drop_vars(["rest_y_b", "rest_heading_b"])
-    outcome.idata["log_likelihood"] = xr.DataTree(kept)
-    fewer = fit(outcome)
-    assert [i.name for i in fewer.items if not i.used] == ["rest_y_b", "rest_heading_b"]
-    assert fewer.items[4].residual == all_of_it.items[4].residual
-    y, heading = all_of_it.items[4].residual, all_of_it.items[5].residual
-    assert fewer.chi_square == pytest.approx(all_of_it.chi_square - y**2 - heading**2)
 
 
 @pytest.mark.parametrize("other", [15.0, 60.0, np.inf])

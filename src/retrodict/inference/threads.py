@@ -5,16 +5,29 @@ BLAS's own threads wait for more work by spinning, some hundredths of a second a
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
+from threading import Lock
+from typing import Any
 
 import scipy.linalg.blas  # noqa: F401  it has a BLAS of its own, to be found loaded
 from threadpoolctl import ThreadpoolController
 
 _controller = cache(ThreadpoolController)  # looking for the libraries takes 5 ms
+_changes = Lock()
+_inside: list[Any] = []  # what restores BLAS, once for each caller within: the last one uses it
 
 
-def one_blas_thread() -> AbstractContextManager[object]:
-    """A context in which BLAS has one thread."""
-    limited: AbstractContextManager[object] = _controller().limit(limits=1, user_api="blas")
-    return limited
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """A context in which BLAS has one thread; callers may overlap."""
+    with _changes:
+        _inside.append(_inside[0] if _inside else _controller().limit(limits=1, user_api="blas"))
+    try:
+        yield
+    finally:
+        with _changes:
+            limit = _inside.pop()
+            if not _inside:
+                limit.restore_original_limits()

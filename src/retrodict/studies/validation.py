@@ -13,7 +13,7 @@ import numpy as np
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.load import load_scene
-from retrodict.studies.ladder import Summary, summary
+from retrodict.studies.fit import Summary, summary
 from retrodict.studies.narrowing import Narrowed, narrowing
 
 if TYPE_CHECKING:
