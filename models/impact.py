@@ -119,17 +119,17 @@ def quotients(
 
 
 def planar_unknowns(
-    levels: Sequence[Level],
+    moment: bool, slides: bool
 ) -> Callable[[Separation, parts.Values], tuple[parts.Values, Float[Array, ""]]]:
     """How velocities after a planar impact lead back to its unknowns.
 
     Args:
-        levels: of the impact model.
+        moment: whether e_m is one of them, and not 1.
+        slides: whether mu is, and sliding does not end within the contact.
 
     Returns:
         For `Impact.unknowns`.
     """
-    moment, slides = E_M in levels, NO_SLIP not in levels
 
     def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Array, ""]]:
         to, approach_a = parts.bodies(x), parts.approach_of_a(x)
@@ -190,7 +190,7 @@ def planar(name: str, title: str, levels: tuple[Level, ...], story: Story) -> Im
         story=story,
         answers=("speed_a", "speed_b", "e", *freed),
         levels=levels,
-        unknowns=planar_unknowns(levels),
+        unknowns=planar_unknowns(moment, slides),
         priors=("speed_a", "speed_b", "omega_b", "e", *freed),
         fullness=frozenset({"contact", *freed}),
     )

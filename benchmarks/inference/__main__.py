@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from benchmarks.__main__ import DOCS
 from benchmarks.inference.study import main
 
 if __name__ == "__main__":
@@ -20,6 +21,5 @@ if __name__ == "__main__":
     else:
         from benchmarks import page
 
-        docs = Path(__file__).resolve().parents[2] / "docs"
-        main(docs / "charts")
-        page.refresh(docs / "inference.md", page.of_inference(docs / "charts"))
+        main(DOCS / "charts")
+        page.refresh(DOCS / "inference.md", page.of_inference(DOCS / "charts"))
