@@ -30,7 +30,7 @@ from retrodict.inference.programs import CHUNK, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.fit import Fit, Summary
-from retrodict.studies.ladder import FACTOR, SHARE, Step, blank, chosen, climb
+from retrodict.studies.ladder import DOUBT, FACTOR, SHARE, Step, blank, chosen, climb
 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time
@@ -208,7 +208,8 @@ def tables(rows: list[Row]) -> page.Parts:
     heading = ["true rung", "scenes", *KINDS, "chosen covers"]
     choice = page.table(heading, _choices(scenes, kinds))
     heading = ["rung", "scenes", "mean error, m/s", "rms error, m/s", "rms error, its sd"]
-    bias = page.table([*heading, "90 % covers", "refused by its fit"], _biases(rows))
+    heading += ["90 % covers", "refused by its fit", "left out: checks failed"]
+    bias = page.table(heading, _biases(rows))
     settings = [(share, factor) for factor in FACTORS for share in SHARES]
     heading = ["share", "factor", "true, or lower with the same answer", "chosen covers"]
     heading += ["rms error, m/s", "width, of the fullest's"]
@@ -274,17 +275,12 @@ def rechosen(rows: list[Row], share: float, factor: float) -> list[Row]:
 def _biases(rows: list[Row]) -> Iterator[list[str]]:
     """Of each rung, where the truth stands on a fuller one."""
     for rung in RUNGS:
-        mine = [
-            row
-            for row in rows
-            if row["rung"] == rung != row["truth"]
-            and row["median"] not in ("", "nan")
-            and RUNGS[row["truth"]].above(RUNGS[rung])
-        ]
+        below = [row for row in rows if RUNGS[row["truth"]].above(RUNGS[rung])]
+        told = [row for row in below if row["rung"] == rung and row["median"] not in ("", "nan")]
+        mine = [row for row in told if row["counts"] == "1" or _misfit(row)]
         if mine:
             error = np.array([float(row["median"]) - float(row["speed_b"]) for row in mine])
             in_sd = error / [float(row["sd"]) for row in mine]
-            refused = sum(row["counts"] == "0" for row in mine)
             yield [
                 rung,
                 str(len(mine)),
@@ -292,8 +288,14 @@ def _biases(rows: list[Row]) -> Iterator[list[str]]:
                 f"{np.sqrt(np.mean(error**2)):.2f}",
                 f"{np.sqrt(np.mean(in_sd**2)):.1f}",
                 f"{sum(map(covered, mine))} of {len(mine)}",
-                str(refused),
+                str(sum(map(_misfit, mine))),
+                str(len(told) - len(mine)),
             ]
+
+
+def _misfit(row: Row) -> bool:
+    """Whether a rung that has an answer does not fit."""
+    return float(row["fit_probability"]) < DOUBT
 
 
 def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
