@@ -31,18 +31,28 @@ class Level(NamedTuple):
 
     Args:
         name: of the quantity, a sample site where it is bounded.
-        low: bound.
-        high: bound; the same as `low` where the model holds the quantity there.
+        near: the bound that crashes lie closer to.
+        far: the other; the same where the model holds the quantity there.
     """
 
     name: str
-    low: float
-    high: float
+    near: float
+    far: float
 
     @property
     def fixed(self) -> bool:
         """Whether the model holds it."""
-        return self.low == self.high
+        return self.near == self.far
+
+    @property
+    def low(self) -> float:
+        """The lower bound."""
+        return min(self.near, self.far)
+
+    @property
+    def high(self) -> float:
+        """The upper bound."""
+        return max(self.near, self.far)
 
 
 @dataclass(frozen=True)
@@ -86,7 +96,7 @@ _MOMENT = (
 _NO_MOMENT = ("no moment impulse: SAE 770014 eq 24 with e_m = 1",)
 _COMMON_VELOCITY = "the vehicles reach a common velocity along the contact line: μ = μ_c"
 
-E, E_M = Level("e", 0.0, 1.0), Level("e_m", -1.0, 1.0)
+E, E_M = Level("e", 0.0, 1.0), Level("e_m", 1.0, -1.0)
 NO_MOMENT = Level("moment", 0.0, 0.0)  # and so e_m = 1, whatever the spin by the force alone
 NO_SLIP = Level("slip", 0.0, 0.0)
 
@@ -94,7 +104,7 @@ NO_SLIP = Level("slip", 0.0, 0.0)
 def quotients(
     levels: Sequence[Level], after: Separation, x: parts.Values
 ) -> tuple[Float[Array, " levels"], Float[Array, " levels"]]:
-    """What each level is a quotient of, which is closer to linear in the motion than it is.
+    """What each level is a quotient of: each linear in the motion.
 
     Args:
         levels: which.

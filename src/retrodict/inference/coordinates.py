@@ -8,16 +8,18 @@ velocities after the impact; the impact model's closed-form inverse gives its un
 bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
 
 e and e_m have hard bounds, and a posterior often leans on them (e near 0 is normal in hard
-crashes). `bend` moves q along a direction for each, that changes it with the least change of all
-else, so that the bounds lie at infinity and every point within them is reached. A simpler impact
-model holds some of these levels fixed (e_m = 1, no sliding left): then q is moved to where they are
-so, and its coordinates are fewer than its entries. Levels are quotients, whose numerators and
-denominators are nearly linear in q, and just linear in the motion: q is moved as if they were linear
-in it, then the motion, by the little that was missed. Both are linear equations.
+crashes). Both are quotients of functions linear in the motion, so that each bound is an edge: such a
+function that stays above zero, as the opening velocity does. `bend` moves q along a direction for
+each, that changes it with the least change of all else, so that the edges lie at infinity and every
+point within them is reached. A simpler impact model holds such functions at zero (no moment impulse,
+no sliding left): then q is moved to where they are, and its coordinates are fewer than its entries.
+Edges are just linear in the motion and nearly so in q: q is moved as if they were linear in it, then
+the motion, by the little that was missed, which are linear equations.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -27,17 +29,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from retrodict.inference import unpinned
-from retrodict.inference.squash import squash
+from retrodict.inference.squash import lift
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import Level, quotients
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
-
-_TRUSTED = 4.0  # times a wall's softness: how far a level may be from linear in q
-_MISSED = 16.0  # times a wall's softness: how far it may be from what it was bent to
-_FLOOR = 0.1  # of the divisors at the centre: where they bend away from zero
-_BEYOND = 20.0  # taken off the log density there: as good as nothing, and no wall to diverge at
 
 Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
@@ -75,36 +72,24 @@ def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any
 
 
 class Wall(NamedTuple):
-    """How q is bent so that the impact model's levels stay within bounds, or where they are held.
+    """How q is bent so that what the impact model bounds or holds is so; in the order of `edges`.
 
     Args:
-        over: numerator of each level at the centre, shape (m,).
-        under: its denominator there, shape (m,).
-        over_slope: of the numerators by q there, shape (m, q).
-        under_slope: of the denominators, shape (m, q).
-        along: for each a direction of q that moves it at rate 1 there and no other, shape (m, q).
+        side: sign of each bounded level's denominator (1 for others): the branch, shape (levels,).
+        edge: at the centre, shape (m,).
+        slope: by q there, shape (m, q).
+        along: for each a direction of q that moves it at rate 1 there and none before it, shape (m, q).
         across: for each a direction of the motion (velocities after the impact over sqrt(friction), then
             the deviate of A's speed where that is linear in it) that does, shape (m, v + 1).
-        softness: over which a bound is approached, shape (m,).
+        softness: over which zero is approached, shape (m,).
     """
 
-    over: Float[Numbers, " m"]
-    under: Float[Numbers, " m"]
-    over_slope: Float[Numbers, "m q"]
-    under_slope: Float[Numbers, "m q"]
+    side: Float[Numbers, " levels"]
+    edge: Float[Numbers, " m"]
+    slope: Float[Numbers, "m q"]
     along: Float[Numbers, "m q"]
     across: Float[Numbers, "m v+1"]
     softness: Float[Numbers, " m"]
-
-    @property
-    def level(self) -> Float[Numbers, " m"]:
-        """Of each at the centre."""
-        return self.over / self.under
-
-    @property
-    def gradient(self) -> Float[Numbers, "m q"]:
-        """Of each in q there."""
-        return (self.over_slope - self.level[:, None] * self.under_slope) / self.under[:, None]
 
 
 class Chart(NamedTuple):
@@ -114,8 +99,8 @@ class Chart(NamedTuple):
         sheets: the quadratics for A and B.
         wall: the bend.
         centre: q at w = 0, shape (q,).
-        spread: q's change per w, shape (q, w); no column changes a fixed level, to first order.
-        log_volume: log |det| of the spread and the directions of the fixed levels together.
+        spread: q's change per w, shape (q, w); no column changes what is held, to first order.
+        log_volume: log |det| of the spread and the directions of what is held together.
     """
 
     sheets: tuple[Sheet, Sheet]
@@ -130,6 +115,35 @@ def levels_of(structure: Structure) -> tuple[Level, ...]:
     return RUNGS[structure.rung].impact.levels
 
 
+def edges(
+    levels: Sequence[Level], side: Numbers, over: Numbers, under: Numbers
+) -> list[Float[Numbers, "*any"]]:
+    """What of each level held is zero; what of the others stays above: at their near, their far bounds.
+
+    Args:
+        levels: what is bounded or held.
+        side: sign of each denominator, shape (levels,).
+        over: numerators, or what is linear in them, shape (levels, ...).
+        under: denominators likewise.
+    """
+
+    def beyond(i: int, bound: float) -> Numbers:
+        return over[i] - bound * under[i]
+
+    held = [i for i, level in enumerate(levels) if level.fixed]
+    free = [(i, np.sign(b.far - b.near) * side[i]) for i, b in enumerate(levels) if not b.fixed]
+    return [
+        *(beyond(i, levels[i].near) for i in held),
+        *(way * beyond(i, levels[i].near) for i, way in free),
+        *(-way * beyond(i, levels[i].far) for i, way in free),
+    ]
+
+
+def held_of(structure: Structure) -> int:
+    """How many levels are held: so many edges come first."""
+    return sum(level.fixed for level in levels_of(structure))
+
+
 def length(structure: Structure) -> int:
     """Number of entries of q."""
     if structure.unpinned:
@@ -141,7 +155,7 @@ def size(structure: Structure) -> int:
     """Number of sampled coordinates, the entries of w."""
     if structure.unpinned:
         return length(structure)
-    return length(structure) - sum(level.fixed for level in levels_of(structure))
+    return length(structure) - held_of(structure)
 
 
 def shaping_inputs(structure: Structure, vehicle: str) -> list[int]:
@@ -203,7 +217,7 @@ class Bent(NamedTuple):
         motion: how far the motion is moved besides, m/s and rad/s, shape (v + 1,).
         by_q: what of q would move it as far, shape (q,).
         levels: those that are bounded, by name.
-        log_det: log |d (motion, inputs) / d q|, a held level in the place of the coordinate along its
+        log_det: log |d (motion, inputs) / d q|, what is held in the place of the coordinate along its
             direction, less that of the sheets at `q`; minus infinity where points would be reached
             again.
     """
@@ -216,113 +230,82 @@ class Bent(NamedTuple):
 
 
 def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
-    """Move q, and then the motion, to where each level is what it was, squashed, or held.
+    """Move q, and then the motion, to where each edge is what it was, softly above zero, or held there.
 
-    Values are exact; derivatives are those of the bend were numerators and denominators linear in q,
-    near enough to steer by, and cheap.
+    An edge that lies well above zero bends nothing, and nothing is spent on keeping it where it is: each
+    is moved along a way that leaves the edges before it alone, and moves those after it as it may.
+    Values are exact; derivatives are those of the moves' lengths, near enough to steer by, and cheap.
     """
     levels, wall = levels_of(structure), Wall(*map(jnp.asarray, chart.wall))
-    free = [i for i, level in enumerate(levels) if not level.fixed]
+    held, count = held_of(structure), len(chart.wall.edge)
 
-    # q along the walls' directions, as if numerators and denominators were linear in it
-    y = q - jnp.asarray(chart.centre)
-    linear = jnp.asarray(wall.level) + times(wall.gradient, y)
-    over, under = wall.over + times(wall.over_slope, y), wall.under + times(wall.under_slope, y)
-    over_rate, under_rate = (
-        jnp.asarray(s @ wall.along.T) for s in (wall.over_slope, wall.under_slope)
-    )
-    value, slope = _quotient(wall, over, under, over_rate, under_rate)
-    apart, trust = _within(value - linear, _TRUSTED * wall.softness)
-    level = linear + apart
-    slope = trust[:, None] * slope + (1 - trust[:, None]) * jnp.eye(len(levels))
-    aim, share, _ = _squashed(levels, wall, level)
-    t, under, rate = _to(aim, over, under, over_rate, under_rate)
-    there = q + t @ wall.along
-    turned = [slope, rate / wall.under[:, None], jnp.diag(under / wall.under)]
-    log_det = jnp.log(jnp.abs(under)).sum() - _log_det(rate)
-    log_det += _log_det(slope[np.ix_(free, free)]) if free else 0.0
+    # q, as if edges were linear in it
+    first = jnp.asarray(wall.edge) + times(wall.slope, q - jnp.asarray(chart.centre))
+    moves = wall.slope @ wall.along.T
+    aim, share, shift = jnp.zeros((3, count))
+    for i in range(count):
+        first = first.at[i].add(moves[i] @ shift)
+        if i >= held:
+            above, log_share = lift(first[i], wall.softness[i])
+            aim, share = aim.at[i].set(above), share.at[i].set(jnp.exp(log_share))
+        shift = shift.at[i].set(aim[i] - first[i])
+    there = q + shift @ wall.along
 
-    # then the motion, by what that missed: too little for its derivatives to be worth their price
-    here, aim_there, share, divisor = jax.lax.stop_gradient((there, aim, share, under))
-    x = parts.from_standard(structure, data, _split(structure, here)[1])
+    # then the motion, by the little that was missed
+    x = parts.from_standard(structure, data, _split(structure, there)[1])
     scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, chart, here)
+    velocities, slopes = reduced(structure, chart, there)
+
+    def at(x: parts.Values, motion: Float[Array, " v"]) -> Float[Array, " m"]:
+        return jnp.stack(edges(levels, wall.side, *quotients(levels, motion, x)))
+
+    found = at(x, scale * velocities)
+    x, velocities, scale, slopes = jax.lax.stop_gradient((x, velocities, scale, slopes))
     units = jnp.append(jnp.full(velocities.size, scale), jnp.asarray(data.inputs["speed_a"])[1])
 
-    def at(nudge: Float[Array, " v+1"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
-        faster = x | {"speed_a": x["speed_a"] + nudge[-1]}
-        return quotients(levels, scale * velocities + nudge[:-1], faster)
+    def nudged(way: Float[Array, " v+1"]) -> Float[Array, " m"]:
+        faster = x | {"speed_a": x["speed_a"] + way[-1]}
+        return at(faster, scale * velocities + way[:-1])
 
-    nudges = units * jnp.concatenate([jnp.zeros((1, units.size)), wall.across])
-    over_at, under_at = jax.vmap(at)(nudges)
-    across_rate = (over_at[1:] - over_at[0]).T, (under_at[1:] - under_at[0]).T
-    by_q = _by_q(structure, wall, slopes)
-    by_y = wall.over_slope - aim_there[:, None] * wall.under_slope
-    aim_rate = jnp.asarray(by_y @ by_q / divisor[:, None])
-    value, slope = _quotient(wall, over_at[0], under_at[0], *across_rate)
-    apart, trust = _within(value - aim_there, _MISSED * wall.softness)
-    slope = aim_rate + (share * trust)[:, None] * (slope - aim_rate)
-    # the level that the point had before it was bent
-    aim, _, volume = _squashed(levels, wall, level + apart)
-    t, under, rate = _to(jax.lax.stop_gradient(aim), over_at[0], under_at[0], *across_rate)
-    turned += [slope, rate / wall.under[:, None]]
-    log_det += jnp.log(jnp.abs(under)).sum() - _log_det(rate) + _log_det(slope) + volume
-    beyond = (under / wall.under)[np.array(free, int)] <= 0  # lies another branch
-    log_det -= jnp.where(beyond.any(), _BEYOND, 0.0)
-    # each is one at the centre; where a determinant has turned, far out, points would be reached again
-    folded = jnp.stack([_det(m) for m in turned]) <= 0
-    log_det = jnp.where(folded.any(), -jnp.inf, log_det)
-    aims = {levels[i].name: aim[i] for i in free}
-    return Bent(there, units * (t @ wall.across), by_q @ t, aims, log_det)
-
-
-def _squashed(
-    levels: tuple[Level, ...], wall: Wall, values: Float[Numbers, " m"]
-) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, ""]]:
-    """Levels within their bounds or where they are held, how fast the former change, and its log."""
-    low, high = np.array([(level.low, level.high) for level in levels]).T
-    free = np.flatnonzero(low < high)
-    if not free.size:
-        return jnp.asarray(low), jnp.zeros(low.size), jnp.zeros(())
-    inside, log_slope = squash(values[free], wall.softness[free], low[free], high[free])
-    aims = jnp.asarray(low).at[free].set(inside)
-    return aims, jnp.zeros(low.size).at[free].set(jnp.exp(log_slope)), jnp.sum(log_slope)
+    rate = (jax.vmap(nudged)(units * wall.across) - jax.lax.stop_gradient(found)).T
+    rate, ways = _in_turn(rate)
+    by_q = _by_q(structure, wall, slopes) @ ways
+    linear = wall.slope @ by_q
+    own = jnp.diag(rate)
+    log_det, t = -jnp.log(jnp.abs(own)).sum(), jnp.zeros(count)
+    for i in range(count):
+        found = found.at[i].add(rate[i] @ t)
+        if i >= held:  # from what the edge was before it was bent
+            above, log_slope = lift(first[i] + found[i] - aim[i], wall.softness[i])
+            aim, log_det = aim.at[i].set(above), log_det + log_slope
+        t = t.at[i].set((aim[i] - found[i]) / own[i])
+    # of row i what changes t[:i] is left out: multiples of the rows before it
+    share = jax.lax.stop_gradient(share)[:, None]
+    turn = _determinant(share * jnp.diag(own) + (1 - share) * linear)
+    log_det += jnp.log(jnp.abs(turn))
+    # each is one at the centre; where they have turned, far out, points would be reached again
+    log_det = jnp.where((turn <= 0) | (own <= 0).any(), -jnp.inf, log_det)
+    bounded = [level for level in levels if not level.fixed]
+    near, far = aim[held : held + len(bounded)], aim[held + len(bounded) :]
+    nearer, farther = (np.array([getattr(b, end) for b in bounded]) for end in ("near", "far"))
+    inside = (nearer * far + farther * near) / (near + far)
+    values = {level.name: inside[i] for i, level in enumerate(bounded)}
+    return Bent(there, units * (ways @ t @ wall.across), by_q @ t, values, log_det)
 
 
-def _quotient(
-    wall: Wall,
-    over: Float[Numbers, " m"],
-    under: Float[Numbers, " m"],
-    over_rate: Float[Numbers, "m m"],
-    under_rate: Float[Numbers, "m m"],
-) -> tuple[Float[Array, " m"], Float[Array, "m m"]]:
-    """Levels without poles, for the divisors are kept above zero, and how fast they change."""
-    ratio = under / wall.under
-    divisor = wall.under * _FLOOR * jax.nn.softplus(ratio / _FLOOR)
-    value = jnp.asarray(over / divisor)
-    rate = over_rate - (value * jax.nn.sigmoid(ratio / _FLOOR))[:, None] * under_rate
-    return value, jnp.asarray(rate / divisor[:, None])
+def _in_turn(rate: Float[Array, "m m"]) -> tuple[Float[Array, "m m"], Float[Array, "m m"]]:
+    """Ways made of others, each to leave alone what those before it move: their rates; of what."""
+    m = len(rate)
+    both = jnp.concatenate([rate, jnp.eye(m)])
+    for i in range(m - 1):
+        later = jnp.where(np.arange(m) > i, both[i] / both[i, i], 0.0)
+        both -= jnp.outer(both[:, i], later)
+    return both[:m], both[m:]
 
 
-def _to(
-    aim: Float[Array, " m"],
-    over: Float[Numbers, " m"],
-    under: Float[Numbers, " m"],
-    over_rate: Float[Numbers, "m m"],
-    under_rate: Float[Numbers, "m m"],
-) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, "m m"]]:
-    """How far each way leads to where the quotients are `aim`; denominators there; what was solved."""
-    rate = jnp.asarray(over_rate - aim[:, None] * under_rate)
-    t = _over(rate, (aim * under - over)[:, None])[:, 0]
-    return t, jnp.asarray(under + under_rate @ t), rate
-
-
-def _within(
-    x: Float[Numbers, " m"], most: Float[Numbers, " m"]
-) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
-    """x, bent to stay below `most` in size, and its slope."""
-    tanh = jnp.tanh(x / most)
-    return jnp.asarray(most * tanh), 1 - tanh**2
+def _determinant(m: Float[Array, "n n"]) -> Float[Array, ""]:
+    """By elimination: m is near triangular, and LAPACK's calls cannot be kept on disk."""
+    return jnp.prod(jnp.diag(_in_turn(m)[0]))
 
 
 def _by_q(structure: Structure, wall: Wall, slopes: Float[Array, "2 v v"]) -> Float[Array, "q m"]:

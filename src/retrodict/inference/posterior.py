@@ -14,6 +14,7 @@ from retrodict.inference.coordinates import Chart, Sheet, Wall
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
 from retrodict.inference.scout import scouted
+from retrodict.inference.squash import softness_for
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
@@ -32,7 +33,7 @@ IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 Potential = Callable[[np.ndarray], tuple[float, np.ndarray]]  # w -> value, gradient
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
-_NO_WALL = Wall(*(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 4, np.zeros(0))
+_NO_WALL = Wall(*(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 3, np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -233,27 +234,23 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
 
 def _branch(posterior: Posterior) -> tuple[float, ...]:
     """Which branch coordinates are of: the signs of what e and e_m are quotients by."""
-    return tuple(np.sign(posterior.chart.wall.under))
+    return tuple(posterior.chart.wall.side)
 
 
 def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
-    """As it is, then about where e_m is 1/2 and -1/2 if the impact model leaves it open."""
+    """As it is, then about where e_m is within its bounds on the other branch, if it is left open."""
     yield posterior
     programs, data, chart = posterior.programs, posterior.data, posterior.chart
     levels = coordinates.levels_of(programs.structure)
     if E_M not in levels:
         return
-    which = levels.index(E_M)
-    centre, along = np.asarray(chart.centre), np.asarray(chart.wall.along)[which]
-
-    over, under, over_slope, under_slope, _ = programs("levels", data, chart, centre)
-    over, under = over[which], under[which]
-    over_rise, under_rise = over_slope[which] @ along, under_slope[which] @ along
-    for aim in -np.sign(over * under) * np.array([0.5, -0.5]):  # the other side first
-        t = (over - aim * under) / (aim * under_rise - over_rise)
-        if np.isfinite(t):
-            about = _chart(programs, data, chart.sheets, centre + t * along, np.eye(centre.size))
-            yield replace(posterior, chart=about)
+    other = np.where([level == E_M for level in levels], -1, 1) * np.asarray(chart.wall.side)
+    centre, anyhow = np.asarray(chart.centre), np.eye(chart.centre.size)
+    wall = _chart(programs, data, chart.sheets, centre, anyhow, side=other).wall
+    # to where each edge is at least as far above zero as it is soft
+    move = np.linalg.pinv(wall.slope) @ np.maximum(wall.softness - wall.edge, 0)
+    about = _chart(programs, data, chart.sheets, centre + move, anyhow, side=other)
+    yield replace(posterior, chart=about)
 
 
 def _about_mode(posterior: Posterior, most: float) -> Posterior:
@@ -269,11 +266,12 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         if value + chart.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
         (_, bent), _ = programs("potential", mode, data, chart)
-        centre = np.asarray(bent)
+        bent, centre = np.asarray(bent), np.asarray(chart.centre) + np.asarray(chart.spread) @ mode
         spread = np.asarray(chart.spread) @ _spread_at(programs, data, chart, mode)
-        if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
+        if not (np.isfinite(spread).all() and np.isfinite(bent).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
-        chart = _chart(programs, data, chart.sheets, centre, spread)
+        side = np.asarray(chart.wall.side)
+        chart = _chart(programs, data, chart.sheets, centre, spread, bent, side)
     return replace(posterior, chart=chart, log_evidence=-value)
 
 
@@ -285,10 +283,11 @@ def blank_chart(structure: Structure) -> Chart:
         return plain(np.zeros(n), np.eye(n))
     sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in "ab"]
     sheets = [coordinates.Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes]
-    n, m = coordinates.length(structure), len(coordinates.levels_of(structure))
+    n, levels = coordinates.length(structure), coordinates.levels_of(structure)
+    m = 2 * len(levels) - coordinates.held_of(structure)
     nowhere = np.zeros((m, n))
-    across = np.zeros((m, 2 * v + 1))
-    wall = Wall(np.zeros(m), np.ones(m), nowhere, nowhere, nowhere, across, np.ones(m))
+    across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
+    wall = Wall(side, np.zeros(m), nowhere, nowhere, across, np.ones(m))
     spread = np.zeros((n, coordinates.size(structure)))
     return Chart((sheets[0], sheets[1]), wall, np.zeros(n), spread, np.zeros(()))
 
@@ -299,6 +298,8 @@ def _chart(
     sheets: tuple,
     centre: np.ndarray,
     spread: np.ndarray,
+    bent: np.ndarray | None = None,
+    side: np.ndarray | None = None,
 ) -> Chart:
     """Coordinates about `centre`, with walls along the directions cheapest in `spread`.
 
@@ -308,42 +309,50 @@ def _chart(
         sheets: as `sheet.fit` gives them.
         centre: q at w = 0.
         spread: q's change by deviates of the posterior about there, shape (q, any).
+        bent: where walls take the centre to, as far as is known: they are made for there.
+        side: of the walls; that of the centre where not given.
     """
-    levels = coordinates.levels_of(programs.structure)
     chart = blank_chart(programs.structure)._replace(sheets=sheets)
-    held = np.array([level.fixed for level in levels], dtype=bool)
+    levels = coordinates.levels_of(programs.structure)
+    held = coordinates.held_of(programs.structure)
     G, along, wall = np.zeros((0, centre.size)), np.zeros((0, centre.size)), chart.wall
     if levels:
-        *quotients, by_z = map(np.asarray, programs("levels", data, chart, centre))
-        wall = wall._replace(**dict(zip(Wall._fields, quotients, strict=False)))
-        G = np.asarray(wall.gradient)
-        along = np.linalg.pinv(G).T  # of held levels: the shortest way, for q counts in deviates
-        spread = spread - along[held].T @ (G[held] @ spread)
-        metric, free = spread @ spread.T, G[~held]
-        along[~held] = np.linalg.inv(free @ metric @ free.T) @ free @ metric
-        sd = np.where(held, np.linalg.norm(G, axis=1), np.linalg.norm(G @ spread, axis=1))
-        widest = [np.inf if one.fixed else (one.high - one.low) / 12 for one in levels]
+        bent = centre if bent is None else bent
+        over, under, *slopes, by_z = map(np.asarray, programs("levels", data, chart, bent))
+        side = np.where(under < 0, -1.0, 1.0) if side is None else side
+        edge = np.array(coordinates.edges(levels, side, over, under))
+        G = np.array(coordinates.edges(levels, side, *slopes))
+        along = np.linalg.pinv(G[:held]).T  # the shortest way, for q counts in deviates
+        spread = spread - along.T @ (G[:held] @ spread)
+        metric, free = spread @ spread.T, G[held:]
+        for i in range(len(free)):
+            upto = free[: i + 1]
+            along = np.vstack([along, np.linalg.solve(upto @ metric @ upto.T, upto @ metric)[-1]])
+        sd = np.maximum(np.linalg.norm(free @ spread, axis=1), 1e-4)
+        softness = np.ones(len(G))
+        softness[held:] = softness_for(sd, edge[held:])
         across = _across(programs.structure, G, by_z)
-        wall = wall._replace(along=along, across=across, softness=np.clip(sd, 1e-4, widest))
+        wall = Wall(side, edge + G @ (centre - bent), G, along, across, softness)
     # along axes of q where nothing is held; lower triangular, by QR: squaring the spread first would
     # lose half the digits
-    keep = np.linalg.svd(G[held])[2][held.sum() :].T if held.any() else np.eye(centre.size)
+    keep = np.linalg.svd(G[:held])[2][held:].T if held else np.eye(centre.size)
     R = np.linalg.qr((keep.T @ spread).T, mode="r")
     spread = keep @ (R * np.sign(np.diag(R))[:, None]).T
-    volume = np.linalg.slogdet(np.concatenate([spread, along[held].T], axis=1))[1]
+    volume = np.linalg.slogdet(np.concatenate([spread, along[:held].T], axis=1))[1]
     return Chart(sheets, wall, centre, spread, np.array(volume))
 
 
 def _across(structure: Structure, G: np.ndarray, by_z: np.ndarray) -> np.ndarray:
-    """The shortest ways of the motion that move one level each, as `Wall.across` has them.
+    """The shortest ways of the motion that move one edge each and none before it: `Wall.across`.
 
     Args:
         structure: of the scene.
-        G: gradients of the levels by q, shape (m, q).
+        G: gradients of the edges by q, shape (m, q).
         by_z: velocities of A and of B over sqrt(friction) by z, shape (2, v, v).
     """
     n, speed_a = len(structure.aims), coordinates.place_of_speed_a(structure)
-    way = np.linalg.pinv(G[:, [*range(n), *([] if speed_a is None else [speed_a])]])
+    G = G[:, [*range(n), *([] if speed_a is None else [speed_a])]]
+    way = np.stack([np.linalg.pinv(G[: i + 1])[:, -1] for i in range(len(G))], axis=1)
     velocities = np.concatenate(by_z @ way[:n].reshape(2, -1, len(G)))
     faster = np.zeros((1, len(G))) if speed_a is None else way[n:]
     return np.concatenate([velocities, faster]).T

@@ -1,4 +1,9 @@
-"""A smooth way from the whole line into an interval, which leaves alone what lies well inside."""
+"""Smooth ways from the whole line above zero, or between bounds, which leave alone what lies within.
+
+Their slope is the normal distribution function of the distance to a bound in units of the softness, so
+that a density which a bound cuts short falls off beyond it as fast as a normal one. (The logistic
+function's slower fall cost importance sampling a third of all scenes.)
+"""
 
 from __future__ import annotations
 
@@ -15,26 +20,50 @@ Levels = Array | np.ndarray | float
 _FAR = -8.0  # where the normal distribution function's integral goes over into its series
 
 
-def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> tuple[Array, Array]:
-    """From the whole line into (low, high), the identity away from them; and the log of its slope.
+def lift(level: Levels, softness: Levels) -> tuple[Array, Array]:
+    """From the whole line to above zero, the identity away from it; and the log of its slope."""
+    rise, log_slope = _ramp(jnp.asarray(level / softness))
+    return jnp.asarray(softness * rise), log_slope
 
-    The slope is the normal distribution function of the distance to a bound in units of the
-    softness, so that a density which a bound cuts short falls off beyond it as fast as a normal
-    one. (The logistic function's slower fall cost importance sampling a third of all scenes.)
+
+def softness_for(sd: Levels, level: Levels) -> Levels:
+    """How softly to lift what is `sd` wide, and at `level` when lifted.
+
+    A normal cut off at zero, wherever, then looks like one again: importance sampling from that wastes
+    3 % of its draws at most. As soft as wide would waste 40 % where it is cut far above its mean.
     """
+    return sd * np.clip(1.3 - 0.3 * level / sd, 0.6, 1.25)
+
+
+def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> tuple[Array, Array]:
+    """From the whole line into (low, high), the identity away from them; and the log of its slope."""
     above, below = jnp.asarray((level - low) / softness), jnp.asarray((level - high) / softness)
     rise, log_slope = _between(jnp.stack([above, below]))
     return jnp.asarray(low + softness * rise), log_slope
 
 
 @jax.custom_jvp
-def _between(u: Float[Array, "2 *any"]) -> tuple[Array, Array]:
-    """The integral of the normal distribution function from u[1] to u[0], and log of its rise there."""
+def _ramp(u: Float[Array, "*any"]) -> tuple[Array, Array]:
+    """The integral of the normal distribution function up to u, and log of its slope there."""
     # near 0, then near u
     density = jnp.exp(-(u**2) / 2) / np.sqrt(2 * np.pi)
     far = jnp.minimum(u, _FAR) ** -2  # where the sum below would cancel
     tail = density * far * (1 - far * (3 - far * (15 - far * (105 - far * 945))))
-    ramp = jnp.where(u < _FAR, tail, density + u * ndtr(jnp.maximum(u, _FAR)))
+    return jnp.where(u < _FAR, tail, density + u * ndtr(jnp.maximum(u, _FAR))), log_ndtr(u)
+
+
+@_ramp.defjvp
+def _(primals: tuple[Any], tangents: tuple[Any]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    (u,), (du,) = primals, tangents
+    rise, log_slope = _ramp(u)
+    share = jnp.exp(-(u**2) / 2 - log_slope) / np.sqrt(2 * np.pi)
+    return (rise, log_slope), (ndtr(u) * du, share * du)
+
+
+@jax.custom_jvp
+def _between(u: Float[Array, "2 *any"]) -> tuple[Array, Array]:
+    """The integral of the normal distribution function from u[1] to u[0], and log of its rise there."""
+    ramp, _ = _ramp(u)
     # to the side where the difference does not cancel
     more, less = log_ndtr(jnp.where(u.sum(axis=0) > 0, -u[::-1], u))
     return ramp[0] - ramp[1], more + jnp.log(-jnp.expm1(less - more))
