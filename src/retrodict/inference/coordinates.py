@@ -294,7 +294,14 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
 
 
 def _in_turn(rate: Float[Array, "m m"]) -> tuple[Float[Array, "m m"], Float[Array, "m m"]]:
-    """Ways made of others, each to leave alone what those before it move: their rates; of what."""
+    """Combine ways so that each leaves alone what those before it move.
+
+    Args:
+        rate: how fast each way (a column) moves each edge (a row), shape (m, m).
+
+    Returns:
+        The same of the combined ways, lower triangular; and of how much of each way each is made.
+    """
     m = len(rate)
     both = jnp.concatenate([rate, jnp.eye(m)])
     for i in range(m - 1):
@@ -384,9 +391,7 @@ def _sites(
 
 
 def _over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k"]:
-    """m's inverse times b, of up to three rows, written out: LAPACK's calls cannot be kept on disk."""
-    if len(m) == 1:
-        return jnp.asarray(b) / m[0, 0]
+    """m's inverse times b, of two or three rows, written out: LAPACK's calls cannot be kept on disk."""
     if len(m) == 2:
         adjugate = jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]])
     else:
@@ -396,14 +401,12 @@ def _over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k
 
 
 def _log_det(m: Any) -> Float[Array, ""]:
-    """log |det| of a matrix of up to three rows."""
+    """log |det| of a matrix of two or three rows."""
     return jnp.log(jnp.abs(_det(m)))
 
 
 def _det(m: Any) -> Float[Array, ""]:
-    """Determinant of a matrix of up to three rows, written out likewise."""
-    if len(m) == 1:
-        return m[0][0]
+    """Determinant of a matrix of two or three rows, written out likewise."""
     if len(m) == 2:
         return m[0][0] * m[1][1] - m[0][1] * m[1][0]
     a, b, c = jnp.asarray(m).T
