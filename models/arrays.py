@@ -38,7 +38,6 @@ class Structure:
         robust: whether errors of the evidence have heavy tails.
         steps: of each run-out's integration; None where they are an argument, which run-outs that
             nobody differentiates in reverse take.
-        astride: whether the posterior lies on either side of where e_m has no value.
     """
 
     rung: str
@@ -52,7 +51,6 @@ class Structure:
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
     steps: int | None = None
-    astride: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -68,12 +66,12 @@ class Structure:
     def unpinned(self) -> bool:
         """Whether coordinates are velocities after the impact, and not rest poses.
 
-        So it is where a part of the rest poses was not measured; where a vehicle rolls, for its tyres
-        soon end what sideways motion it had, and how far it goes hangs on what little holds it back;
-        and where rest poses leave open which way the force alone would have turned the vehicles.
+        So it is where a part of the rest poses was not measured; and where a vehicle rolls, for its
+        tyres soon end what sideways motion it had, and how far it goes hangs on what little holds it
+        back.
         """
         pinned = set(self.aims) <= set(self.evidence)
-        return self.astride or bool(self.rolling) or not pinned
+        return bool(self.rolling) or not pinned
 
     @property
     def rested(self) -> bool:

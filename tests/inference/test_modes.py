@@ -60,19 +60,25 @@ def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() ->
     assert values["e_m"] > 0.5
 
 
-def test_draws_cross_from_branch_to_branch_where_both_count() -> None:
-    """Simulation 290: what e_m is a quotient by has either sign; no branch could be sampled alone."""
+def test_where_both_branches_count_each_is_a_solution() -> None:
+    """Simulation 290: the force alone may have turned B either way against A."""
     scene, truth = _simulated(290)
-    (found,) = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
-    posterior = found.posterior
-    assert posterior.programs.structure.astride
-    drawn = METHODS["importance"].draw(Task(posterior, 4, 125, 0, 0, lambda *_: None))
-    assert not drawn.faults
-    told = drawn.known(posterior)
-    divisor = (told["Omega_b"] - told["Omega_a"]) / told["e_m"]
-    assert set(np.sign(divisor)) == {-1.0, 1.0}
-    low, high = np.quantile(told["speed_b"], [0.005, 0.995])
-    assert low < truth["speed_b"] < high
+    found = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
+    assert {s.told() for s in found} == {
+        f"B turned {side} against A by the force alone" for side in ("left", "right")
+    }
+    weights, faults = modes.weighed(found, seed=0)
+    assert not faults
+    assert sum(mode.weight for mode in weights) == pytest.approx(1)
+    for solution in found:
+        drawn = METHODS["importance"].draw(Task(solution.posterior, 4, 125, 0, 0, lambda *_: None))
+        assert not drawn.faults
+        told = drawn.known(solution.posterior)
+        divisor = (told["Omega_b"] - told["Omega_a"]) / told["e_m"]
+        left = solution.posterior.turned_by_force == "left"
+        assert ((divisor > 0) == left).all()
+        low, high = np.quantile(told["speed_b"], [0.005, 0.995])
+        assert low < truth["speed_b"] < high
 
 
 def _turned_scene(sd: float = 3.0) -> Scene:

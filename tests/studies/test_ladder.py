@@ -8,6 +8,7 @@ import xarray as xr
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.methods.weights import log_mean
+from retrodict.inference.outcome import Mode
 from retrodict.studies import ladder as ladders
 from retrodict.studies.ladder import FACTOR, SHARE, chosen, ladder, refusals
 from tests.report.conftest import make_outcome, make_scene
@@ -99,13 +100,17 @@ def test_log_evidence_is_that_of_lognormal_weights() -> None:
     assert value == pytest.approx(-7 + 0.3**2 / 2, abs=4 * error)
 
 
-def test_log_evidence_is_told_of_one_solution_by_a_method_that_has_it() -> None:
+def test_log_evidence_is_told_of_all_solutions_by_a_method_that_has_it() -> None:
     tree = xr.DataTree.from_dict({"/sample_stats": xr.Dataset()})
-    outcome = SimpleNamespace(idata=tree, modes=("one",))
+    outcome = SimpleNamespace(idata=tree, modes=(Mode(1.0, 0.0, {}),))
     assert ladders.log_evidence(outcome) == (None, None)
     tree["sample_stats"].attrs |= {"log_evidence": -7.0, "log_evidence_sd": 0.1}
     assert ladders.log_evidence(outcome) == (-7.0, 0.1)
-    outcome.modes = ("one", "other")
+    outcome.modes = (Mode(0.8, 0.02, {}), Mode(0.2, 0.02, {}))  # together a quarter more
+    value, error = ladders.log_evidence(outcome)
+    assert value == pytest.approx(-7 + np.log(1.25))
+    assert error == pytest.approx(np.hypot(0.1, 0.025))
+    outcome.modes = (Mode(0.8, 0.02, {}), Mode(0.2, np.nan, {}, sampled=False))
     assert ladders.log_evidence(outcome) == (None, None)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, hessian, prepare
+from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, branches, hessian
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -29,17 +29,19 @@ _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stat
 
 @dataclass(frozen=True)
 class Solution:
-    """A scene at one number of turns to rest.
+    """A scene at one number of turns to rest, on one branch of e_m.
 
     Args:
         posterior: of the scene.
         scene: with whole turns added to the rest headings.
         turns: added, of the vehicles whose rotation is unknown.
+        apart: whether the scene has another branch of e_m that counts.
     """
 
     posterior: Posterior
     scene: Scene
     turns: dict[str, int]
+    apart: bool
 
     def about(self, w: np.ndarray) -> Solution:
         """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
@@ -48,18 +50,20 @@ class Solution:
         return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
 
     def told(self) -> str:
-        """What sets it apart, in words: the total rotations to rest."""
+        """What sets it apart, in words: the total rotations to rest, and the branch of e_m."""
         told = []
         for v in self.turns:
             heading = self.scene.rest[v].heading
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
             told.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
+        if self.apart:
+            told.append(f"B turned {self.posterior.turned_by_force} against A by the force alone")
         return ", ".join(told)
 
 
 def solutions(scene: Scene, rung: str) -> list[Solution]:
-    """The scene at every number of turns that fits.
+    """The scene at every number of turns that fits, and on every branch of e_m.
 
     Args:
         scene: what was measured.
@@ -74,30 +78,33 @@ def solutions(scene: Scene, rung: str) -> list[Solution]:
     told = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
     unknown = [v for v in VEHICLES if f"rest_heading_{v}" in told and not scene.rest[v].turns_known]
     if not unknown:
-        return [Solution(prepare(scene, rung), scene, {})]
-    tried: dict[tuple[int, ...], Solution | None] = {}
+        return _on_branches(scene, rung, {})
+    tried: dict[tuple[int, ...], list[Solution]] = {}
 
     def evidence(turns: tuple[int, ...]) -> float:
         if turns not in tried:
             added = dict(zip(unknown, turns, strict=True))
-            turned = _turned(scene, added)
             try:
-                tried[turns] = Solution(prepare(turned, rung), turned, added)
+                tried[turns] = _on_branches(_turned(scene, added), rung, added)
             except Unanswerable:
-                tried[turns] = None
-        found = tried[turns]
-        return found.posterior.log_evidence if found else -np.inf
+                tried[turns] = []
+        return max((s.posterior.log_evidence for s in tried[turns]), default=-np.inf)
 
     # one vehicle at a time, twice over: all pairs would take minutes
     best = (0,) * len(unknown)
     for i in [*range(len(unknown))] * len(unknown):
         best = max(((*best[:i], count, *best[i + 1 :]) for count in _TURNS), key=evidence)
-    every = [solution for solution in tried.values() if solution]
+    every = [solution for found in tried.values() for solution in found]
     if not every:
-        prepare(scene, rung)  # raises the reason
+        branches(scene, rung)  # raises the reason
     found = sorted(every, key=lambda s: -s.posterior.log_evidence)
     weights = shares(np.array([s.posterior.log_evidence for s in found]))
     return [s for s, weight in zip(found, weights, strict=True) if weight > RIVAL]
+
+
+def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
+    found = branches(scene, rung)
+    return [Solution(posterior, scene, turns, len(found) > 1) for posterior in found]
 
 
 def weighed(found: list[Solution], seed: int) -> tuple[list[Mode], tuple[str, ...]]:

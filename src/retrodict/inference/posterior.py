@@ -61,6 +61,13 @@ class Posterior:
         """Number of coordinates."""
         return self.chart.spread.shape[1]
 
+    @property
+    def turned_by_force(self) -> str:
+        """Which way the force alone would turn B against A: the branch, where e_m is bounded."""
+        levels = coordinates.levels_of(self.programs.structure)
+        sides = dict(zip(levels, self.chart.wall.side, strict=False))
+        return {1.0: "left", -1.0: "right"}.get(float(sides.get(E_M, 0.0)), "")
+
     @cached_property
     def potential(self) -> Potential:
         """Minus the log density, and its gradient, at w."""
@@ -101,12 +108,7 @@ class Posterior:
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:
-    """A scene's posterior under a rung, in coordinates made for it.
-
-    e_m is the relative spin after the impact over that which the force alone would have made, and lies
-    between -1 and 1. The second is therefore larger than the first, and has either sign: two branches,
-    which touch only where both vanish. Rest poses as coordinates follow one; where both count, the
-    coordinates are velocities, with e_m among them.
+    """The first of `branches`: all of a posterior that has one, and else the likeliest part.
 
     Args:
         scene: what was measured.
@@ -115,14 +117,28 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     Raises:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
+    return branches(scene, rung)[0]
+
+
+def branches(scene: Scene, rung: str) -> list[Posterior]:
+    """A scene's posterior under a rung, in coordinates made for it: the parts that make it up.
+
+    e_m is the relative spin after the impact over that which the force alone would have made, and lies
+    between -1 and 1. The second is therefore larger than the first, and has either sign: two branches,
+    which touch only where both vanish. Rest poses as coordinates reach one.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+
+    Returns:
+        A posterior for each branch that counts, the likeliest first.
+
+    Raises:
+        Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
+    """
     structure, data = RUNGS[rung].of_scene(scene)
-    if structure.unpinned:
-        return _unpinned(structure, data)
-    branches = _whitened(structure, data)
-    if len(branches) == 1:
-        return branches[0]
-    known = branches[0].programs.structure, branches[0].data
-    return _unpinned(replace(structure, astride=True, steps=steps_of(*known)), data)
+    return [_unpinned(structure, data)] if structure.unpinned else _whitened(structure, data)
 
 
 def _unpinned(structure: Structure, data: Data) -> Posterior:

@@ -19,7 +19,8 @@ from jaxtyping import Array, Bool, Float
 from retrodict.inference import gate
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.posterior import RESOLVED, Posterior, prepare
+from retrodict.inference.modes import Solution, solutions, weighed
+from retrodict.inference.posterior import RESOLVED, Posterior
 from retrodict.inference.programs import CHUNK, Programs, programs_for
 from retrodict.mechanics import contact_velocity
 from retrodict.models import RUNGS, parts
@@ -285,11 +286,11 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         scene = _measured(of.scene, structure, {k: v[i] for k, v in told.items()}, rng)
         truth = {k: v[i] for k, v in sites.items()}
         try:
-            posterior = prepare(scene, of.model)  # turns are known: there is no other solution
+            found = solutions(scene, of.model)
         except Unanswerable as error:
             rows.append(Row(number, reason=f"refused: {error}"))
             continue
-        ranks, reason = _ranked(posterior, scene, of.method, truth, rng)
+        ranks, reason = _ranked(found, of.method, truth, rng)
         rows.append(Row(number, ranks, reason))
     return rows
 
@@ -378,19 +379,25 @@ def _measured(scene: Scene, structure: Structure, told: Values, rng: np.random.G
 
 
 def _ranked(
-    posterior: Posterior, scene: Scene, method: str, truth: Values, rng: np.random.Generator
+    found: list[Solution], method: str, truth: Values, rng: np.random.Generator
 ) -> tuple[dict[str, int], str]:
-    """Ranks of the truth among draws from a scene's posterior; or none, and why."""
-    programs, data = posterior.programs, posterior.data
-    sites, faults = _draws(posterior, scene, method, int(rng.integers(2**31)))
-    if faults:
+    """Ranks of the truth among draws of a scene's solutions; or none, and why."""
+    programs, data = found[0].posterior.programs, found[0].posterior.data
+    seed = int(rng.integers(2**31))
+    every = [_draws(solution, method, seed) for solution in found]
+    modes, unsettled = weighed(found, seed)
+    if faults := sum((own for _, own in every), unsettled):
         return {}, f"checks failed: {'; '.join(faults)}"
     # as many as one call takes, evenly along the chains, with the truth last
-    places = np.linspace(0, len(sites["speed_b"]) - 1, CHUNK - 1).round().astype(int)
-    chosen = {
-        name: np.concatenate([np.asarray(sites[name])[places], np.asarray(own)[None]])
-        for name, own in truth.items()
-    }
+    weights = [mode.weight for mode in modes]
+    which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
+    chosen = {}
+    for name, own in truth.items():
+        along = [sites[name] for sites, _ in every]
+        places = [np.linspace(0, len(x) - 1, CHUNK - 1).round().astype(int) for x in along]
+        taken = np.stack([np.asarray(x)[at] for x, at in zip(along, places, strict=True)])
+        mixed = taken[which, np.arange(CHUNK - 1)]
+        chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
     told = jax.tree.map(np.asarray, programs("simulate", data, chosen))
     good = np.flatnonzero(plausible(programs.structure, data, chosen, told)[:-1])
     if good.size < DRAWS:
@@ -408,10 +415,9 @@ def _ranked(
     return ranks, ""
 
 
-def _draws(
-    posterior: Posterior, scene: Scene, method: str, seed: int
-) -> tuple[Values, tuple[str, ...]]:
-    """The unknowns at draws of a posterior, and why a reconstruction would not tell of them."""
+def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...]]:
+    """The unknowns at draws of a solution, and why a reconstruction would not tell of them."""
+    posterior, scene = solution.posterior, solution.scene
     draws = METHODS[method].draws
     drawn = METHODS[method].draw(Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None))
     sites, faults = _checked(posterior, drawn, scene)

@@ -371,12 +371,14 @@ def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
         outcome: a reconstruction.
 
     Returns:
-        Both; None of draws that are not all of one importance sampling.
+        Both; None of draws that are not by importance sampling, or not of all solutions.
     """
-    told = outcome.idata["sample_stats"].attrs
-    if "log_evidence" not in told or len(outcome.modes) != 1:
+    told = outcome.idata["sample_stats"].attrs  # of the first solution
+    if "log_evidence" not in told or not all(mode.sampled for mode in outcome.modes):
         return None, None
-    return told["log_evidence"], told["log_evidence_sd"]
+    first = outcome.modes[0]
+    error = float(np.hypot(told["log_evidence_sd"], first.error / first.weight))
+    return told["log_evidence"] - float(np.log(first.weight)), error
 
 
 def reweighed(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighed:

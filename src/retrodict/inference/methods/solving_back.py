@@ -35,7 +35,7 @@ def _compared(task: Task, way: str) -> Draws:
     if structure.unpinned:
         raise Unanswerable(
             "this method solves back from where both vehicles slid to rest, which this scene does not "
-            "tell, or which leaves two branches of e_m open: use another method"
+            "tell: use another method"
         )
     n = length(structure)
     if n > posterior.size:
