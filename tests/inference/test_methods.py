@@ -124,7 +124,7 @@ def test_proposals_have_the_density_that_they_are_drawn_from(share: float, taile
     proposal = importance._Proposal(middle, axes.T, sd, share, 4.0, tailed)
     w = proposal.draw(20_000, np.random.default_rng(0))
     normal = stats.multivariate_normal(middle, root @ root.T)
-    # along the tailed axes half as much wider again as the posterior is than at its mode, within limits
+    # along the tailed axes wider than the posterior, where it is wider than at its mode
     wide = sd * np.where(np.arange(3) < tailed, np.clip(np.sqrt(sd), 1, 1.25), 1)
     z = (w - middle) @ axes.T / wide
     rest = stats.norm.pdf(z[:, tailed:]).prod(axis=1) / wide.prod()
