@@ -155,7 +155,7 @@ def test_a_skew_that_the_mode_does_not_show_is_found(wide: float) -> None:
     mean, sd = (wide - 1) * np.sqrt(2 / np.pi), np.sqrt((1 - 2 / np.pi) * (wide - 1) ** 2 + wide)
     off = []
     for seed in range(10):
-        w, log_weight, _ = importance.weighed(toy, 2000, np.random.default_rng(seed))
+        w, log_weight, _, _ = importance.weighed(toy, 2000, np.random.default_rng(seed))
         share, k = weights.smoothed(log_weight)
         assert k < weights.MAX_PARETO_K
         off.append((share @ w[:, 0] - mean) / sd)

@@ -53,7 +53,7 @@ def draw(task: Task) -> Draws:
     """Draw from the proposal, weigh by the posterior, resample."""
     posterior, (chains, draws) = task.posterior, (task.chains, task.draws)
     rng = np.random.default_rng(task.seed)
-    w, log_weight, told = weighed(posterior, chains * draws, rng)
+    w, log_weight, told, evaluations = weighed(posterior, chains * draws, rng)
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare
     places = np.arange(weights.size).reshape(chains, draws)
@@ -61,7 +61,7 @@ def draw(task: Task) -> Draws:
     evidence, error = log_mean(log_weight)
     verdict = judged(k)
     verdict["attributes"] |= {
-        "log_evidence": evidence, "log_evidence_sd": error, "evaluations": float(weights.size)
+        "log_evidence": evidence, "log_evidence_sd": error, "evaluations": float(evaluations)
     }  # fmt: skip
     task.progress(1, 1)
     return Draws(
@@ -83,13 +83,13 @@ def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
     Returns:
         The evidence; at fault where the weights have no variance to judge it by.
     """
-    _, log_weight, _ = weighed(posterior, _FOR_EVIDENCE, rng)
+    _, log_weight, _, _ = weighed(posterior, _FOR_EVIDENCE, rng)
     return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
 
 
 def weighed(
     posterior: Posterior, count: int, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], int]:
     """Draws from the last of the proposals, not yet resampled.
 
     Args:
@@ -98,7 +98,8 @@ def weighed(
         rng: of the draws.
 
     Returns:
-        w, shape (count, q), the logs of their weights, and what is told there.
+        w, shape (count, q), the logs of their weights, what is told there, and how many points all
+        rounds weighed.
     """
     n = posterior.size
     proposals = [_Proposal(np.zeros(n), np.eye(n), np.ones(n), *_FIRST, n)]
@@ -111,16 +112,17 @@ def weighed(
             heights = np.where(np.isfinite(heights), heights, -np.inf)  # nothing lies there
             log_weight = heights - last.log_density(w)
             weights, k = smoothed(log_weight)
-            even = k <= _EVEN and _effective(weights) >= _SHARE * count
             if len(proposals) == _ROUNDS:
-                return w, log_weight, told
+                return w, log_weight, told, len(proposals) * count
+            even = k <= _EVEN and _effective(weights) >= _SHARE * count
             every, log_densities = np.concatenate([every, w]), np.append(log_densities, heights)
-            mixture = logsumexp([p.log_density(every) for p in proposals], axis=0)
-            weights, _ = smoothed(log_densities - mixture)
+            if len(proposals) > 1:
+                mixture = logsumexp([p.log_density(every) for p in proposals], axis=0)
+                weights, _ = smoothed(log_densities - mixture)
             mean = weights @ every
             spread = (every - mean).T @ ((every - mean) * weights[:, None])
             if even and last.outgrown(spread, _effective(weights)) <= _OUTGROWN:
-                return w, log_weight, told
+                return w, log_weight, told, len(proposals) * count
             proposals.append(last.moved(mean, spread, _effective(weights)))
 
 

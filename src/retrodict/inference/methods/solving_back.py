@@ -51,7 +51,9 @@ def _compared(task: Task, way: str) -> Draws:
         return sites | programs("simulate", data, sites)
 
     told = in_chunks(follow, q.reshape(-1, n))
-    _, log_weight, sure = weighed(posterior, _HELD_AGAINST, np.random.default_rng([task.seed, 5]))
+    _, log_weight, sure, _ = weighed(
+        posterior, _HELD_AGAINST, np.random.default_rng([task.seed, 5])
+    )
     weights, k = smoothed(log_weight)
     faults = judged(k)["faults"] or apart(told, sure, weights)
     return Draws(q, {}, faults=faults, told=told)
