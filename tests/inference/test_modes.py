@@ -135,6 +135,9 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
     np.testing.assert_allclose(mixed["posterior_predictive"]["rest_heading_b"], 0, atol=1e-12)
     assert set(np.unique(mixed["trajectories"]["path"])) == {0, 1}
     assert mixed["trajectories"].sizes["step"] == 48
+    for tree in trees:  # as of a method that tells nothing of its draws
+        tree["sample_stats"] = xr.DataTree()
+    assert (modes.mixed(trees, found, seed=0)["sample_stats"]["mode"].values == label).all()
 
 
 def test_unknown_turns_are_mixed_by_their_evidence() -> None:

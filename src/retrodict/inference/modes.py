@@ -180,7 +180,8 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
     shape = (sizes["chain"], draws)
     which = xr.DataArray(rng.choice(len(modes), shape, p=weights), dims=("chain", "draw"))
     groups = {name: tree.to_dataset() for name, tree in trees[0].children.items()}
-    groups |= {name: chosen(name, which) for name in _OF_DRAWS}
+    # a method may tell nothing of its draws
+    groups |= {name: chosen(name, which) for name in _OF_DRAWS if trees[0][name].data_vars}
     if "trajectories" in groups:
         runs = groups["trajectories"].sizes["run"]
         of_runs = xr.DataArray(rng.choice(len(modes), runs, p=weights), dims="run")
