@@ -391,12 +391,11 @@ def _ranked(
     # as many as one call takes, evenly along the chains, with the truth last
     weights = [mode.weight for mode in modes]
     which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
+    along = [np.linspace(0, len(s["speed_b"]) - 1, CHUNK - 1).round().astype(int) for s, _ in every]
     chosen = {}
     for name, own in truth.items():
-        along = [sites[name] for sites, _ in every]
-        places = [np.linspace(0, len(x) - 1, CHUNK - 1).round().astype(int) for x in along]
-        taken = np.stack([np.asarray(x)[at] for x, at in zip(along, places, strict=True)])
-        mixed = taken[which, np.arange(CHUNK - 1)]
+        taken = [np.asarray(s[name])[at] for (s, _), at in zip(every, along, strict=True)]
+        mixed = np.stack(taken)[which, np.arange(CHUNK - 1)]
         chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
     told = jax.tree.map(np.asarray, programs("simulate", data, chosen))
     good = np.flatnonzero(plausible(programs.structure, data, chosen, told)[:-1])

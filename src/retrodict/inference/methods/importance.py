@@ -119,11 +119,11 @@ def weighed(
             if len(proposals) > 1:
                 mixture = logsumexp([p.log_density(every) for p in proposals], axis=0)
                 weights, _ = smoothed(log_densities - mixture)
-            mean = weights @ every
+            mean, effective = weights @ every, _effective(weights)
             spread = (every - mean).T @ ((every - mean) * weights[:, None])
-            if even and last.outgrown(spread, _effective(weights)) <= _OUTGROWN:
+            if even and last.outgrown(spread, effective) <= _OUTGROWN:
                 return w, log_weight, told, len(proposals) * count
-            proposals.append(last.moved(mean, spread, _effective(weights)))
+            proposals.append(last.moved(mean, spread, effective))
 
 
 def _effective(weights: np.ndarray) -> float:
