@@ -77,8 +77,9 @@ def test_every_value_up_to_the_near_bound_is_reached(
 ) -> None:
     """A map that stops short of a bound cuts the posterior off there, and no check notices."""
     chart, wall = posterior.chart, posterior.chart.wall
-    edges = np.linspace(wall.edge[which], -10 * wall.softness[which], 500)
-    away = np.outer(edges - wall.edge[which], wall.along[which])
+    near, far = (list(wall.order).index(place) for place in (which, which + 2))
+    edges = np.linspace(wall.edge[near], -10 * wall.softness[near], 500)
+    away = np.outer(edges - wall.edge[near], wall.along[near])
     w = np.linalg.solve(chart.spread, away.T).T
     sites, log_det, _ = located(posterior, w)
     assert np.isfinite(np.array(log_det)).all()
@@ -86,8 +87,8 @@ def test_every_value_up_to_the_near_bound_is_reached(
     rises, tellable = side * np.diff(reached), abs(bound - reached[1:]) > 1e-12
     assert (rises[tellable] > 0).all()
     assert (rises > -1e-15).all()
-    across = wall.edge[which] + wall.edge[which + 2]  # from bound to bound
-    assert abs(bound - reached[-1]) < wall.softness[which] / across / 100
+    across = wall.edge[near] + wall.edge[far]  # from bound to bound
+    assert abs(bound - reached[-1]) < wall.softness[near] / across / 100
     found = solved_back(posterior, sites)[which]
     np.testing.assert_allclose(found, reached, atol=1e-9)
 

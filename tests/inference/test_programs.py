@@ -1,6 +1,7 @@
 """The compiled density: exact in its value, near enough in its gradient to steer by."""
 
 from dataclasses import replace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -52,6 +53,27 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
         slope = (np.array(ends[:n]) - np.array(ends[n:])) / (2 * h)
         apart.append(np.linalg.norm(gradient - slope) / np.linalg.norm(slope))
     assert np.median(apart) < 0.05
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [
+        {"a": (-17.735, 1.225, 1.705), "b": (-33.768, 20.485, -7.207)},
+        {"a": (-13.992, 2.054, 3.736), "b": (-18.869, -2.354, -0.233)},
+    ],
+)
+def test_the_gradient_holds_where_the_closing_speed_vanishes(rest: dict[str, Any]) -> None:
+    """Both bounds of e meet there. False by a hundredfold and more, it made NUTS diverge."""
+    posterior = prepare(at_rest(design(), rest), RUNG)
+    wall, h, n = posterior.chart.wall, 1e-5, posterior.size
+    meeting = [list(wall.order).index(place) for place in (0, 2)]  # of e, in `coordinates.edges`
+    for depth in (2.0, 4.0, 5.0):
+        short = -depth * wall.softness[meeting] - wall.edge[meeting]
+        away = np.linalg.lstsq(wall.slope[meeting], short)[0]
+        w = np.linalg.solve(posterior.chart.spread, away)
+        ends = posterior.log_density(w + h * np.concatenate([np.eye(n), -np.eye(n)]))
+        slope = (ends[n:] - ends[:n]) / (2 * h)
+        assert np.linalg.norm(posterior.potential(w)[1] - slope) < 0.1 * np.linalg.norm(slope)
 
 
 def test_a_scene_that_takes_more_steps_compiles_nothing(posterior: Posterior) -> None:

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from retrodict.inference import unpinned
 from retrodict.inference.squash import lift
@@ -72,10 +72,11 @@ def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any
 
 
 class Wall(NamedTuple):
-    """How q is bent so that what the impact model bounds or holds is so; in the order of `edges`.
+    """How q is bent so that what the impact model bounds or holds is so.
 
     Args:
         side: sign of each bounded level's denominator (1 for others): the branch, shape (levels,).
+        order: in which edges are bent, as places in `edges`; that of all that follows, shape (m,).
         edge: at the centre, shape (m,).
         slope: by q there, shape (m, q).
         along: for each a direction of q that moves it at rate 1 there and none before it, shape (m, q).
@@ -85,6 +86,7 @@ class Wall(NamedTuple):
     """
 
     side: Float[Numbers, " levels"]
+    order: Int[Numbers, " m"]
     edge: Float[Numbers, " m"]
     slope: Float[Numbers, "m q"]
     along: Float[Numbers, "m q"]
@@ -257,17 +259,16 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     velocities, slopes = reduced(structure, chart, there)
 
     def at(x: parts.Values, motion: Float[Array, " v"]) -> Float[Array, " m"]:
-        return jnp.stack(edges(levels, wall.side, *quotients(levels, motion, x)))
+        return jnp.stack(edges(levels, wall.side, *quotients(levels, motion, x)))[wall.order]
 
-    found = at(x, scale * velocities)
-    x, velocities, scale, slopes = jax.lax.stop_gradient((x, velocities, scale, slopes))
-    units = jnp.append(jnp.full(velocities.size, scale), jnp.asarray(data.inputs["speed_a"])[1])
+    def moved(motion: Float[Array, " v+1"]) -> Float[Array, " m"]:
+        faster = x | {"speed_a": x["speed_a"] + motion[-1]}
+        return at(faster, scale * velocities + motion[:-1])
 
-    def nudged(way: Float[Array, " v+1"]) -> Float[Array, " m"]:
-        faster = x | {"speed_a": x["speed_a"] + way[-1]}
-        return at(faster, scale * velocities + way[:-1])
-
-    rate = (jax.vmap(nudged)(units * wall.across) - jax.lax.stop_gradient(found)).T
+    found = moved(jnp.zeros(velocities.size + 1))
+    units, slopes = jax.lax.stop_gradient((jnp.full(velocities.size, scale), slopes))
+    units = jnp.append(units, jnp.asarray(data.inputs["speed_a"])[1])
+    rate = jax.lax.stop_gradient(jax.vmap(moved)(units * wall.across) - found).T
     rate, ways = _in_turn(rate)
     by_q = _by_q(structure, wall, slopes) @ ways
     linear = wall.slope @ by_q
@@ -279,6 +280,11 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
             above, log_slope = lift(first[i] + found[i] - aim[i], wall.softness[i])
             aim, log_det = aim.at[i].set(above), log_det + log_slope
         t = t.at[i].set((aim[i] - found[i]) / own[i])
+    # nothing is missed now, but for derivatives: where a bound's divisor nears zero they count
+    missed = aim - moved(units * (ways @ t @ wall.across))
+    for i in range(count):
+        t = t.at[i].add(missed[i] / own[i])
+        missed -= rate[:, i] * missed[i] / own[i]
     # of row i what changes t[:i] is left out: multiples of the rows before it
     share = jax.lax.stop_gradient(share)[:, None]
     turn = _determinant(share * jnp.diag(own) + (1 - share) * linear)
@@ -286,7 +292,8 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     # each is one at the centre; where they have turned, far out, points would be reached again
     log_det = jnp.where((turn <= 0) | (own <= 0).any(), -jnp.inf, log_det)
     bounded = [level for level in levels if not level.fixed]
-    near, far = aim[held : held + len(bounded)], aim[held + len(bounded) :]
+    in_place = jnp.zeros(count).at[wall.order].set(aim)
+    near, far = in_place[held : held + len(bounded)], in_place[held + len(bounded) :]
     nearer, farther = (np.array([getattr(b, end) for b in bounded]) for end in ("near", "far"))
     inside = (nearer * far + farther * near) / (near + far)
     values = {level.name: inside[i] for i, level in enumerate(bounded)}

@@ -33,7 +33,7 @@ IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 Potential = Callable[[np.ndarray], tuple[float, np.ndarray]]  # w -> value, gradient
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
-_NO_WALL = Wall(*(np.zeros(0),) * 2, *(np.zeros((0, 0)),) * 3, np.zeros(0))
+_NO_WALL = Wall(np.zeros(0), np.zeros(0, int), np.zeros(0), *(np.zeros((0, 0)),) * 3, np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -303,7 +303,7 @@ def blank_chart(structure: Structure) -> Chart:
     m = 2 * len(levels) - coordinates.held_of(structure)
     nowhere = np.zeros((m, n))
     across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
-    wall = Wall(side, np.zeros(m), nowhere, nowhere, across, np.ones(m))
+    wall = Wall(side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m))
     spread = np.zeros((n, coordinates.size(structure)))
     return Chart((sheets[0], sheets[1]), wall, np.zeros(n), spread, np.zeros(()))
 
@@ -340,15 +340,21 @@ def _chart(
         G = np.array(coordinates.edges(levels, side, *slopes))
         along = np.linalg.pinv(G[:held]).T  # the shortest way, for q counts in deviates
         spread = spread - along.T @ (G[:held] @ spread)
-        metric, free = spread @ spread.T, G[held:]
-        for i in range(len(free)):
-            upto = free[: i + 1]
-            along = np.vstack([along, np.linalg.solve(upto @ metric @ upto.T, upto @ metric)[-1]])
-        sd = np.maximum(np.linalg.norm(free @ spread, axis=1), 1e-4)
-        softness = np.ones(len(G))
-        softness[held:] = softness_for(sd, edge[held:])
+        metric = spread @ spread.T
+        # those that cut off most first: each is bent along a way that leaves those before it alone,
+        # and where two edges meet that is far narrower than the edge is by itself
+        unbent = edge + G @ (centre - bent)
+        wide = np.maximum(np.linalg.norm(G @ spread, axis=1), 1e-4)
+        order = np.array([*range(held), *(held + np.argsort((unbent / wide)[held:]))], dtype=int)
+        edge, unbent, G, softness = edge[order], unbent[order], G[order], np.ones(len(G))
+        for i in range(held, len(G)):
+            upto = G[held : i + 1]
+            precision = np.linalg.inv(upto @ metric @ upto.T)
+            along = np.vstack([along, precision[-1] @ upto @ metric])
+            sd = np.maximum(precision[-1, -1] ** -0.5, 1e-4)  # with those before it held
+            softness[i] = softness_for(sd, edge[i])
         across = _across(programs.structure, G, by_z)
-        wall = Wall(side, edge + G @ (centre - bent), G, along, across, softness)
+        wall = Wall(side, order, unbent, G, along, across, softness)
     # along axes of q where nothing is held; lower triangular, by QR: squaring the spread first would
     # lose half the digits
     keep = np.linalg.svd(G[:held])[2][held:].T if held else np.eye(centre.size)
