@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 
 from retrodict.inference.methods import METHODS, Draws, Method, Task
-from retrodict.inference.reconstruct import reconstruct
+from retrodict.inference.modes import solutions, weighed
+from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.sampling import Sampling
 from tests.scenes import collision
 
 SCENE = collision(share=0.0)
@@ -55,3 +57,21 @@ def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
     found = reconstruct(SCENE, method="importance", draws=200)
     assert found.settings["draws"] == 400
     assert "not one digit of the 95 % limits" in found.notes[0]
+
+
+@pytest.mark.parametrize(("weight", "reasons"), [(0.05, 1), (0.005, 0)])
+def test_only_a_solution_that_counts_is_judged_by_itself(
+    monkeypatch: pytest.MonkeyPatch, weight: float, reasons: int
+) -> None:
+    (solution,) = found = solutions(SCENE, DEFAULT_RUNG)
+    (mode,) = weighed(found, 0)[0]
+    modes = [replace(mode, weight=1 - weight), replace(mode, weight=weight)]
+    faults = iter([(), ("the second is stuck",)])
+
+    def draw(task: Task) -> Draws:
+        return replace(METHODS["laplace"].draw(task), faults=next(faults))
+
+    monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=draw))
+    sampling = Sampling([solution] * 2, modes, [], (), False, lambda *_: None)
+    run = sampling.by("nuts", Task(solution.posterior, 4, 500, 0, 0, lambda *_: None))
+    assert run.checks.reasons == ("the second is stuck",) * reasons

@@ -12,7 +12,7 @@ import numpy as np
 
 from retrodict.inference import gate
 from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.modes import Rival, Solution, beside, mixed
+from retrodict.inference.modes import SLIGHT, Rival, Solution, beside, mixed
 from retrodict.inference.outcome import Checks, Mode
 from retrodict.inference.programs import Programs
 from retrodict.inference.tree import tree_of
@@ -172,12 +172,15 @@ class Sampling:
         modes = self._modes(drawn)
         others = modes[len(self.found) :]
         known = self.faults + tuple(_told_apart(mode, self.modes[0]) for mode in others)
-        known += tuple(fault for each in drawn for fault in each.faults)
         trees = [
             tree_of(s, d, task.seed, self.pictured) for s, d in zip(self.found, drawn, strict=False)
         ]
-        if len(trees) > 1:  # a chain that is stuck in one solution would be hidden by the others
-            for solution, tree in zip(self.found, trees, strict=False):
+        # a chain that is stuck in one solution would be hidden by the others
+        for solution, mode, each, tree in zip(self.found, self.modes, drawn, trees, strict=False):
+            if mode.weight < SLIGHT:
+                continue
+            known += each.faults
+            if len(trees) > 1:
                 own = gate.judge(tree, solution.scene).reasons
                 known += tuple(f"{solution.told()}: {reason}" for reason in own)
         if not all(each.complete for each in drawn):

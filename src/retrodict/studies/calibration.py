@@ -19,7 +19,7 @@ from jaxtyping import Array, Bool, Float
 from retrodict.inference import gate
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.modes import Solution, solutions, weighed
+from retrodict.inference.modes import SLIGHT, Solution, solutions, weighed
 from retrodict.inference.posterior import RESOLVED, Posterior
 from retrodict.inference.programs import CHUNK, Programs, programs_for
 from retrodict.mechanics import contact_velocity
@@ -386,7 +386,8 @@ def _ranked(
     seed = int(rng.integers(2**31))
     every = [_draws(solution, method, seed) for solution in found]
     modes, unsettled = weighed(found, seed)
-    if faults := sum((own for _, own in every), unsettled):
+    judged = [own for mode, (_, own) in zip(modes, every, strict=True) if mode.weight >= SLIGHT]
+    if faults := sum(judged, unsettled):
         return {}, f"checks failed: {'; '.join(faults)}"
     # as many as one call takes, evenly along the chains, with the truth last
     weights = [mode.weight for mode in modes]
