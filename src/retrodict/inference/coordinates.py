@@ -236,7 +236,8 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
 
     An edge that lies well above zero bends nothing, and nothing is spent on keeping it where it is: each
     is moved along a way that leaves the edges before it alone, and moves those after it as it may.
-    Values are exact; derivatives are those of the moves' lengths, near enough to steer by, and cheap.
+    Values are exact, and so are the edges' derivatives; others are those of the moves' lengths, near
+    enough to steer by, and cheap.
     """
     levels, wall = levels_of(structure), Wall(*map(jnp.asarray, chart.wall))
     held, count = held_of(structure), len(chart.wall.edge)
@@ -258,12 +259,10 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     scale = friction_scale(structure, data, x)
     velocities, slopes = reduced(structure, chart, there)
 
-    def at(x: parts.Values, motion: Float[Array, " v"]) -> Float[Array, " m"]:
-        return jnp.stack(edges(levels, wall.side, *quotients(levels, motion, x)))[wall.order]
-
     def moved(motion: Float[Array, " v+1"]) -> Float[Array, " m"]:
         faster = x | {"speed_a": x["speed_a"] + motion[-1]}
-        return at(faster, scale * velocities + motion[:-1])
+        both = quotients(levels, scale * velocities + motion[:-1], faster)
+        return jnp.stack(edges(levels, wall.side, *both))[wall.order]
 
     found = moved(jnp.zeros(velocities.size + 1))
     units, slopes = jax.lax.stop_gradient((jnp.full(velocities.size, scale), slopes))
