@@ -1,7 +1,6 @@
 """The compiled density: exact in its value, near enough in its gradient to steer by."""
 
 from dataclasses import replace
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -62,7 +61,9 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
         {"a": (-13.992, 2.054, 3.736), "b": (-18.869, -2.354, -0.233)},
     ],
 )
-def test_the_gradient_holds_where_the_closing_speed_vanishes(rest: dict[str, Any]) -> None:
+def test_the_gradient_holds_where_the_closing_speed_vanishes(
+    rest: dict[str, tuple[float, float, float]],
+) -> None:
     """Both bounds of e meet there. False by a hundredfold and more, it made NUTS diverge."""
     posterior = prepare(at_rest(design(), rest), RUNG)
     wall, h, n = posterior.chart.wall, 1e-5, posterior.size
