@@ -9,8 +9,8 @@ import pytest
 from retrodict.models import RUNGS
 from retrodict.models.arrays import in_steps
 
-from retrodict.inference import unpinned
-from retrodict.inference.posterior import RESOLVED, Posterior, plain, prepare, unresolved
+from retrodict.inference import charts, unpinned
+from retrodict.inference.posterior import RESOLVED, Posterior, prepare, unresolved
 from retrodict.inference.programs import programs_for
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
@@ -102,6 +102,6 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     structure, data = in_steps(*RUNGS["planar-moment+spin"].of_scene(scene), steps)
     after = [-7.0, 2.4, 5.4, -5.9]
     centre = np.pad(after, (0, 2 + len(structure.uncertain)))
-    chart = plain(centre, 0.01 * np.eye(centre.size))
+    chart = charts.plain(centre, 0.01 * np.eye(centre.size))
     posterior = Posterior(programs_for(structure), data, chart, np.zeros(2), 0.0, 0.0)
     assert (unresolved(posterior) > RESOLVED) is few

@@ -242,19 +242,10 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     levels, wall = levels_of(structure), Wall(*map(jnp.asarray, chart.wall))
     held, count = held_of(structure), len(chart.wall.edge)
 
-    # q, as if edges were linear in it
-    first = jnp.asarray(wall.edge) + times(wall.slope, q - jnp.asarray(chart.centre))
-    moves = wall.slope @ wall.along.T
-    aim, share, shift = jnp.zeros((3, count))
-    for i in range(count):
-        first = first.at[i].add(moves[i] @ shift)
-        if i >= held:
-            above, log_share = lift(first[i], wall.softness[i])
-            aim, share = aim.at[i].set(above), share.at[i].set(jnp.exp(log_share))
-        shift = shift.at[i].set(aim[i] - first[i])
+    first, aim, share, shift = _bent_along_q(wall, held, q - jnp.asarray(chart.centre))
     there = q + shift @ wall.along
 
-    # then the motion, by the little that was missed
+    # then by the motion, the little that was missed
     x = parts.from_standard(structure, data, _split(structure, there)[1])
     scale = friction_scale(structure, data, x)
     velocities, slopes = reduced(structure, chart, there)
@@ -297,6 +288,33 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     inside = (nearer * far + farther * near) / (near + far)
     values = {level.name: inside[i] for i, level in enumerate(bounded)}
     return Bent(there, units * (ways @ t @ wall.across), by_q @ t, values, log_det)
+
+
+def _bent_along_q(
+    wall: Wall, held: int, off: Q
+) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, " m"], Float[Array, " m"]]:
+    """How far to move q along `Wall.along`, were edges linear in it.
+
+    Args:
+        wall: the edges that are held first.
+        held: how many these are.
+        off: how far q is from the centre.
+
+    Returns:
+        Each edge before it is moved itself, and after; the slope of the one by the other; and the
+        lengths of the moves.
+    """
+    count = len(wall.edge)
+    before = jnp.asarray(wall.edge) + times(wall.slope, off)
+    moves = wall.slope @ wall.along.T
+    after, slope, shift = jnp.zeros((3, count))
+    for i in range(count):
+        before = before.at[i].add(moves[i] @ shift)
+        if i >= held:
+            above, log_slope = lift(before[i], wall.softness[i])
+            after, slope = after.at[i].set(above), slope.at[i].set(jnp.exp(log_slope))
+        shift = shift.at[i].set(after[i] - before[i])
+    return before, after, slope, shift
 
 
 def _in_turn(rate: Float[Array, "m m"]) -> tuple[Float[Array, "m m"], Float[Array, "m m"]]:

@@ -9,12 +9,11 @@ from functools import cached_property, partial
 import jax
 import numpy as np
 
-from retrodict.inference import coordinates, sheet, unpinned
-from retrodict.inference.coordinates import Chart, Sheet, Wall
+from retrodict.inference import charts, coordinates, sheet, unpinned
+from retrodict.inference.coordinates import Chart
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
 from retrodict.inference.scout import scouted
-from retrodict.inference.squash import softness_for
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
@@ -32,8 +31,6 @@ _NARROWEST = 0.3
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 Potential = Callable[[np.ndarray], tuple[float, np.ndarray]]  # w -> value, gradient
-_NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
-_NO_WALL = Wall(np.zeros(0), np.zeros(0, int), np.zeros(0), *(np.zeros((0, 0)),) * 3, np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ class Posterior:
             w.shape[0] + _AS_DRAWS
         )
         centre = np.asarray(self.chart.centre) + spread @ w.mean(axis=0)
-        return replace(self, chart=plain(centre, spread @ np.linalg.cholesky(covariance)))
+        return replace(self, chart=charts.plain(centre, spread @ np.linalg.cholesky(covariance)))
 
     def seen_from(self, other: Posterior, w: np.ndarray) -> np.ndarray:
         """Points in the coordinates of the same posterior about elsewhere; plain charts only.
@@ -167,16 +164,16 @@ def _climbed(programs: Programs, data: Data, q: np.ndarray) -> tuple[float, Char
     """The mode above q: the potential there, and coordinates whitened about it."""
     value, spread = np.inf, np.eye(q.size)
     for _ in range(_CLIMBS):
-        chart = plain(q, spread)
+        chart = charts.plain(q, spread)
         spread = spread @ _spread_at(programs, data, chart, np.zeros(q.size), _NARROWEST)
-        chart = plain(q, spread)
+        chart = charts.plain(q, spread)
         mode, value = _mode(programs, data, chart)
         q = q + spread @ mode
         if not (np.isfinite(spread).all() and np.isfinite(q).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         if np.linalg.norm(mode) < _STILL:
             break
-    return value, plain(q, spread)
+    return value, charts.plain(q, spread)
 
 
 def unresolved(posterior: Posterior) -> float:
@@ -207,11 +204,6 @@ def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return V, told.get("measured", np.zeros((len(V), 0)))
 
 
-def plain(centre: np.ndarray, spread: np.ndarray) -> Chart:
-    """A chart without sheets or walls: w counts along the spread's columns from the centre."""
-    return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
-
-
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that counts, the likeliest first, with as many steps as it takes."""
     # no more steps of the run-out than this scene's measurements can tell apart
@@ -225,8 +217,8 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
             break
         structure, data = in_steps(structure, data, 2 * steps)
     n = coordinates.length(structure)
-    charts = [_chart(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
-    chart = _likeliest(programs, data, charts)
+    tried = [charts.about(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
+    chart = _likeliest(programs, data, tried)
     first = Posterior(programs, data, chart, error, -np.inf, unresolved)
     found: list[Posterior] = []
     refusals = []
@@ -262,10 +254,10 @@ def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
         return
     other = np.where([level == E_M for level in levels], -1, 1) * np.asarray(chart.wall.side)
     centre, anyhow = np.asarray(chart.centre), np.eye(chart.centre.size)
-    wall = _chart(programs, data, chart.sheets, centre, anyhow, side=other).wall
+    wall = charts.about(programs, data, chart.sheets, centre, anyhow, side=other).wall
     # to where each edge is at least as far above zero as it is soft
     move = np.linalg.pinv(wall.slope) @ np.maximum(wall.softness - wall.edge, 0)
-    about = _chart(programs, data, chart.sheets, centre + move, anyhow, side=other)
+    about = charts.about(programs, data, chart.sheets, centre + move, anyhow, side=other)
     yield replace(posterior, chart=about)
 
 
@@ -287,97 +279,8 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         if not (np.isfinite(spread).all() and np.isfinite(bent).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         side = np.asarray(chart.wall.side)
-        chart = _chart(programs, data, chart.sheets, centre, spread, bent, side)
+        chart = charts.about(programs, data, chart.sheets, centre, spread, bent, side)
     return replace(posterior, chart=chart, log_evidence=-value)
-
-
-def blank_chart(structure: Structure) -> Chart:
-    """A chart of the right shapes and no meaning, to compile programs for."""
-    v = len(structure.rests)
-    if structure.unpinned:
-        n = coordinates.length(structure)
-        return plain(np.zeros(n), np.eye(n))
-    sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in "ab"]
-    sheets = [coordinates.Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes]
-    n, levels = coordinates.length(structure), coordinates.levels_of(structure)
-    m = 2 * len(levels) - coordinates.held_of(structure)
-    nowhere = np.zeros((m, n))
-    across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
-    wall = Wall(side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m))
-    spread = np.zeros((n, coordinates.size(structure)))
-    return Chart((sheets[0], sheets[1]), wall, np.zeros(n), spread, np.zeros(()))
-
-
-def _chart(
-    programs: Programs,
-    data: Data,
-    sheets: tuple,
-    centre: np.ndarray,
-    spread: np.ndarray,
-    bent: np.ndarray | None = None,
-    side: np.ndarray | None = None,
-) -> Chart:
-    """Coordinates about `centre`, with walls along the directions cheapest in `spread`.
-
-    Args:
-        programs: of the structure.
-        data: the scene's numbers.
-        sheets: as `sheet.fit` gives them.
-        centre: q at w = 0.
-        spread: q's change by deviates of the posterior about there, shape (q, any).
-        bent: where walls take the centre to, as far as is known: they are made for there.
-        side: of the walls; that of the centre where not given.
-    """
-    chart = blank_chart(programs.structure)._replace(sheets=sheets)
-    levels = coordinates.levels_of(programs.structure)
-    held = coordinates.held_of(programs.structure)
-    G, along, wall = np.zeros((0, centre.size)), np.zeros((0, centre.size)), chart.wall
-    if levels:
-        bent = centre if bent is None else bent
-        over, under, *slopes, by_z = map(np.asarray, programs("levels", data, chart, bent))
-        side = np.where(under < 0, -1.0, 1.0) if side is None else side
-        edge = np.array(coordinates.edges(levels, side, over, under))
-        G = np.array(coordinates.edges(levels, side, *slopes))
-        along = np.linalg.pinv(G[:held]).T  # the shortest way, for q counts in deviates
-        spread = spread - along.T @ (G[:held] @ spread)
-        metric = spread @ spread.T
-        # those that cut off most first: each is bent along a way that leaves those before it alone,
-        # and where two edges meet that is far narrower than the edge is by itself
-        unbent = edge + G @ (centre - bent)
-        wide = np.maximum(np.linalg.norm(G @ spread, axis=1), 1e-4)
-        order = np.array([*range(held), *(held + np.argsort((unbent / wide)[held:]))], dtype=int)
-        edge, unbent, G, softness = edge[order], unbent[order], G[order], np.ones(len(G))
-        for i in range(held, len(G)):
-            upto = G[held : i + 1]
-            precision = np.linalg.inv(upto @ metric @ upto.T)
-            along = np.vstack([along, precision[-1] @ upto @ metric])
-            sd = np.maximum(precision[-1, -1] ** -0.5, 1e-4)  # with those before it held
-            softness[i] = softness_for(sd, edge[i])
-        across = _across(programs.structure, G, by_z)
-        wall = Wall(side, order, unbent, G, along, across, softness)
-    # along axes of q where nothing is held; lower triangular, by QR: squaring the spread first would
-    # lose half the digits
-    keep = np.linalg.svd(G[:held])[2][held:].T if held else np.eye(centre.size)
-    R = np.linalg.qr((keep.T @ spread).T, mode="r")
-    spread = keep @ (R * np.sign(np.diag(R))[:, None]).T
-    volume = np.linalg.slogdet(np.concatenate([spread, along[:held].T], axis=1))[1]
-    return Chart(sheets, wall, centre, spread, np.array(volume))
-
-
-def _across(structure: Structure, G: np.ndarray, by_z: np.ndarray) -> np.ndarray:
-    """The shortest ways of the motion that move one edge each and none before it: `Wall.across`.
-
-    Args:
-        structure: of the scene.
-        G: gradients of the edges by q, shape (m, q).
-        by_z: velocities of A and of B over sqrt(friction) by z, shape (2, v, v).
-    """
-    n, speed_a = len(structure.aims), coordinates.place_of_speed_a(structure)
-    G = G[:, [*range(n), *([] if speed_a is None else [speed_a])]]
-    way = np.stack([np.linalg.pinv(G[: i + 1])[:, -1] for i in range(len(G))], axis=1)
-    velocities = np.concatenate(by_z @ way[:n].reshape(2, -1, len(G)))
-    faster = np.zeros((1, len(G))) if speed_a is None else way[n:]
-    return np.concatenate([velocities, faster]).T
 
 
 def _starts(structure: Structure) -> list[np.ndarray]:
@@ -389,13 +292,13 @@ def _starts(structure: Structure) -> list[np.ndarray]:
     return [middle + deviate * (np.arange(middle.size) == unknown) for deviate in _SPEEDS]
 
 
-def _likeliest(programs: Programs, data: Data, charts: list[Chart]) -> Chart:
+def _likeliest(programs: Programs, data: Data, tried: list[Chart]) -> Chart:
     """The chart at whose centre the density is the highest."""
-    if len(charts) == 1:
-        return charts[0]
+    if len(tried) == 1:
+        return tried[0]
     nowhere = np.zeros(coordinates.size(programs.structure))
-    heights = [_potential(programs, data, chart)(nowhere)[0] for chart in charts]
-    return charts[int(np.argmin(np.nan_to_num(heights, nan=np.inf)))]
+    heights = [_potential(programs, data, chart)(nowhere)[0] for chart in tried]
+    return tried[int(np.argmin(np.nan_to_num(heights, nan=np.inf)))]
 
 
 def _mode(programs: Programs, data: Data, chart: Chart) -> tuple[np.ndarray, float]:

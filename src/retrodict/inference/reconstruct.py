@@ -13,11 +13,12 @@ from typing import Any
 import jax
 import numpy as np
 
+from retrodict.inference import charts
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Solution, rivals_of, solutions, weighed
 from retrodict.inference.outcome import Mode, Outcome
-from retrodict.inference.posterior import RESOLVED, blank_chart
+from retrodict.inference.posterior import RESOLVED
 from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
 from retrodict.inference.sampling import Progress, Sampling
 from retrodict.inference.tree import prior_keys
@@ -147,7 +148,7 @@ def _compile_ahead(
 ) -> None:
     """Have what will be needed compiled side by side, in the order it will be needed."""
     structure = programs.structure
-    chart = blank_chart(structure)
+    chart = charts.blank(structure)
     n = chart.spread.shape[1]
     if not structure.unpinned:
         separation = np.zeros((BATCH, len(structure.aims)))

@@ -1,0 +1,138 @@
+"""Charts made for a scene: bent at walls, and counted in the posterior's spread about a point."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from retrodict.inference import coordinates
+from retrodict.inference.coordinates import Chart, Sheet, Wall
+from retrodict.inference.programs import Programs
+from retrodict.inference.squash import softness_for
+from retrodict.models.arrays import Data, Structure
+
+_NARROW = 1e-4  # of an edge's standard deviation: at least, so that something can be divided by it
+_NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
+_NO_WALL = Wall(np.zeros(0), np.zeros(0, int), np.zeros(0), *(np.zeros((0, 0)),) * 3, np.zeros(0))
+
+Point = Float[np.ndarray, " q"]
+Spread = Float[np.ndarray, "q any"]
+
+
+def plain(centre: Point, spread: Spread) -> Chart:
+    """A chart without sheets or walls: w counts along the spread's columns from the centre."""
+    return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
+
+
+def blank(structure: Structure) -> Chart:
+    """A chart of the right shapes and no meaning, to compile programs for."""
+    n, v = coordinates.length(structure), len(structure.rests)
+    if structure.unpinned:
+        return plain(np.zeros(n), np.eye(n))
+    sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in "ab"]
+    for_a, for_b = (Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes)
+    levels = coordinates.levels_of(structure)
+    m = 2 * len(levels) - coordinates.held_of(structure)
+    nowhere = np.zeros((m, n))
+    across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
+    wall = Wall(side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m))
+    spread = np.zeros((n, coordinates.size(structure)))
+    return Chart((for_a, for_b), wall, np.zeros(n), spread, np.zeros(()))
+
+
+def about(
+    programs: Programs,
+    data: Data,
+    sheets: tuple[Sheet, Sheet],
+    centre: Point,
+    spread: Spread,
+    bent: Point | None = None,
+    side: Float[np.ndarray, " levels"] | None = None,
+) -> Chart:
+    """A chart about `centre`, with walls along the directions cheapest in `spread`.
+
+    Args:
+        programs: of the structure.
+        data: the scene's numbers.
+        sheets: as `sheet.fit` gives them.
+        centre: q at w = 0.
+        spread: q's change by deviates of the posterior about there.
+        bent: where walls take the centre to, as far as is known: they are made for there.
+        side: of the walls; that of the centre where not given.
+    """
+    structure = programs.structure
+    held = coordinates.held_of(structure)
+    wall = blank(structure).wall
+    if coordinates.levels_of(structure):
+        wall = _wall(programs, data, sheets, centre, spread, centre if bent is None else bent, side)
+    along, across = np.asarray(wall.along)[:held], np.asarray(wall.slope)[:held]
+    spread = _triangular(spread - along.T @ (across @ spread), across)
+    volume = np.linalg.slogdet(np.concatenate([spread, along.T], axis=1))[1]
+    return Chart(sheets, wall, centre, spread, np.array(volume))
+
+
+def _wall(
+    programs: Programs,
+    data: Data,
+    sheets: tuple[Sheet, Sheet],
+    centre: Point,
+    spread: Spread,
+    bent: Point,
+    side: np.ndarray | None,
+) -> Wall:
+    """The walls of `about`."""
+    structure = programs.structure
+    levels, held = coordinates.levels_of(structure), coordinates.held_of(structure)
+    flat = blank(structure)._replace(sheets=sheets)
+    over, under, *slopes, by_z = map(np.asarray, programs("levels", data, flat, bent))
+    side = np.where(under < 0, -1.0, 1.0) if side is None else side
+    edge = np.array(coordinates.edges(levels, side, over, under))
+    slope = np.array(coordinates.edges(levels, side, *slopes))
+    unbent = edge + slope @ (centre - bent)
+    # the shortest way to what is held, for q counts in deviates; then the posterior's width besides
+    along = np.linalg.pinv(slope[:held]).T
+    spread = spread - along.T @ (slope[:held] @ spread)
+    metric = spread @ spread.T
+    # those that cut off most first: each is bent along a way that leaves those before it alone,
+    # and where two edges meet that is far narrower than the edge is by itself
+    wide = np.maximum(np.linalg.norm(slope @ spread, axis=1), _NARROW)
+    order = np.array([*range(held), *(held + np.argsort((unbent / wide)[held:]))], dtype=int)
+    edge, unbent, slope, softness = edge[order], unbent[order], slope[order], np.ones(len(order))
+    for i in range(held, len(order)):
+        upto = slope[held : i + 1]
+        precision = np.linalg.inv(upto @ metric @ upto.T)
+        along = np.vstack([along, precision[-1] @ upto @ metric])
+        sd = np.maximum(precision[-1, -1] ** -0.5, _NARROW)  # with those before it held
+        softness[i] = softness_for(sd, edge[i])
+    return Wall(side, order, unbent, slope, along, _across(structure, slope, by_z), softness)
+
+
+def _across(structure: Structure, slope: np.ndarray, by_z: np.ndarray) -> np.ndarray:
+    """The shortest ways of the motion that move one edge each and none before it: `Wall.across`.
+
+    Args:
+        structure: of the scene.
+        slope: of the edges by q, shape (m, q).
+        by_z: velocities of A and of B over sqrt(friction) by z, shape (2, v, v).
+    """
+    n, speed_a = len(structure.aims), coordinates.place_of_speed_a(structure)
+    moving = slope[:, [*range(n), *([] if speed_a is None else [speed_a])]]
+    ways = [np.linalg.pinv(moving[: i + 1])[:, -1] for i in range(len(moving))]
+    way = np.stack(ways, axis=1)
+    velocities = np.concatenate(by_z @ way[:n].reshape(2, -1, len(moving)))
+    faster = np.zeros((1, len(moving))) if speed_a is None else way[n:]
+    return np.concatenate([velocities, faster]).T
+
+
+def _triangular(spread: Spread, held: np.ndarray) -> Spread:
+    """A spread of the same covariance, lower triangular along axes of q on which nothing is held.
+
+    By QR: squaring the spread first would lose half the digits.
+
+    Args:
+        spread: which changes nothing that is held.
+        held: slopes of what is held by q, shape (any, q).
+    """
+    keep = np.linalg.svd(held)[2][len(held) :].T if len(held) else np.eye(len(spread))
+    R = np.linalg.qr((keep.T @ spread).T, mode="r")
+    return keep @ (R * np.sign(np.diag(R))[:, None]).T
