@@ -128,13 +128,15 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
     both = nuts.index.intersection(other.index)
     gaps = _gaps(nuts.loc[both], other.loc[both])
     apart = gaps[gaps.max(axis=1) > ERRORS]
+    off = _off(other.loc[both], nuts.loc[both])
     yield (
         "reconstructions",
         f"nuts and importance, both passed by themselves in {len(both)} crashes: mean or sd of "
         f"{', '.join(ASKED)} over {ERRORS} Monte Carlo errors apart in {len(apart)} (chance: "
         f"{2 * len(ASKED) * len(both) * math.erfc(ERRORS / math.sqrt(2)):.2g})"
         + (f": seeds {', '.join(map(str, apart.index))}" if len(apart) else "")
-        + f"; the most {gaps.to_numpy().max(initial=0):.1f}",
+        + f"; the most {gaps.to_numpy().max(initial=0):.1f}. Over {WRONG} of the posterior's sd, which "
+        f"would be wrong, apart in {(off > WRONG).sum()}; the most {off.max():.2f}",
     )
     known = pd.concat([nuts, other[~other.index.isin(nuts.index)]])
     for method in APPROXIMATE:
@@ -160,7 +162,7 @@ def _gaps(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
 
 
 def _off(mine: pd.DataFrame, sure: pd.DataFrame) -> pd.Series:
-    """The worst error of a mean or a sd, in the posterior's sd."""
+    """The worst error of a mean or a sd, in the posterior's sd: infinite where it is no number."""
     errors = [
         (mine[f"{n} {what}"] - sure[f"{n} {what}"]).abs() / sure[f"{n} sd"]
         for n in ASKED

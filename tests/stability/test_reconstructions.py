@@ -39,6 +39,8 @@ def test_a_truth_missed_a_disagreement_and_a_wrong_approximation_are_told() -> N
     assert "errors apart in 1 " in told(**{"e mean": 1.06})
     assert "seeds 1" in told(**{"e mean": 1.06})
     assert "errors apart in 0 " in told(**{"e mean": 1.05})  # 3.5 of both errors together
+    assert "would be wrong, apart in 0; the most 0.05" in told(**{"e mean": 1.05})
+    assert "would be wrong, apart in 1; the most 0.30" in told(**{"e mean": 1.30})
     assert "| linear | 2 | 0 | 0 | 1 |" in told(**{"mu mean": 1.3})
 
 
