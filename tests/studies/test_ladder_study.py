@@ -1,0 +1,22 @@
+"""The study of the ladder: which of its crashes no rule can tell apart."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from benchmarks import ladder
+
+
+@pytest.mark.parametrize("rung", ladder.ALIKE)
+def test_momentum_alone_and_the_simplest_planar_impact_make_the_same_crashes(rung: str) -> None:
+    simplest = rung.replace("momentum", ladder.SIMPLEST)
+    (one, speed), (other, same_speed) = (
+        ladder.crash(name, np.random.default_rng(3)) for name in (rung, simplest)
+    )
+    assert speed == same_speed
+    assert one.inputs() == other.inputs()
+    told, same = (scene.evidence() for scene in (one, other))
+    assert list(told) == list(same)
+    for name, item in told.items():
+        assert_allclose(item.value, same[name].value, atol=1e-9)
+        assert item.sd == same[name].sd
