@@ -36,7 +36,8 @@ NUMBER = 220
 BATCH = 11  # scenes of a process at a time
 QUESTION = ("speed_b",)
 SIMPLEST = "planar-common"  # impact whose impulse is taken where momentum leaves it open
-ALIKE = ("momentum+spin", "momentum+wheels")  # rungs whose crashes are those of `SIMPLEST`
+# rungs whose crashes are drawn alike
+ALIKE = tuple((f"momentum+{run_out}", f"{SIMPLEST}+{run_out}") for run_out in ("spin", "wheels"))
 SHARES, FACTORS = (0.1, 0.25, 0.5, 1.0, 2.0), (1.25, 1.5, 2.0)  # other settings of the rule
 POSITION, HEADING = 0.2, 4 * synthetic.DEGREE  # sd of a rest pose
 COLUMNS = (
@@ -225,13 +226,11 @@ def _bound(scenes: dict[str, list[Row]]) -> str:
     Of two crashes that cannot be told apart a rule is right about one, unless one choice is right for
     both; it can be no better than right about all others.
     """
-    alike = [(low, low.replace("momentum", SIMPLEST)) for low in ALIKE]
-    mine = [rows for pair in alike for rows in scenes.values() if rows[0]["truth"] in pair]
-    pairs = {truth: pair for pair in alike for truth in pair}
-    both = sum(_one_is_right_for(pairs[rows[0]["truth"]], rows) for rows in mine)
+    mine = [(p, rows) for p in ALIKE for rows in scenes.values() if rows[0]["truth"] in p]
+    both = sum(_one_is_right_for(pair, rows) for pair, rows in mine)
     best = (len(mine) + both) / 2
     return (
-        f"- Of {len(mine)} crashes on {', '.join(name for pair in alike for name in pair)}, drawn alike "
+        f"- Of {len(mine)} crashes on {', '.join(name for pair in ALIKE for name in pair)}, drawn alike "
         f"for either impact, one choice is right by both in {both}. So no rule that goes by the scene "
         f"alone can expect to be right in more than {best / max(1, len(mine)):.0%} of them, nor in more "
         f"than {(len(scenes) - len(mine) + best) / len(scenes):.0%} of all, were it right about every "
@@ -240,13 +239,13 @@ def _bound(scenes: dict[str, list[Row]]) -> str:
 
 
 def _one_is_right_for(truths: tuple[str, ...], rows: list[Row]) -> bool:
-    """Whether one rung is each of the truths, or below it with its answer."""
-    told = {row["rung"]: row for row in rows if row["median"] not in ("", "nan")}
+    """Whether one rung would be a right choice were any of these the truth."""
 
     def right(name: str, truth: str) -> bool:
-        below = RUNGS[truth].above(RUNGS[name]) and truth in told
-        return name == truth or (below and same_answer(told[name], told[truth]))
+        chosen = [row | {"truth": truth, "chosen": str(int(row["rung"] == name))} for row in rows]
+        return kind_of(chosen) in KINDS[:2]
 
+    told = [row["rung"] for row in rows if row["median"] not in ("", "nan")]
     return any(all(right(name, truth) for truth in truths) for name in told)
 
 

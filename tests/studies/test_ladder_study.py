@@ -7,11 +7,12 @@ from numpy.testing import assert_allclose
 from benchmarks import ladder
 
 
-@pytest.mark.parametrize("rung", ladder.ALIKE)
-def test_momentum_alone_and_the_simplest_planar_impact_make_the_same_crashes(rung: str) -> None:
-    simplest = rung.replace("momentum", ladder.SIMPLEST)
+@pytest.mark.parametrize("rungs", ladder.ALIKE)
+def test_momentum_alone_and_the_simplest_planar_impact_make_the_same_crashes(
+    rungs: tuple[str, str],
+) -> None:
     (one, speed), (other, same_speed) = (
-        ladder.crash(name, np.random.default_rng(3)) for name in (rung, simplest)
+        ladder.crash(rung, np.random.default_rng(3)) for rung in rungs
     )
     assert speed == same_speed
     assert one.inputs() == other.inputs()

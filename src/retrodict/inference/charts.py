@@ -61,12 +61,12 @@ def about(
         side: of the walls; that of the centre where not given.
     """
     structure = programs.structure
-    held = coordinates.held_of(structure)
-    wall = blank(structure).wall
+    held, wall = coordinates.held_of(structure), blank(structure).wall
     if coordinates.levels_of(structure):
-        wall = _wall(programs, data, sheets, centre, spread, centre if bent is None else bent, side)
-    along, across = np.asarray(wall.along)[:held], np.asarray(wall.slope)[:held]
-    spread = _triangular(spread - along.T @ (across @ spread), across)
+        bent = centre if bent is None else bent
+        wall, spread = _wall(programs, data, sheets, centre, spread, bent, side)
+    along, slope = np.asarray(wall.along)[:held], np.asarray(wall.slope)[:held]
+    spread = _triangular(spread, slope)
     volume = np.linalg.slogdet(np.concatenate([spread, along.T], axis=1))[1]
     return Chart(sheets, wall, centre, spread, np.array(volume))
 
@@ -79,8 +79,8 @@ def _wall(
     spread: Spread,
     bent: Point,
     side: np.ndarray | None,
-) -> Wall:
-    """The walls of `about`."""
+) -> tuple[Wall, Spread]:
+    """The walls of `about`, and the spread without what of it changes what is held."""
     structure = programs.structure
     levels, held = coordinates.levels_of(structure), coordinates.held_of(structure)
     flat = blank(structure)._replace(sheets=sheets)
@@ -104,7 +104,8 @@ def _wall(
         along = np.vstack([along, precision[-1] @ upto @ metric])
         sd = np.maximum(precision[-1, -1] ** -0.5, _NARROW)  # with those before it held
         softness[i] = softness_for(sd, edge[i])
-    return Wall(side, order, unbent, slope, along, _across(structure, slope, by_z), softness)
+    across = _across(structure, slope, by_z)
+    return Wall(side, order, unbent, slope, along, across, softness), spread
 
 
 def _across(structure: Structure, slope: np.ndarray, by_z: np.ndarray) -> np.ndarray:
