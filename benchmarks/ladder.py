@@ -27,7 +27,7 @@ from retrodict.models.arrays import Data, Structure
 from benchmarks import page, synthetic
 from benchmarks.__main__ import DOCS
 from retrodict.inference.programs import CHUNK, programs_for
-from retrodict.mechanics import contact_velocity
+from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.fit import Fit, Summary
 from retrodict.studies.ladder import DOUBT, FACTOR, SHARE, Step, blank, chosen, climb
@@ -102,10 +102,7 @@ def _plausible(structure: Structure, data: Data, sites: dict, told: dict) -> np.
     def closing(xi: jax.Array, velocity: jax.Array) -> jax.Array:
         x = parts.from_standard(structure, data, xi)
         approach = jnp.concatenate([parts.approach_of_a(x), velocity, jnp.zeros(1)])
-        a, b = parts.levers(x)
-        outward = a / jnp.hypot(*a) - b / jnp.hypot(*b)
-        normal = jnp.stack([jnp.cos(x["Gamma"]), jnp.sin(x["Gamma"])])
-        return jnp.sign(normal @ outward) * (contact_velocity(approach, parts.bodies(x)) @ normal)
+        return closing_speed(approach, parts.bodies(x))
 
     velocity = jnp.stack([told["vbx"], told["vby"]], axis=1)
     good = np.asarray(jax.vmap(closing)(sites["measured"], velocity)) > 3

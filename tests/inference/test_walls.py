@@ -11,7 +11,7 @@ from benchmarks.synthetic import scene
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
-from retrodict.mechanics import inverse_log_det
+from retrodict.mechanics import closing_speed, inverse_log_det
 from retrodict.studies.calibration import design
 from tests.scenes import at_rest
 
@@ -74,3 +74,24 @@ def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
     assert found.checks.passed, found.checks.reasons
     draws = found.idata["posterior"].to_dataset()
     assert float((draws["Omega_b"] - draws["Omega_a"]).max()) < 0
+
+
+@pytest.mark.parametrize("seed", [229, 449])
+def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
+    """Where the measured values leave B so slow, or so fast, that an impulse would have to pull."""
+    crash, truth = scene(np.random.default_rng(seed))
+    posterior = prepare(crash, DEFAULT_RUNG)
+    structure, data = posterior.programs.structure, posterior.data
+    xi = np.zeros(len(structure.uncertain))
+    x = parts.from_standard(structure, data, xi)
+    sites = coordinates.solve_back(
+        structure, data, posterior.chart, np.concatenate([np.zeros(len(structure.aims)), xi])
+    )
+    direction = jnp.stack([jnp.cos(sites["direction_b"]), jnp.sin(sites["direction_b"])])
+    of_b = jnp.append(sites["speed_b"] * direction, sites["omega_b"])
+    before = jnp.concatenate([parts.approach_of_a(x), of_b])
+    assert closing_speed(before, parts.bodies(x)) < 0
+    found = reconstruct(crash, method="importance")
+    assert found.checks.passed, found.checks.reasons
+    low, high = np.quantile(found.idata["posterior"]["speed_b"], [0.005, 0.995])
+    assert low < truth["speed_b"] < high

@@ -14,6 +14,7 @@ from retrodict.mechanics import (
     Coefficients,
     approach_and_coefficients,
     audit,
+    closing_speed,
     contact_velocity,
     critical_mu,
     impulse,
@@ -29,6 +30,7 @@ _impulse = jax.jit(impulse)
 _inverse = jax.jit(approach_and_coefficients)
 _audit = jax.jit(audit)
 _critical_mu = jax.jit(critical_mu)
+_closing_speed = jax.jit(closing_speed)
 
 thousand = settings(max_examples=1000, deadline=None)
 
@@ -129,6 +131,23 @@ def test_mirroring_the_scene_mirrors_the_outcome(
     expected = seen(np.array(_separation(before, bodies, Coefficients(e, mu, e_m))), mirror)
     found = np.array(_separation(seen(before, mirror), moved, Coefficients(e, -mu, e_m)))
     agree(found, expected, before, cancellation(bodies, mu, e_m))
+
+
+@thousand
+@given(any_approach(), angle, *[st.floats(0.01, 3)] * 2, *[arm] * 2, st.sampled_from([0, math.pi]))
+def test_vehicles_that_close_in_come_nearer_along_the_normal(
+    before: np.ndarray, Gamma: float, a: float, b: float, aside: float, other: float, turned: float
+) -> None:
+    """Whichever way the normal points, if seen along it the contact lies between the centres."""
+    normal, tangent = (np.array([math.cos(g), math.sin(g)]) for g in (Gamma, Gamma + math.pi / 2))
+    lever_a, lever_b = a * normal + aside * tangent, -b * normal + other * tangent
+    (ax, ay, w_a), (bx, by, w_b) = np.reshape(before, (2, 3))
+    of_a = np.array([ax, ay]) + w_a * np.array([-lever_a[1], lever_a[0]])
+    of_b = np.array([bx, by]) + w_b * np.array([-lever_b[1], lever_b[0]])
+    widening = float((of_b - of_a) @ normal)
+    bodies = Bodies(1000.0, 1000.0, 2000.0, 2000.0, *lever_arms(lever_a, lever_b), Gamma + turned)
+    found = _closing_speed(before, bodies)
+    assert float(found) == pytest.approx(-widening, rel=1e-9, abs=1e-9)
 
 
 def transformed(bodies: Bodies, matrix: np.ndarray, Gamma: float) -> Bodies:

@@ -10,6 +10,7 @@ from retrodict.inference.coordinates import Chart, Sheet, Wall
 from retrodict.inference.programs import Programs
 from retrodict.inference.squash import softness_for
 from retrodict.models.arrays import Data, Structure
+from retrodict.models.impact import E
 
 _NARROW = 1e-4  # of an edge's standard deviation: at least, so that something can be divided by it
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
@@ -58,7 +59,7 @@ def about(
         centre: q at w = 0.
         spread: q's change by deviates of the posterior about there.
         bent: where walls take the centre to, as far as is known: they are made for there.
-        side: of the walls; that of the centre where not given.
+        side: of the walls; that of the centre where not given, but for e that of vehicles closing in.
     """
     structure = programs.structure
     held, wall = coordinates.held_of(structure), blank(structure).wall
@@ -84,8 +85,11 @@ def _wall(
     structure = programs.structure
     levels, held = coordinates.levels_of(structure), coordinates.held_of(structure)
     flat = blank(structure)._replace(sheets=sheets)
-    over, under, *slopes, by_z = map(np.asarray, programs("levels", data, flat, bent))
-    side = np.where(under < 0, -1.0, 1.0) if side is None else side
+    over, under, *slopes, by_z, sense = map(np.asarray, programs("levels", data, flat, bent))
+    if (
+        side is None
+    ):  # vehicles close in, each from its own side, whatever is inferred at the centre
+        side = np.where([level == E for level in levels], sense, np.where(under < 0, -1.0, 1.0))
     edge = np.array(coordinates.edges(levels, side, over, under))
     slope = np.array(coordinates.edges(levels, side, *slopes))
     unbent = edge + slope @ (centre - bent)

@@ -26,6 +26,7 @@ from numpyro.infer.hmc import hmc
 from numpyro.infer.util import ParamInfo, log_density
 
 from retrodict.inference import coordinates, executables
+from retrodict.mechanics import towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
@@ -136,7 +137,10 @@ class Programs:
         return jax.vmap(one)(separation, xi)
 
     def _levels(self, data: Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
-        """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'."""
+        """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'.
+
+        Then the normal's sense from A to B as measured, which tells where the vehicles close in.
+        """
 
         def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
             at = coordinates.separation_at(self.structure, data, chart, q)
@@ -144,7 +148,11 @@ class Programs:
             return both, both
 
         slopes, values = jax.jacfwd(value, has_aux=True)(q)
-        return *values, *slopes, coordinates.reduced(self.structure, chart, q)[1]
+        as_measured = parts.from_standard(
+            self.structure, data, jnp.zeros(len(self.structure.uncertain))
+        )
+        by_z = coordinates.reduced(self.structure, chart, q)[1]
+        return *values, *slopes, by_z, towards_b(parts.bodies(as_measured))
 
     def _solve_back(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
         """The model's unknowns at each row of q, without priors or bounds."""

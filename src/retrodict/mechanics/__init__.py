@@ -10,6 +10,7 @@ from retrodict.mechanics.impact import (
     approach_and_coefficients,
     axes,
     capped,
+    closing_speed,
     contact_velocity,
     critical_mu,
     from_impulse,
@@ -19,6 +20,7 @@ from retrodict.mechanics.impact import (
     lever_arms,
     printed_e_m,
     separation,
+    towards_b,
     undo,
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
@@ -62,6 +64,7 @@ __all__ = [
     "capped",
     "central_impact",
     "clock",
+    "closing_speed",
     "contact_velocity",
     "critical_mu",
     "departures",
@@ -81,6 +84,7 @@ __all__ = [
     "severity",
     "solve",
     "step_error",
+    "towards_b",
     "undo",
     "wheel_paths",
 ]

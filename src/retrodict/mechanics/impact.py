@@ -355,6 +355,19 @@ def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
     return jnp.stack([v_ax + d3 * w_a - v_bx + d1 * w_b, v_ay - d4 * w_a - v_by - d2 * w_b])
 
 
+def closing_speed(approach: State, bodies: Bodies) -> Scalar:
+    """How fast two vehicles come together along the normal, each from its own side of the contact.
+
+    Args:
+        approach: six velocities before impact.
+        bodies: lever arms and Gamma.
+
+    Returns:
+        m/s; negative where they part, so that an impulse would have to pull.
+    """
+    return towards_b(bodies) * (contact_velocity(approach, bodies) @ axes(bodies)[0])
+
+
 def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scalar:
     """The mu at which sliding along the contact line just ends (the caution at eq 23).
 
@@ -476,6 +489,21 @@ def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
     """
     c, s = jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)
     return jnp.stack([c, s]), jnp.stack([-s, c])
+
+
+def towards_b(bodies: Bodies) -> Scalar:
+    """Which sense of the normal leads from A to B, by where each has the impact centre.
+
+    Args:
+        bodies: lever arms and Gamma.
+
+    Returns:
+        1, or -1 where it is the normal turned round.
+    """
+    _, _, _, _, d1, d2, d3, d4, _ = bodies
+    to_a, to_b = jnp.stack([-d4, -d3]), jnp.stack([d2, d1])
+    way = to_a / jnp.hypot(*to_a) - to_b / jnp.hypot(*to_b)
+    return jnp.where(way @ axes(bodies)[0] < 0, -1.0, 1.0)
 
 
 def _force_moments(P: Float[Array, "2"], bodies: Bodies) -> tuple[Scalar, Scalar]:

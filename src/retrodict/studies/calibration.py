@@ -22,7 +22,7 @@ from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.modes import SLIGHT, Solution, solutions, weighed
 from retrodict.inference.posterior import RESOLVED, Posterior
 from retrodict.inference.programs import CHUNK, Programs, programs_for
-from retrodict.mechanics import contact_velocity
+from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.scene import load_scene
@@ -358,11 +358,7 @@ def _closing(
 
     def one(xi: Array, of_b: Array) -> Array:
         x = parts.from_standard(structure, data, xi)
-        to_a, to_b = parts.levers(x)
-        outward = to_a / jnp.hypot(*to_a) - to_b / jnp.hypot(*to_b)
-        normal = jnp.stack([jnp.cos(x["Gamma"]), jnp.sin(x["Gamma"])])
-        before = jnp.concatenate([parts.approach_of_a(x), of_b])
-        return jnp.sign(normal @ outward) * (contact_velocity(before, parts.bodies(x)) @ normal)
+        return closing_speed(jnp.append(parts.approach_of_a(x), of_b), parts.bodies(x))
 
     return jax.vmap(one)(xi, motion)
 
