@@ -15,24 +15,37 @@ import numpy as np
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 
-from retrodict.inference.squash import squash
-from retrodict.mechanics import axes, from_impulse, from_impulse_that_ends_sliding
+from retrodict.inference.squash import lift, squash
+from retrodict.mechanics import (
+    axes,
+    contact_velocity,
+    from_impulse,
+    from_impulse_that_ends_sliding,
+    normal_impulse,
+)
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import E_M, NO_SLIP, E
 
-_SOFTNESS = 0.05  # of e at its bounds
+_SOFTNESS = 1.0  # of the opening velocity where e is bounded, m/s
+_SLOWLY = 0.5  # softness at zero of B's speed along a known course, m/s
 _INSIDE = 1e-6  # of e_m's range: how near to a bound a search may begin
 
 
 def names(structure: Structure) -> tuple[str, ...]:
     """What stands in q before the deviates of the measured inputs."""
     levels = RUNGS[structure.rung].impact.levels
-    if not levels:  # momentum alone: yaw rates are unknowns of their own
-        of_each = parts.AFTER if "heading" in structure.rests else [v[:2] for v in parts.AFTER]
-        return tuple(name for of_one in of_each for name in of_one)
-    of_b = ("Vbn",) if NO_SLIP in levels else ("Vbx", "Vby")
-    return ("Vax", "Vay", *of_b, "omega_b", *(["e_m"] if E_M in levels else []))
+    if NO_SLIP in levels:
+        of_b: tuple[str, ...] = ("V_normal",)
+    elif "direction_b" in structure.known_of_b:  # velocities lie in a wedge, narrow where B is slow
+        of_b = ("V_along", "direction_b")
+    else:
+        of_b = ("Vbx", "Vby")
+    if levels:
+        more = ("omega_b", *(["e_m"] if E_M in levels else []))
+    else:  # momentum alone: yaw rates are unknowns of their own
+        more = ("Omega_a", "Omega_b") if "heading" in structure.rests else ()
+    return ("Vax", "Vay", *of_b, *more)
 
 
 def locate(
@@ -56,42 +69,56 @@ def locate(
     P = m_a * (scale_a * jnp.stack([u["Vax"], u["Vay"]]) - approach_a[:2])
     log_det = 2 * jnp.log(m_a * scale_a)
     sites: parts.Values = {"measured": xi} if structure.uncertain else {}
-    if "omega_b" not in own:
+    if "V_along" in u:
+        middle, sd = data.inputs["direction_b"]
+        raw = scale_b * u["V_along"] + _unit(middle) @ P / m_b
+        speed, log_slope = lift(raw, _SLOWLY)
+        direction = middle + sd * u["direction_b"]
+        v_b = speed * _unit(direction)
+        log_det += jnp.log(scale_b * sd) + log_slope
+        log_det += jnp.log(speed)  # of x and y by speed and direction, taken away again below
+    elif "Vbx" in u:
         v_b = scale_b * jnp.stack([u["Vbx"], u["Vby"]]) + P / m_b
         log_det += 2 * jnp.log(scale_b)
+    if "omega_b" not in u:
         sites |= {"impulse_x": P[0], "impulse_y": P[1]}
-        if "Omega_a" in own:
+        if "Omega_a" in u:
             sites |= {"Omega_a": scale_a * u["Omega_a"], "Omega_b": scale_b * u["Omega_b"]}
             log_det += jnp.log(scale_a * scale_b)
     else:
         to = parts.bodies(x)
         normal, tangent = axes(to)
-        along = jnp.stack([P @ normal, P @ tangent])
+        P = jnp.stack([P @ normal, P @ tangent])
+        if "V_normal" in u:  # what it has along the tangent follows from the impulse
+            v_b = (scale_b * u["V_normal"] + P[0] / m_b) * normal
+            log_det += jnp.log(scale_b)
         sites["omega_b"], e_m = u["omega_b"], jnp.ones(())
-        if "e_m" in own:
+        if "e_m" in u:
             e_m = E_M.low + (E_M.high - E_M.low) * ndtr(u["e_m"])
             log_det += np.log((E_M.high - E_M.low) / np.sqrt(2 * np.pi)) - u["e_m"] ** 2 / 2
             sites["e_m"] = e_m
-        if "Vbn" in own:
-            v_b = (scale_b * u["Vbn"] + along[0] / m_b) * normal
-            before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
-            before, e, volume = from_impulse_that_ends_sliding(along, before, to, e_m)
+        before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
+        # the normal impulse, moved to where e is within bounds
+        softness = _SOFTNESS / jnp.abs(contact_velocity(before, to) @ normal)
+        e, log_slope = squash(from_impulse(P, before, to, e_m)[0], softness, E.low, E.high)
+        P = P.at[0].set(normal_impulse(e, P[1], before, to, e_m))
+        if "V_normal" in u:
+            before, _, volume = from_impulse_that_ends_sliding(P, before, to, e_m)
             v_b = before[3:5]
-            log_det += jnp.log(scale_b)
         else:
-            v_b = scale_b * jnp.stack([u["Vbx"], u["Vby"]]) + P / m_b
-            before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
-            e, mu, volume = from_impulse(along, before, to, e_m)
+            _, mu, volume = from_impulse(P, before, to, e_m)
             sites["mu"] = jnp.asarray(mu)
-            log_det += 2 * jnp.log(scale_b)
-        sites["e"], log_slope = squash(e, _SOFTNESS, E.low, E.high)
+        sites["e"] = e
         log_det += volume + log_slope
-    direction = jnp.arctan2(v_b[1], v_b[0])
+    speed, direction = jnp.hypot(*v_b), jnp.arctan2(v_b[1], v_b[0])
     if "direction_b" in structure.known_of_b:  # its representative nearest to what was measured
         middle = data.inputs["direction_b"][0]
         direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
-    speed = jnp.hypot(*v_b)
     return sites | {"speed_b": speed, "direction_b": direction}, log_det - jnp.log(speed)
+
+
+def _unit(direction: Float[Array, ""]) -> Float[Array, "2"]:
+    return jnp.stack([jnp.cos(direction), jnp.sin(direction)])
 
 
 def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndarray, " q"]:
@@ -112,9 +139,13 @@ def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndar
             q.append(ndtri(np.clip(share, _INSIDE, 1 - _INSIDE)))
         elif name == "omega_b":
             q.append(crash["omega_b"])
-        elif name == "Vbn":
+        elif name == "direction_b":
+            middle, sd = data.inputs["direction_b"]
+            q.append((crash["direction_b"] - middle) / sd)
+        elif name in ("V_normal", "V_along"):
             normal = axes(parts.bodies(x))[0]
-            q.append((crash["Vbx"] * normal[0] + crash["Vby"] * normal[1]) / scale["b"])
+            way = normal if name == "V_normal" else _unit(data.inputs["direction_b"][0])
+            q.append(np.array([crash["Vbx"], crash["Vby"]]) @ way / scale["b"])
         else:
             vehicle = "b" if name.startswith("Vb") or name.endswith("_b") else "a"
             q.append(crash[name] / scale[vehicle])

@@ -315,6 +315,25 @@ def from_impulse(
     return e, mu, jnp.log(jnp.abs(response.compliance(mu) / (u_n * P_n)))
 
 
+def normal_impulse(e: Scalar, P_t: Scalar, approach: State, bodies: Bodies, e_m: Scalar) -> Scalar:
+    """The force impulse along the normal for which the restitution is e, given that along the tangent.
+
+    Args:
+        e: restitution.
+        P_t: force impulse on A along the tangent, N s.
+        approach: velocities before, as in `separation`.
+        bodies: masses, inertias, lever arms and Gamma.
+        e_m: impact moment coefficient.
+
+    Returns:
+        N s: eq 22 solved for it.
+    """
+    response = _response(bodies, e_m)
+    u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
+    carried = response.shed * (approach[5] - approach[2]) * response.turn_n
+    return -((1 + e) * u_n + P_t * response.nt + carried) / response.nn
+
+
 def from_impulse_that_ends_sliding(
     P: Float[Array, "2"], approach: State, bodies: Bodies, e_m: Scalar
 ) -> tuple[State, Scalar, Scalar]:
