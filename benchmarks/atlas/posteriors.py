@@ -19,6 +19,7 @@ from retrodict.inference.outcome import Outcome
 from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.scene.records import Scene
+from retrodict.studies.conflict import conflicts
 
 Array = np.ndarray
 
@@ -111,13 +112,19 @@ def rows() -> Iterator[Row]:
         said, outcome = told(moved(scene, "b", sds * scene.rest["b"].x.sd))
         far = far_from_truth(outcome, truth)
         parts.append(f"{sds} sd: {said}" + (f", truth {far:.1f} sd off" if outcome else ""))
+        if outcome:
+            item = next(each for each in conflicts(outcome) if each.name == "rest_x_b")
+            parts[-1] += (
+                f"; in the report: of an error in it {item.believed:.0%} would be believed, and one "
+                f"sd would move B's speed by {item.moved:.2f} m/s"
+            )
     yield row(
         "an outlier",
         "importance, B's rest written down 3, 10, 40 of its sds off along x",
         "; ".join(parts),
         "flags where an item lies over 2.5 sd from all else; six items and seven unknowns leave few "
-        "that others could contradict",
-        "wrong",
+        "that others could contradict: which, and what an error would do, the report says of each",
+        "flagged",
         "test_posteriors.py::test_an_outlier_is_believed",
     )
     scene, _ = made()

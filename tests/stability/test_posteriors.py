@@ -13,6 +13,7 @@ from benchmarks.atlas.scenes import made
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.studies.conflict import conflicts
 
 Ordinary = tuple[Posterior, dict[str, np.ndarray], np.ndarray]
 
@@ -42,11 +43,19 @@ def test_rest_poses_that_say_nothing_are_withheld() -> None:
 
 
 def test_an_outlier_is_believed() -> None:
-    """B's rest 10 sd off: an answer far from the truth passes, since nothing else contradicts it."""
+    """B's rest 10 sd off: an answer far from the truth passes, as the report of the scene forewarns."""
     scene, truth = made()
-    said, outcome = told(moved(scene, "b", 10 * scene.rest["b"].x.sd))
-    assert said.startswith("passed")
+    speeds = []
+    for sds in (0, 10):
+        said, outcome = told(moved(scene, "b", sds * scene.rest["b"].x.sd))
+        assert said.startswith("passed")
+        assert outcome is not None
+        speeds.append(float(outcome.idata["posterior"]["speed_b"].mean()))
+        if not sds:
+            item = next(each for each in conflicts(outcome) if each.name == "rest_x_b")
+            assert item.believed > 0.9
     assert far_from_truth(outcome, truth) > 2
+    assert speeds[1] - speeds[0] == pytest.approx(10 * item.moved, rel=0.2)
 
 
 def test_contradictory_evidence_is_named() -> None:

@@ -31,7 +31,9 @@ def found() -> dict:
             "/log_likelihood": xr.Dataset(likelihood),
         }
     )
-    scene = SimpleNamespace(evidence=lambda: {k: Measured(*v) for k, v in MEASURED.items()})
+    scene = SimpleNamespace(
+        robust=False, evidence=lambda: {k: Measured(*v) for k, v in MEASURED.items()}
+    )
     return {item.name: item for item in conflicts(SimpleNamespace(idata=tree, scene=scene))}
 
 
@@ -57,6 +59,15 @@ def test_the_rest_says_what_it_would_say_alone(found: dict, name: str) -> None:
     assert item.speed_b_sd == pytest.approx(sd, rel=0.05)
     exact = 2 * stats.norm.sf(abs(value - mean) / np.hypot(sd, error))
     assert item.probability == pytest.approx(exact, abs=0.02)
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_an_error_is_believed_as_far_as_all_else_lets_it(found: dict, name: str) -> None:
+    mean, _ = posterior(MEASURED)
+    value, sd = MEASURED[name]
+    shift, _ = np.array(posterior(MEASURED | {name: (value + sd, sd)})) - (mean, 0)
+    assert found[name].moved == pytest.approx(shift, abs=0.02)
+    assert found[name].believed == pytest.approx(shift / sd, abs=0.02)
 
 
 def test_only_what_lies_far_out_disagrees(found: dict) -> None:

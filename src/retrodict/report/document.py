@@ -222,19 +222,22 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
 
 
 def _left_out(outcome: Outcome, units: Units) -> list[dict[str, Any]]:
-    """What all else says of each item of evidence, in cells."""
-    rows = []
+    """What all else says of each item of evidence, and what an error in it would do, in cells."""
+    rows, speed = [], unit_of("speed", units).worth
     for item in conflicts(outcome):
         label, unit = told_as(item.name, units)
-        cells = {"expected": NOTHING, "probability": NOTHING, "speed": NOTHING}
+        without = {"expected": NOTHING, "probability": NOTHING, "speed": NOTHING}
         if item.told:
-            speed = unit_of("speed", units).worth
-            cells = {
+            without = {
                 "expected": told_with_sd(item.expected / unit.worth, item.expected_sd / unit.worth),
                 "probability": told(item.probability, 3),
                 "speed": told_with_sd(item.speed_b / speed, item.speed_b_sd / speed),
             }
-            cells = {name: marked(outcome, cell) for name, cell in cells.items()}
+        cells = without | {
+            "believed": told(100 * item.believed, 0),
+            "moved": told(item.moved / speed, 2),
+        }
+        cells = {k: cell if cell == NOTHING else marked(outcome, cell) for k, cell in cells.items()}
         measured = told_with_sd(item.value / unit.worth, item.sd / unit.worth)
         of_item = {"label": label, "unit": unit.symbol, "measured": measured}
         rows.append(of_item | cells | {"disagrees": item.disagrees})

@@ -1,4 +1,4 @@
-"""Which measurements disagree with all others, and by how much: each is left out in turn."""
+"""Which measurements disagree with all others, and what an error that none contradicts would do."""
 
 from __future__ import annotations
 
@@ -23,8 +23,11 @@ class LeftOut:
         expected, expected_sd: of the measurement, from all else, its own error included.
         probability: two-sided, of a measurement as far out as this one.
         speed_b, speed_b_sd: B's speed before impact without it.
-        pareto_k: of the weights that leave it out; above 0.7 the numbers cannot be relied on, for
-            without the item the answer is far from what it is with it.
+        pareto_k: of the weights that leave it out; above 0.7 the numbers that they lead to cannot be
+            relied on, for without the item the answer is far from what it is with it.
+        believed: share of an error in it that the posterior would follow, to first order; near 1
+            nothing else contradicts it. No number where the likelihood is not normal.
+        moved: how far an error of one sd would move B's speed before impact, to first order; likewise.
     """
 
     name: str
@@ -36,6 +39,8 @@ class LeftOut:
     speed_b: float
     speed_b_sd: float
     pareto_k: float
+    believed: float
+    moved: float
 
     @property
     def told(self) -> bool:
@@ -75,6 +80,10 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
         predicted = np.asarray(tree["posterior_predictive"][name]).ravel()
         value, sd = measured[name].value, measured[name].sd
         beyond = weights @ (predicted > value)
+        # the slope of a posterior mean by a normal measurement is its covariance with what is measured
+        believed, moved = np.cov(predicted, speed)[0] / (sd**2, sd)
+        if outcome.scene.robust:
+            believed = moved = np.nan
         found.append(
             LeftOut(
                 name,
@@ -84,6 +93,8 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
                 float(2 * min(beyond, 1 - beyond)),
                 *_moments(speed, weights),
                 k,
+                float(np.clip(believed - 1, 0, 1)),  # predictions hold the measurement's own error
+                float(moved),
             )
         )
     return tuple(found)
