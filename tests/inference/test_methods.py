@@ -181,6 +181,20 @@ def test_importance_finds_back_from_a_poor_proposal_or_says_that_it_cannot() -> 
     assert "Pareto k" in drawn(0.02).faults[0]
 
 
+def test_importance_goes_on_to_more_points_and_then_ends() -> None:
+    """Of twice as many it keeps twice the draws; of more it chooses the same number."""
+    posterior = prepare(SCENE, DEFAULT_RUNG)
+    drawn = METHODS["importance"].draw(Task(posterior, 2, 100, 0, 0, lambda *_: None))
+    kept = [drawn.w.shape[1]]
+    while drawn.more:
+        before, drawn = drawn, drawn.more()
+        kept.append(drawn.w.shape[1])
+        assert drawn.attributes["log_evidence_sd"] < before.attributes["log_evidence_sd"]
+        assert drawn.told is not None
+        assert all(len(values) == drawn.w.shape[0] * kept[-1] for values in drawn.told.values())
+    assert kept == [100, 200, 200, 200, 200, 200]
+
+
 def test_an_unknown_method_is_named() -> None:
     with pytest.raises(ValueError, match="method is one of nuts, importance"):
         reconstruct(SCENE, method="guess")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,32 +82,29 @@ class Sampling:
     tell: Progress
 
     def by(self, method: str, task: Task) -> Run:
-        """Draws of every solution by a method, which goes on to twice as many where that may help.
+        """Draws of every solution by a method, which goes on to more where that may help.
 
         Args:
             method: a name in METHODS.
             task: for the first solution's posterior.
         """
-        draws = task.draws
         drawn, seconds = self._timed(lambda: self._of_each(method, task))
         idata, checks, modes = self._judged(drawn, task)
         notes = [note for each in drawn for note in each.notes]
         complete = all(each.complete for each in drawn)
-        short = complete and checks.max_rhat < _NEARLY and (checks.failed or checks.coarse)
-        if short and draws >= _WORTH_MORE and all(each.more for each in drawn):
-            lacking = [*checks.reasons[len(self.faults) :]]
-            if checks.coarse:
-                names = ", ".join(describe(name)[0] for name in checks.coarse)
-                lacking.append(f"not one digit of the 95 % limits was sure of {names}")
-            notes.append(
-                f"after {draws} draws a chain {'; '.join(lacking)}; the run told of here went on to "
-                "twice as many"
-            )
-            draws *= 2
-            drawn, further = self._timed(lambda: [each.more() for each in drawn if each.more])
+        draws, times, lacking = task.draws, 1, self._lacking(checks)
+        while complete and _may_mend(checks, task) and all(each.more for each in drawn):
+            times *= 2
+            drawn, further = self._timed(partial(_more, drawn))
             seconds += further
-            idata, checks, modes = self._judged(drawn, replace(task, draws=draws))
             complete = all(each.complete for each in drawn)
+            draws = 2 * task.draws  # of what was weighed importance sampling keeps no more
+            idata, checks, modes = self._judged(drawn, replace(task, draws=draws))
+        if times > 1:
+            notes.append(
+                f"after {task.draws} draws a chain {'; '.join(lacking)}; the run told of here went on "
+                f"to {'twice' if times == 2 else f'{times} times'} as many"
+            )
         return Run(
             method=method,
             idata=idata,
@@ -120,6 +118,14 @@ class Sampling:
             modes=tuple(modes),
             drawn=drawn,
         )
+
+    def _lacking(self, checks: Checks) -> list[str]:
+        """What of draws more of them may mend."""
+        lacking = [*checks.reasons[len(self.faults) :]]
+        if checks.coarse:
+            names = ", ".join(describe(name)[0] for name in checks.coarse)
+            lacking.append(f"not one digit of the 95 % limits was sure of {names}")
+        return lacking
 
     def or_by_another(self, run: Run, task: Task) -> Run:
         """The run; or, where its draws failed, one by another method that did not.
@@ -198,6 +204,16 @@ class Sampling:
             or not rival.reached(drawn[rival.of].w.reshape(-1, rival.w.size))
         ]
         return beside(self.found, self.modes, unreached)
+
+
+def _more(drawn: list[Draws]) -> list[Draws]:
+    return [each.more() for each in drawn if each.more]
+
+
+def _may_mend(checks: Checks, task: Task) -> bool:
+    """Whether more draws may pass."""
+    short = bool(checks.failed or checks.coarse)
+    return short and checks.max_rhat < _NEARLY and task.draws >= _WORTH_MORE
 
 
 def _missed(found: list[Solution]) -> str:

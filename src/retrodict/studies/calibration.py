@@ -417,7 +417,7 @@ def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[st
     draws = METHODS[method].draws
     drawn = METHODS[method].draw(Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None))
     sites, faults = _checked(posterior, drawn, scene)
-    if faults and drawn.complete and drawn.more:  # as a reconstruction does
+    while faults and drawn.complete and drawn.more:  # as a reconstruction does
         drawn = drawn.more()
         sites, faults = _checked(posterior, drawn, scene)
     if not drawn.complete:

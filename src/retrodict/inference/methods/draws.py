@@ -51,7 +51,8 @@ class Draws:
         told: the model's unknowns at w and what follows from them, a row for each draw; None of a
             method that has not come by them.
         unfinished: writes interrupted chains to a file; None where there is nothing to go on with.
-        more: goes on to twice as many draws; None where nothing is to be had that way.
+        more: goes on to twice as many, of draws or of the points that they are chosen from; None where
+            nothing is to be had that way.
     """
 
     w: np.ndarray

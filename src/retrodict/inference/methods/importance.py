@@ -10,7 +10,8 @@ this project uses has it, and it is a dozen lines.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import gammaln, logsumexp
@@ -32,6 +33,9 @@ _EVEN, _SHARE = 0.6, 1 / 3  # Pareto k, effective share of the draws: that ask f
 # drawn: at 1.27 means were 0.1 sd off with an effective half of the draws.)
 _OUTGROWN = 1.1
 _FOR_EVIDENCE = 2000  # draws
+_MOST = (
+    16  # times as many points as at first, where their weights fall short; draws are twice as many
+)
 
 
 @dataclass(frozen=True)
@@ -49,14 +53,19 @@ class Evidence:
     faults: tuple[str, ...]
 
 
-def draw(task: Task) -> Draws:
-    """Draw from the proposal, weigh by the posterior, resample."""
-    posterior, (chains, draws) = task.posterior, (task.chains, task.draws)
+def draw(task: Task, times: int = 1) -> Draws:
+    """Draw from the proposal, weigh by the posterior, resample.
+
+    Args:
+        task: what is asked for.
+        times: as many points are weighed as draws are asked for.
+    """
+    posterior, chains, draws = task.posterior, task.chains, task.draws * min(times, 2)
     rng = np.random.default_rng(task.seed)
-    w, log_weight, told, evaluations = weighed(posterior, chains * draws, rng)
+    w, log_weight, told, evaluations = weighed(posterior, chains * task.draws * times, rng)
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare
-    places = np.arange(weights.size).reshape(chains, draws)
+    places = np.arange(weights.size).reshape(chains, -1)
     index = np.concatenate([own[resampled(weights[own], draws, rng)] for own in places])
     evidence, error = log_mean(log_weight)
     verdict = judged(k)
@@ -69,7 +78,7 @@ def draw(task: Task) -> Draws:
         {"log_weight": log_weight[index].reshape(chains, draws)},
         **verdict,
         told={name: values[index] for name, values in told.items()},
-        more=lambda: draw(replace(task, draws=2 * draws)),
+        more=partial(draw, task, 2 * times) if times < _MOST else None,
     )
 
 

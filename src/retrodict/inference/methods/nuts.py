@@ -47,7 +47,13 @@ def draw(task: Task) -> Draws:
         found = sample(task, target_accept)
     if found.w.shape[1] < 4:
         raise Interrupted("stopped before any draws were kept")
-    return _told(found, task, original, target_accept, notes)
+    drawn = _told(found, task, original, target_accept, notes)
+
+    def more() -> Draws:
+        longer = replace(task, draws=2 * task.draws, resume=None)
+        return _told(sample(longer, target_accept, found), longer, original, target_accept, notes)
+
+    return replace(drawn, more=more)
 
 
 def targets(structure: Structure) -> tuple[float, float]:
@@ -58,13 +64,9 @@ def targets(structure: Structure) -> tuple[float, float]:
 def _told(
     found: Chains, task: Task, original: Posterior, target_accept: float, notes: tuple[str, ...]
 ) -> Draws:
-    def more() -> Draws:
-        longer = replace(task, draws=2 * task.draws, resume=None)
-        return _told(sample(longer, target_accept, found), longer, original, target_accept, notes)
-
     first = target_accept == targets(task.posterior.programs.structure)[0] and not found.complete
     unfinished = partial(checkpoint.save, found, chains.settings(task)) if first else None
     w = found.w
     if task.posterior is not original:
         w = task.posterior.seen_from(original, w.reshape(-1, original.size)).reshape(w.shape)
-    return Draws(w, found.stats, found.complete, notes, unfinished=unfinished, more=more)
+    return Draws(w, found.stats, found.complete, notes, unfinished=unfinished)
