@@ -93,7 +93,7 @@ class Sampling:
         notes = [note for each in drawn for note in each.notes]
         complete = all(each.complete for each in drawn)
         draws, times, lacking = task.draws, 1, self._lacking(checks)
-        while complete and _may_mend(checks, task, times) and all(each.more for each in drawn):
+        while complete and may_mend(checks, task, times) and all(each.more for each in drawn):
             times *= 2
             drawn, further = self._timed(partial(_more, drawn))
             seconds += further
@@ -210,8 +210,14 @@ def _more(drawn: list[Draws]) -> list[Draws]:
     return [each.more() for each in drawn if each.more]
 
 
-def _may_mend(checks: Checks, task: Task, times: int) -> bool:
-    """Whether more than so many times the draws may mend what they lack; for a digit, but once."""
+def may_mend(checks: Checks, task: Task, times: int) -> bool:
+    """Whether more draws may mend what these lack.
+
+    Args:
+        checks: of the draws.
+        task: that asked for them.
+        times: as many as it asked for were drawn already; for a digit alone they are doubled but once.
+    """
     short = bool(checks.failed or (checks.coarse and times == 1))
     return short and checks.max_rhat < _NEARLY and task.draws >= _WORTH_MORE
 

@@ -145,7 +145,7 @@ def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndar
         elif name in ("V_normal", "V_along"):
             normal = axes(parts.bodies(x))[0]
             way = normal if name == "V_normal" else _unit(data.inputs["direction_b"][0])
-            q.append(np.array([crash["Vbx"], crash["Vby"]]) @ way / scale["b"])
+            q.append((crash["Vbx"] * way[0] + crash["Vby"] * way[1]) / scale["b"])
         else:
             vehicle = "b" if name.startswith("Vb") or name.endswith("_b") else "a"
             q.append(crash[name] / scale[vehicle])

@@ -374,7 +374,7 @@ def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
     return jnp.stack([v_ax + d3 * w_a - v_bx + d1 * w_b, v_ay - d4 * w_a - v_by - d2 * w_b])
 
 
-def closing_speed(approach: State, bodies: Bodies) -> Scalar:
+def closing_speed(approach: State, bodies: Bodies) -> Float[Array, ""]:
     """How fast two vehicles come together along the normal, each from its own side of the contact.
 
     Args:
@@ -510,7 +510,7 @@ def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
     return jnp.stack([c, s]), jnp.stack([-s, c])
 
 
-def towards_b(bodies: Bodies) -> Scalar:
+def towards_b(bodies: Bodies) -> Float[Array, ""]:
     """Which sense of the normal leads from A to B, by where each has the impact centre.
 
     Args:

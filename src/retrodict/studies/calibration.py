@@ -20,8 +20,10 @@ from retrodict.inference import gate
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.modes import SLIGHT, Solution, solutions, weighed
+from retrodict.inference.outcome import Checks
 from retrodict.inference.posterior import RESOLVED, Posterior
 from retrodict.inference.programs import CHUNK, Programs, programs_for
+from retrodict.inference.sampling import may_mend
 from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
@@ -415,18 +417,20 @@ def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[st
     """The unknowns at draws of a solution, and why a reconstruction would not tell of them."""
     posterior, scene = solution.posterior, solution.scene
     draws = METHODS[method].draws
-    drawn = METHODS[method].draw(Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None))
-    sites, faults = _checked(posterior, drawn, scene)
-    while faults and drawn.complete and drawn.more:  # as a reconstruction does
-        drawn = drawn.more()
-        sites, faults = _checked(posterior, drawn, scene)
+    task = Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None)
+    drawn, times = METHODS[method].draw(task), 1
+    sites, checks = _checked(posterior, drawn, scene)
+    # as a reconstruction does, but that a digit matters to no rank
+    while checks.reasons and drawn.complete and drawn.more and may_mend(checks, task, times):
+        drawn, times = drawn.more(), 2 * times
+        sites, checks = _checked(posterior, drawn, scene)
     if not drawn.complete:
         raise KeyboardInterrupt
-    return sites, faults
+    return sites, checks.reasons
 
 
-def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, tuple[str, ...]]:
-    """The unknowns at the draws, and why a reconstruction would not tell of them."""
+def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, Checks]:
+    """The unknowns at the draws, and the verdict on them."""
     import xarray as xr
 
     known = drawn.known(posterior)
@@ -444,4 +448,4 @@ def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, 
     reasons = drawn.faults
     if posterior.unresolved > RESOLVED:
         reasons += ("the run-outs are not resolved",)
-    return known, gate.judge(idata, scene, reasons).reasons
+    return known, gate.judge(idata, scene, reasons)
