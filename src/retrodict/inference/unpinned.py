@@ -4,8 +4,10 @@ Where a part of the rest poses was not measured, or vehicles rolled, q holds vel
 which is what the evidence speaks of; B's yaw rate before it and e_m, of which it says less; and the
 measured inputs as standard normal deviates. (With yaw rates after the impact in their place, e_m would
 be a quotient by the spin that the force alone makes, and where that may vanish the density has a spike.)
-The force impulse follows from A's change of velocity, and with it e and mu, and B's approach. All of it
-is smooth, in closed form, and differentiated as it stands.
+Of B's velocity only the part along a course that is known stands in q, beside the deviate of the course.
+The force impulse follows from A's change of velocity, and with it e and mu, and B's approach; its normal
+part is moved to where e is within bounds, softly in m/s: in e itself that wall would be the steeper the
+slower the vehicles close. All of it is smooth, in closed form, and differentiated as it stands.
 """
 
 from __future__ import annotations
@@ -75,8 +77,8 @@ def locate(
         speed, log_slope = lift(raw, _SLOWLY)
         direction = middle + sd * u["direction_b"]
         v_b = speed * _unit(direction)
+        sites |= {"speed_b": speed, "direction_b": direction}
         log_det += jnp.log(scale_b * sd) + log_slope
-        log_det += jnp.log(speed)  # of x and y by speed and direction, taken away again below
     elif "Vbx" in u:
         v_b = scale_b * jnp.stack([u["Vbx"], u["Vby"]]) + P / m_b
         log_det += 2 * jnp.log(scale_b)
@@ -110,6 +112,8 @@ def locate(
             sites["mu"] = jnp.asarray(mu)
         sites["e"] = e
         log_det += volume + log_slope
+    if "speed_b" in sites:
+        return sites, log_det
     speed, direction = jnp.hypot(*v_b), jnp.arctan2(v_b[1], v_b[0])
     if "direction_b" in structure.known_of_b:  # its representative nearest to what was measured
         middle = data.inputs["direction_b"][0]
@@ -122,7 +126,7 @@ def _unit(direction: Float[Array, ""]) -> Float[Array, "2"]:
 
 
 def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndarray, " q"]:
-    """About where a crash lies: q, but for the softness of e's bounds.
+    """About where a crash lies: q, but for the softness of bounds.
 
     Args:
         structure: of the scene.
