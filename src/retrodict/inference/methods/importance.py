@@ -33,9 +33,8 @@ _EVEN, _SHARE = 0.6, 1 / 3  # Pareto k, effective share of the draws: that ask f
 # drawn: at 1.27 means were 0.1 sd off with an effective half of the draws.)
 _OUTGROWN = 1.1
 _FOR_EVIDENCE = 2000  # draws
-_MOST = (
-    16  # times as many points as at first, where their weights fall short; draws are twice as many
-)
+# Times as many points as draws were asked for, where their weights fall short; twice as many are kept.
+_MOST = 32
 
 
 @dataclass(frozen=True)
