@@ -260,7 +260,7 @@ def calibrate(
         progress: called with (stage, done, of all) as the work goes on.
 
     Returns:
-        The ranks; `retrodict.studies.calibration.uniformity` judges them. When interrupted, those of
+        The ranks; `retrodict.studies.uniformity.uniformity` judges them. When interrupted, those of
         the simulations that were finished.
 
     Raises:

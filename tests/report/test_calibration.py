@@ -20,7 +20,8 @@ from retrodict.report.calibration import (
     write_ranks,
 )
 from retrodict.report.figure_calibration import calibration_figure
-from retrodict.studies.calibration import Calibration, Row, design, uniformity
+from retrodict.studies.calibration import Calibration, Row, design
+from retrodict.studies.uniformity import uniformity
 
 
 @pytest.fixture(scope="module")

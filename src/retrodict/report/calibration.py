@@ -14,17 +14,8 @@ from rich.table import Table
 from rich.text import Text
 
 from retrodict.report.files import csv_text, write_whole
-from retrodict.studies.calibration import (
-    BAND,
-    DRAWS,
-    LEVELS,
-    MOST_WITHHELD,
-    QUANTITIES,
-    Calibration,
-    Row,
-    Uniformity,
-    uniformity,
-)
+from retrodict.studies.calibration import DRAWS, MOST_WITHHELD, QUANTITIES, Calibration, Row
+from retrodict.studies.uniformity import BAND, LEVELS, Uniformity, uniformity
 
 RANKS = "calibration.csv"
 _SETTINGS = ("model", "method", "seed", "scene")

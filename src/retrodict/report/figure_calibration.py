@@ -32,7 +32,7 @@ def calibration_figure(calibration: Calibration) -> Figure:
     Returns:
         The figure.
     """
-    from retrodict.studies.calibration import uniformity  # brings JAX
+    from retrodict.studies.uniformity import uniformity  # brings JAX
 
     found = uniformity(calibration)
     with mpl.rc_context(drawing.STYLE):

@@ -17,6 +17,7 @@ from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.quantities import Unit, Units, describe, unit_of
 from retrodict.studies.conflict import conflicts
+from retrodict.studies.fit import LEVELS
 from retrodict.studies.narrowing import Narrowed, narrowing
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from retrodict.scene.records import Measured
     from retrodict.studies.ladder import Ladder
 
-LEVELS = (50, 90, 95)  # per cent
+
 _ERRORS = ("error", *(f"error_{level}" for level in LEVELS))  # Monte Carlo; `error` is the middle's
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
 

@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import partial
 from importlib import resources
 from multiprocessing import get_context
 
@@ -34,15 +34,12 @@ from retrodict.scene.records import VEHICLES, Scene
 QUANTITIES = ("speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b", "log_likelihood")
 EXACT = tuple(name for name, method in METHODS.items() if method.exact)
 DRAWS = 99  # that a truth is ranked among: few enough to be independent where the gate was passed
-LEVELS = (50, 80, 90, 95)  # per cent
-BAND = 0.95  # of all samples lie within the band everywhere
 MOST_WITHHELD = 0.05  # share beyond which it is part of the verdict
 DRIVING, CLOSING, SPIN, FAR = 3.0, 3.0, 12.0, 50.0  # what is plausible: m/s, m/s, rad/s, m
 
 _BATCH = 5  # simulations of a process at a time
 _CHAINS, _WARMUP = 4, 150
 _MOST_CHUNKS = 40  # of candidates for a batch
-_SAMPLES = 2000  # that the bands are found by
 
 Progress = Callable[[str, int, int], None]  # stage, done, of all
 Values = dict[str, np.ndarray]  # unknowns and what follows from them, a row each
@@ -61,28 +58,6 @@ class Row:
     simulation: int
     ranks: dict[str, int] = field(default_factory=dict)
     reason: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Uniformity:
-    """How evenly the ranks of a quantity lie.
-
-    Args:
-        at: cumulative probabilities, shape (n + 1,).
-        difference: the share of ranks up to there, less it.
-        band: lower and upper edge of the simultaneous 95 % band of `difference`, shape (2, n + 1).
-        inside: whether the ranks stay within it.
-        inside_jointly: whether within the band of the level that all quantities share (Bonferroni).
-        coverage: share of truths within the central interval of so many per cent, and its binomial
-            standard error were the level right.
-    """
-
-    at: Float[np.ndarray, " points"]
-    difference: Float[np.ndarray, " points"]
-    band: Float[np.ndarray, "2 points"]
-    inside: bool
-    inside_jointly: bool
-    coverage: dict[int, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -200,61 +175,6 @@ def design() -> Scene:
     """The scene that is used where none is given: two cars of middling size, one struck in its side."""
     with resources.as_file(resources.files(__package__).joinpath("calibration.toml")) as file:
         return load_scene(file)
-
-
-def uniformity(calibration: Calibration) -> dict[str, Uniformity]:
-    """How evenly the ranks of each quantity lie, against simultaneous bands (Säilynoja et al. 2022).
-
-    Args:
-        calibration: its rows.
-
-    Returns:
-        By quantity; nothing where fewer than two simulations were ranked.
-    """
-    from arviz_stats.ecdf_utils import compute_ecdf  # slow to import
-
-    rows, names = calibration.ranked, calibration.quantities
-    n = len(rows)
-    if n < 2:
-        return {}
-    ranks = np.array([[row.ranks[name] for name in names] for row in rows])
-    # a rank stands for an interval: a point of it at random is uniform without steps
-    rng = np.random.default_rng(calibration.seed)
-    u = (ranks + rng.random(ranks.shape)) / (DRAWS + 1)
-    at = np.arange(1, n) / n
-    band, jointly = _band(n, BAND), _band(n, 1 - (1 - BAND) / len(names))
-    found = {}
-    for name, values in zip(names, u.T, strict=True):
-        ecdf = compute_ecdf(values, at)
-        found[name] = Uniformity(
-            np.array([0.0, *at, 1.0]),
-            np.array([0.0, *(ecdf - at), 0.0]),
-            np.pad(band - at, ((0, 0), (1, 1))),
-            _within(ecdf, band),
-            _within(ecdf, jointly),
-            {
-                level: (
-                    float(np.mean(np.abs(values - 0.5) <= level / 200)),
-                    float(np.sqrt(level * (100 - level) / n) / 100),
-                )
-                for level in LEVELS
-            },
-        )
-    return found
-
-
-def _within(ecdf: np.ndarray, band: np.ndarray) -> bool:
-    return bool(np.all((band[0] <= ecdf) & (ecdf <= band[1])))
-
-
-@cache
-def _band(n: int, level: float) -> Float[np.ndarray, "2 points"]:
-    """Edges that an ECDF of n uniform numbers stays within at 1/n, 2/n, …, with this probability."""
-    from arviz_stats.ecdf_utils import get_pointwise_confidence_band, simulate_confidence_bands
-
-    at, rng = np.arange(1, n) / n, np.random.default_rng(0)
-    pointwise = simulate_confidence_bands(n, 1, at, level, _SAMPLES, rng)
-    return np.array(get_pointwise_confidence_band(pointwise, n, at))
 
 
 def _each(
