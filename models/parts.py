@@ -22,11 +22,12 @@ from retrodict.mechanics import (
     Zone,
     audit,
     axes,
-    contact_velocity,
+    closing_speed,
     critical_mu,
     impulse,
     lever_arms,
     separation,
+    towards_b,
 )
 from retrodict.mechanics.runout import GRAVITY
 from retrodict.scene.records import VEHICLES, WHEELS
@@ -219,7 +220,7 @@ def approach(structure: Structure, data: Data, x: Values) -> Float[Array, "6"]:
 
 def restitution(data: Data, before: Float[Array, "6"], to: Bodies) -> Float[Array, ""]:
     """e from its prior, which falls as the closing speed rises."""
-    closing = jnp.abs(contact_velocity(before, to) @ axes(to)[0])
+    closing = jnp.abs(closing_speed(before, to))
     fast, slow, over = data.priors["e"]
     scale = fast + (slow - fast) * jnp.exp(-closing / over)
     return numpyro.sample("e", dist.TruncatedNormal(0.0, scale, low=0.0, high=1.0))
@@ -257,9 +258,9 @@ def collide(before: Float[Array, "6"], to: Bodies, coefficients: Coefficients) -
     energy = audit(before, to, coefficients)
     numpyro.deterministic("energy_lost", energy.before - energy.after)
     numpyro.deterministic("moment_work", energy.moment)
-    closing = contact_velocity(before, to) @ axes(to)[0]
+    numpyro.deterministic("closing_speed", closing_speed(before, to))
     P_n = impulse(before, to, coefficients)[0] @ axes(to)[0]
-    numpyro.deterministic("normal_impulse", -P_n * jnp.sign(closing))
+    numpyro.deterministic("normal_impulse", -P_n * towards_b(to))
     numpyro.deterministic("mu_critical", critical_mu(before, to, coefficients.e, coefficients.e_m))
     tell_motion(after, (after - before).reshape(2, 3)[:, :2])
     return after

@@ -13,6 +13,7 @@ from retrodict.inference import charts, unpinned
 from retrodict.inference.posterior import RESOLVED, Posterior, prepare, unresolved
 from retrodict.inference.programs import programs_for
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.inference.scout import scouted
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
 from tests.scenes import DEGREE, collision
 
@@ -112,3 +113,11 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     chart = charts.plain(centre, 0.01 * np.eye(centre.size))
     posterior = Posterior(programs_for(structure), data, chart, np.zeros(2), 0.0, 0.0)
     assert (unresolved(posterior) > RESOLVED) is few
+
+
+def test_no_search_begins_from_vehicles_that_part() -> None:
+    structure, data = RUNGS["planar-moment+spin"].of_scene(departed())
+    score, told = scouted(programs_for(structure), data)
+    parting = told["closing_speed"] < 0
+    assert parting.any()
+    assert score[parting].max() < score[~parting].min()

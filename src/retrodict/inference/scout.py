@@ -35,6 +35,8 @@ def scouted(programs: Programs, data: Data) -> tuple[np.ndarray, Told]:
         for name in programs.structure.evidence:
             value, sd = data.evidence[name]
             score -= np.log1p(((np.asarray(told[f"predicted/{name}"]) - value) / sd) ** 2)
+        if "closing_speed" in told:  # vehicles that part would have been held back by the impulse
+            score[np.asarray(told["closing_speed"]) < 0] = -np.inf
         scores.append(np.nan_to_num(score, nan=-np.inf))
         crashes.append({name: np.asarray(values) for name, values in told.items()})
     return np.concatenate(scores), {k: np.concatenate([c[k] for c in crashes]) for k in crashes[0]}

@@ -59,6 +59,7 @@ _SINGLE: dict[str, tuple[str, str]] = {
     "moment_work": ("work of the moment impulse", "energy"),
     "impulse": ("impulse on A", "impulse"),
     "Omega": ("yaw rates after the impact", "yaw rate"),
+    "closing_speed": ("closing speed along the normal", "speed"),
     "normal_impulse": ("normal impulse, positive where it parts the vehicles", "impulse"),
     "mu_critical": ("μ at which sliding just ends", "number"),
 }
