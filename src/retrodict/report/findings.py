@@ -17,7 +17,6 @@ from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.quantities import Unit, Units, describe, unit_of
 from retrodict.studies.conflict import conflicts
-from retrodict.studies.fit import LEVELS
 from retrodict.studies.narrowing import Narrowed, narrowing
 
 if TYPE_CHECKING:
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from retrodict.studies.ladder import Ladder
 
 
+LEVELS = (50, 90, 95)  # per cent; not those of studies.fit, which brings JAX
 _ERRORS = ("error", *(f"error_{level}" for level in LEVELS))  # Monte Carlo; `error` is the middle's
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
 
