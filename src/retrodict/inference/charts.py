@@ -86,9 +86,8 @@ def _wall(
     levels, held = coordinates.levels_of(structure), coordinates.held_of(structure)
     flat = blank(structure)._replace(sheets=sheets)
     over, under, *slopes, by_z, sense = map(np.asarray, programs("levels", data, flat, bent))
-    if (
-        side is None
-    ):  # vehicles close in, each from its own side, whatever is inferred at the centre
+    if side is None:
+        # vehicles close in, each from its own side, whatever the centre says
         side = np.where([level == E for level in levels], sense, np.where(under < 0, -1.0, 1.0))
     edge = np.array(coordinates.edges(levels, side, over, under))
     slope = np.array(coordinates.edges(levels, side, *slopes))
