@@ -193,9 +193,8 @@ def impulse(
     (e, mu, e_m), (normal, tangent) = coefficients, axes(bodies)
     response = _response(bodies, e_m)
     spin = approach[5] - approach[2]
-    # eq 22: u_n + shed spin turn_n + P_n * compliance = -e u_n
-    u_n = contact_velocity(approach, bodies) @ normal
-    carried = response.shed * spin * response.turn_n
+    # eq 22: u_n + carried + P_n * compliance = -e u_n
+    u_n, carried = _without_force(approach, bodies, response)
     P_n = -((1 + e) * u_n + carried) / response.compliance(mu)
     M = response.shed * (spin - P_n * (response.turn_n + mu * response.turn_t))  # eq 24
     line = normal + mu * tangent  # P = P_n * line, eq 23
@@ -308,8 +307,7 @@ def from_impulse(
         e, mu (eqs 22, 23) and log |det d(e, mu) / d P|: the inverse of `impulse` at fixed e_m.
     """
     response, (P_n, P_t) = _response(bodies, e_m), P
-    u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
-    carried = response.shed * (approach[5] - approach[2]) * response.turn_n
+    u_n, carried = _without_force(approach, bodies, response)
     mu = P_t / P_n
     e = -1 - (P_n * response.nn + P_t * response.nt + carried) / u_n
     return e, mu, jnp.log(jnp.abs(response.compliance(mu) / (u_n * P_n)))
@@ -329,8 +327,7 @@ def normal_impulse(e: Scalar, P_t: Scalar, approach: State, bodies: Bodies, e_m:
         N s: eq 22 solved for it.
     """
     response = _response(bodies, e_m)
-    u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
-    carried = response.shed * (approach[5] - approach[2]) * response.turn_n
+    u_n, carried = _without_force(approach, bodies, response)
     return -((1 + e) * u_n + P_t * response.nt + carried) / response.nn
 
 
@@ -495,6 +492,12 @@ def _is_printed(moment_equation: MomentEquation) -> bool:
     if moment_equation not in get_args(MomentEquation):
         raise ValueError(f"moment_equation is one of {get_args(MomentEquation)}")
     return moment_equation == "as-printed"
+
+
+def _without_force(approach: State, bodies: Bodies, response: _Response) -> tuple[Scalar, Scalar]:
+    """The normal contact velocity before, and what the moment alone makes of the spins adds to it."""
+    u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
+    return u_n, response.shed * (approach[5] - approach[2]) * response.turn_n
 
 
 def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
