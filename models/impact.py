@@ -192,7 +192,7 @@ def planar(name: str, title: str, levels: tuple[Level, ...], story: Story) -> Im
             ),
             assumptions=(
                 SHORT,
-                "the vehicles close in where they touch, each from its own side of the contact",
+                "the vehicles close in, each from its own side of the contact where it has one",
                 *(() if moment else ("the contact passes no moment impulse: e_m = 1",)),
                 *(() if slides else (_COMMON_VELOCITY,)),
             ),

@@ -23,7 +23,9 @@ from retrodict.mechanics import (
     audit,
     axes,
     closing_speed,
+    contact_velocity,
     critical_mu,
+    either_side,
     impulse,
     lever_arms,
     separation,
@@ -258,9 +260,12 @@ def collide(before: Float[Array, "6"], to: Bodies, coefficients: Coefficients) -
     energy = audit(before, to, coefficients)
     numpyro.deterministic("energy_lost", energy.before - energy.after)
     numpyro.deterministic("moment_work", energy.moment)
-    numpyro.deterministic("closing_speed", closing_speed(before, to))
+    closing = contact_velocity(before, to) @ axes(to)[0]
+    # where both stand on one side of the contact, their motion alone can tell
+    sense = jnp.where(either_side(to), towards_b(to), jnp.sign(closing))
+    numpyro.deterministic("closing_speed", closing * sense)
     P_n = impulse(before, to, coefficients)[0] @ axes(to)[0]
-    numpyro.deterministic("normal_impulse", -P_n * towards_b(to))
+    numpyro.deterministic("normal_impulse", -P_n * sense)
     numpyro.deterministic("mu_critical", critical_mu(before, to, coefficients.e, coefficients.e_m))
     tell_motion(after, (after - before).reshape(2, 3)[:, :2])
     return after

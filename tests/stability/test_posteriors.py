@@ -58,6 +58,15 @@ def test_an_outlier_is_believed() -> None:
     assert speeds[1] - speeds[0] == pytest.approx(10 * item.moved, rel=0.2)
 
 
+def test_a_contact_line_that_parts_no_vehicles_leaves_open_how_they_close_in() -> None:
+    """Turned by 60 deg, both centres lie on one side of it: only the motion can tell."""
+    scene, truth = made(speed=1.0, turn=-np.pi / 3)
+    posterior = prepare(scene, DEFAULT_RUNG)
+    x, sure = (sites(posterior, draw(posterior, method)) for method in ("importance", "nuts"))
+    assert off(x, sure) < 0.25
+    assert abs(x["speed_b"].mean() - truth["speed_b"]) < 3 * x["speed_b"].std()
+
+
 def test_contradictory_evidence_is_named() -> None:
     said, _ = told(moved(made()[0], "a", 15.0))
     assert said.startswith(("withheld", "refused")) or "what was measured lies" in said

@@ -59,7 +59,8 @@ def about(
         centre: q at w = 0.
         spread: q's change by deviates of the posterior about there.
         bent: where walls take the centre to, as far as is known: they are made for there.
-        side: of the walls; that of the centre where not given, but for e that of vehicles closing in.
+        side: of the walls; that of the centre where not given, but for e that of vehicles closing in,
+            where it is known from which side each does.
     """
     structure = programs.structure
     held, wall = coordinates.held_of(structure), blank(structure).wall
@@ -88,7 +89,8 @@ def _wall(
     over, under, *slopes, by_z, sense = map(np.asarray, programs("levels", data, flat, bent))
     if side is None:
         # vehicles close in, each from its own side, whatever the centre says
-        side = np.where([level == E for level in levels], sense, np.where(under < 0, -1.0, 1.0))
+        known = [level == E and sense != 0 for level in levels]
+        side = np.where(known, sense, np.where(under < 0, -1.0, 1.0))
     edge = np.array(coordinates.edges(levels, side, over, under))
     slope = np.array(coordinates.edges(levels, side, *slopes))
     unbent = edge + slope @ (centre - bent)

@@ -26,7 +26,7 @@ from numpyro.infer.hmc import hmc
 from numpyro.infer.util import ParamInfo, log_density
 
 from retrodict.inference import coordinates, executables
-from retrodict.mechanics import towards_b
+from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
@@ -139,7 +139,8 @@ class Programs:
     def _levels(self, data: Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
         """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'.
 
-        Then the normal's sense from A to B as measured, which tells where the vehicles close in.
+        Then the normal's sense from A to B as measured, which tells where the vehicles close in; 0 where
+        both stand on one side of the contact.
         """
 
         def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
@@ -152,7 +153,8 @@ class Programs:
             self.structure, data, jnp.zeros(len(self.structure.uncertain))
         )
         by_z = coordinates.reduced(self.structure, chart, q)[1]
-        return *values, *slopes, by_z, towards_b(parts.bodies(as_measured))
+        to = parts.bodies(as_measured)
+        return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
 
     def _solve_back(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
         """The model's unknowns at each row of q, without priors or bounds."""

@@ -522,10 +522,26 @@ def towards_b(bodies: Bodies) -> Float[Array, ""]:
     Returns:
         1, or -1 where it is the normal turned round.
     """
+    of_a, of_b = _sides(bodies)
+    return jnp.where(of_a - of_b < 0, -1.0, 1.0)
+
+
+def either_side(bodies: Bodies) -> Bool[Array, ""]:
+    """Whether the vehicles stand on either side of the contact, so that `towards_b` is beyond doubt.
+
+    Args:
+        bodies: lever arms and Gamma.
+    """
+    of_a, of_b = _sides(bodies)
+    return of_a * of_b < 0
+
+
+def _sides(bodies: Bodies) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """How far along the normal the impact centre lies from A and from B, over its distance."""
     _, _, _, _, d1, d2, d3, d4, _ = bodies
+    normal = axes(bodies)[0]
     to_a, to_b = jnp.stack([-d4, -d3]), jnp.stack([d2, d1])
-    way = to_a / jnp.hypot(*to_a) - to_b / jnp.hypot(*to_b)
-    return jnp.where(way @ axes(bodies)[0] < 0, -1.0, 1.0)
+    return to_a @ normal / jnp.hypot(*to_a), to_b @ normal / jnp.hypot(*to_b)
 
 
 def _force_moments(P: Float[Array, "2"], bodies: Bodies) -> tuple[Scalar, Scalar]:
