@@ -43,10 +43,11 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
         sites, log_det, _ = coordinates.locate(structure, data, chart, w)
         return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
 
+    steered = jax.jit(jax.value_and_grad(posterior.programs.potential))
     rng, n = np.random.default_rng(0), chart.spread.shape[1]
     apart, h = [], 0.02
     for w in rng.normal(size=(20, n)):
-        value, gradient = posterior.potential(w)
+        value, gradient = steered(jnp.array(w), data, chart)
         assert value == pytest.approx(float(potential(jnp.array(w))), abs=1e-9)
         ends = [potential(jnp.array(w + h * step)) for step in (*np.eye(n), *-np.eye(n))]
         slope = (np.array(ends[:n]) - np.array(ends[n:])) / (2 * h)
@@ -66,6 +67,7 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
 ) -> None:
     """Both bounds of e meet there. False by a hundredfold and more, it made NUTS diverge."""
     posterior = prepare(at_rest(design(), rest), RUNG)
+    steered = jax.jit(jax.grad(posterior.programs.potential))
     wall, h, n = posterior.chart.wall, 1e-5, posterior.size
     meeting = [list(wall.order).index(place) for place in (0, 2)]  # of e, in `coordinates.edges`
     for depth in (2.0, 4.0, 5.0):
@@ -74,7 +76,23 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
         w = np.linalg.solve(posterior.chart.spread, away)
         ends = posterior.log_density(w + h * np.concatenate([np.eye(n), -np.eye(n)]))
         slope = (ends[n:] - ends[:n]) / (2 * h)
-        assert np.linalg.norm(posterior.potential(w)[1] - slope) < 0.1 * np.linalg.norm(slope)
+        gradient = steered(w, posterior.data, posterior.chart)
+        assert np.linalg.norm(gradient - slope) < 0.1 * np.linalg.norm(slope)
+
+
+def test_slopes_and_curvatures_by_differences_are_the_gradients(posterior: Posterior) -> None:
+    """A mode is sought by them, and chains and rivals start from them."""
+    gradient = jax.jit(jax.grad(posterior.programs.potential))
+    h, n = 0.02, posterior.size
+    for w in np.random.default_rng(2).normal(size=(3, n)):
+        exact = gradient(w, posterior.data, posterior.chart)
+        np.testing.assert_allclose(posterior.potential(w)[1], exact, atol=0.02 * n**0.5)
+        ends = [
+            [gradient(w + sign * h * step, posterior.data, posterior.chart) for step in np.eye(n)]
+            for sign in (1, -1)
+        ]
+        rows = (np.array(ends[0]) - np.array(ends[1])) / (2 * h)
+        np.testing.assert_allclose(posterior.potential.curvature(w), (rows + rows.T) / 2, atol=0.1)
 
 
 def test_a_scene_that_takes_more_steps_compiles_nothing(posterior: Posterior) -> None:

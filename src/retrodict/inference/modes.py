@@ -10,7 +10,7 @@ import numpy as np
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, branches, hessian
+from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, branches
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -275,40 +275,27 @@ def rivals(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
     Returns:
         (odds, w) of each: its weight over that of the mode at w = 0, by Laplace's approximation.
     """
-    from scipy.optimize import minimize
-
     n = posterior.size
     home = posterior.potential(np.zeros(n))[0]
-
-    def potential(w: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = posterior.potential(w)
-        if not np.isfinite(value):  # outside: the way back leads inwards
-            return 1e10 + 1e8 * float(w @ w), 2e8 * w
-        return value, np.nan_to_num(gradient)
-
-    def arrived(intermediate_result: object) -> None:
-        if np.linalg.norm(intermediate_result.x) < _APART:  # type: ignore[attr-defined]
-            raise StopIteration
-
     found: list[tuple[float, np.ndarray]] = []
     rng = np.random.default_rng([seed, 4])
-    for start in _STARTS[:, None] * rng.standard_normal((_STARTS.size, n)):
-        options = {"maxiter": 100, "maxfun": 200}
-        end = minimize(
-            potential, start, jac=True, method="L-BFGS-B", options=options, callback=arrived
-        )
-        w = end.x
+    starts = _STARTS[:, None] * rng.standard_normal((_STARTS.size, n))
+
+    def arrived(w: np.ndarray) -> bool:
+        return bool(np.linalg.norm(w) < _APART)
+
+    for end in posterior.potential.lowest_from(starts, arrived):
         known = [np.zeros(n), *(other for _, other in found)]
-        if min(np.linalg.norm(w - other) for other in known) < _APART:
+        if min(np.linalg.norm(end.w - other) for other in known) < _APART:
             continue
-        if end.fun - home > IMPROBABLE or np.abs(end.jac).max() > _STILL:
+        if end.value - home > IMPROBABLE or np.abs(end.slope).max() > _STILL:
             continue
-        between = [potential(share * w)[0] for share in np.linspace(0.1, 0.9, 9)]
-        if max(between) < max(end.fun, home) + 1:  # no dip: a ridge, and part of the same mode
+        between = -posterior.log_density(np.linspace(0.1, 0.9, 9)[:, None] * end.w)
+        if between.max() < max(end.value, home) + 1:  # no dip: a ridge, and part of the same mode
             continue
-        odds = np.exp(home - end.fun + _log_volume(posterior, w))
+        odds = np.exp(home - end.value + _log_volume(posterior, end.w))
         if odds > RIVAL:
-            found.append((float(odds), w))
+            found.append((float(odds), end.w))
     return sorted(found, key=lambda rival: -rival[0])
 
 
@@ -320,7 +307,7 @@ def shares(log_evidence: np.ndarray) -> np.ndarray:
 
 def _log_volume(posterior: Posterior, w: np.ndarray) -> float:
     """Log of the volume of a mode at w over that of a standard normal."""
-    values = np.linalg.eigvalsh(hessian(posterior.potential, w))
+    values = np.linalg.eigvalsh(posterior.potential.curvature(w))
     return float(-0.5 * np.log(np.clip(values, 1e-2, 1e4)).sum())
 
 

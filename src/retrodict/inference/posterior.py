@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -11,8 +11,9 @@ import numpy as np
 
 from retrodict.inference import charts, coordinates, sheet, unpinned
 from retrodict.inference.coordinates import Chart
+from retrodict.inference.descent import Differenced, Differentiated, Potential, spread
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.programs import BATCH, CHUNK, Programs, in_chunks, programs_for
+from retrodict.inference.programs import BATCH, CHUNK, ROWS, Programs, in_chunks, programs_for
 from retrodict.inference.scout import scouted
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
@@ -27,10 +28,9 @@ _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
 _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
 # Curvature that whitening takes for real: inputs have a prior of curvature 1, and a direction that is
 # much wider than that is a ridge that bends away.
-_NARROWEST = 0.3
+_NARROWEST, _WIDEST = 0.3, 1e-2
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
-Potential = Callable[[np.ndarray], tuple[float, np.ndarray]]  # w -> value, gradient
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,27 @@ class Posterior:
 
     @cached_property
     def potential(self) -> Potential:
-        """Minus the log density, and its gradient, at w."""
-        return _potential(self.programs, self.data, self.chart)
+        """Minus the log density."""
+        if not self.programs.structure.unpinned:
+            return Differenced(self._exact, self._alike)
+
+        def at(w: np.ndarray) -> tuple[float, np.ndarray]:
+            value, slope = self.programs("potential", w, *self._numbers)
+            return float(value), np.nan_to_num(slope)
+
+        return Differentiated(at)
+
+    def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The potential at points, and by what the sheets miss each part of the rest poses there."""
+        log_density, told, q = self._located(w)
+        aims = self.programs.structure.aims
+        value, sd = np.stack([self.data.evidence[name] for name in aims], axis=1)
+        by_run_outs = np.stack([told[f"predicted/{name}"] for name in aims], axis=1)
+        return -log_density, by_run_outs - (value + sd * q[:, : len(aims)])
+
+    def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
+        """The potential at points if the sheets missed by so much: no run-out is followed."""
+        return -self._located(w, missed)[0]
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
@@ -101,7 +120,27 @@ class Posterior:
 
     def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """`log_density`; and the model's unknowns and what follows from them, at the same points."""
-        return in_chunks(lambda w: self.programs("weigh", self.data, self.chart, w), w)
+        return self._located(w)[:2]
+
+    def bent(self, w: np.ndarray) -> np.ndarray:
+        """q at w, where walls have moved it to."""
+        return np.asarray(self._located(w[None])[2][0])
+
+    def _located(
+        self, w: np.ndarray, missed: np.ndarray | None = None
+    ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
+        """The log density, what is told, and q, at w; run-outs by the sheets if `missed` is given."""
+        data, chart = self._numbers
+        if missed is None:
+            missed = np.full((len(w), len(self.programs.structure.aims)), np.nan)
+        elif self.programs.structure.steps is None:
+            data = data._replace(steps=data.steps._replace(number=np.array(0)))
+        return in_chunks(lambda at: self.programs("weigh", data, chart, *at), (w, missed), ROWS)
+
+    @cached_property
+    def _numbers(self) -> tuple[Data, Chart]:
+        """What programs take besides w, handed over to JAX once: it takes as long as a call does."""
+        return jax.device_put((self.data, self.chart))
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:
@@ -150,30 +189,37 @@ def _unpinned(structure: Structure, data: Data) -> Posterior:
     ]
     while True:
         programs = programs_for(structure)
-        value, chart = min((_climbed(programs, data, q) for q in starts), key=lambda at: at[0])
-        posterior = Posterior(programs, data, chart, np.zeros(2), -value, 0.0)
+        climbed = (_climbed(programs, data, q) for q in starts)
+        posterior = max(climbed, key=lambda found: found.log_evidence)
         posterior = replace(posterior, unresolved=unresolved(posterior))
         steps = steps_of(structure, data)
         if posterior.unresolved <= RESOLVED or steps >= _MOST_STEPS:
             return posterior
         structure, data = in_steps(structure, data, 2 * steps)
-        starts = [np.asarray(chart.centre)]
+        starts = [np.asarray(posterior.chart.centre)]
 
 
-def _climbed(programs: Programs, data: Data, q: np.ndarray) -> tuple[float, Chart]:
-    """The mode above q: the potential there, and coordinates whitened about it."""
-    value, spread = np.inf, np.eye(q.size)
+def _climbed(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
+    """The posterior in coordinates whitened about the mode above q."""
+    axes = np.eye(q.size)
     for _ in range(_CLIMBS):
-        chart = charts.plain(q, spread)
-        spread = spread @ _spread_at(programs, data, chart, np.zeros(q.size), _NARROWEST)
-        chart = charts.plain(q, spread)
-        mode, value = _mode(programs, data, chart)
-        q = q + spread @ mode
-        if not (np.isfinite(spread).all() and np.isfinite(q).all()):
+        at = Posterior(programs, data, charts.plain(q, axes), np.zeros(2), -np.inf, 0.0)
+        axes = axes @ spread(at.potential.curvature(np.zeros(q.size)), _NARROWEST)
+        at = replace(at, chart=charts.plain(q, axes))
+        mode, value = _mode(at)
+        q = q + axes @ mode
+        if not (np.isfinite(axes).all() and np.isfinite(q).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         if np.linalg.norm(mode) < _STILL:
             break
-    return value, charts.plain(q, spread)
+    return replace(at, chart=charts.plain(q, axes), log_evidence=-value)
+
+
+def _mode(posterior: Posterior) -> tuple[np.ndarray, float]:
+    found = posterior.potential.lowest(np.zeros(posterior.size))
+    if not np.isfinite(found.value):
+        raise Unanswerable("the posterior has no finite density near the measured scene")
+    return found.w, found.value
 
 
 def unresolved(posterior: Posterior) -> float:
@@ -267,20 +313,21 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
     Raises:
         Unanswerable: there is none, or its potential is above `most`.
     """
-    programs, data, chart = posterior.programs, posterior.data, posterior.chart
+    programs, data = posterior.programs, posterior.data
     # walls and whitening depend on the mode and it on them: thrice is enough
     for _ in range(3):
-        mode, value = _mode(programs, data, chart)
+        chart = posterior.chart
+        mode, value = _mode(posterior)
         if value + chart.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
-        (_, bent), _ = programs("potential", mode, data, chart)
-        bent, centre = np.asarray(bent), np.asarray(chart.centre) + np.asarray(chart.spread) @ mode
-        spread = np.asarray(chart.spread) @ _spread_at(programs, data, chart, mode)
-        if not (np.isfinite(spread).all() and np.isfinite(bent).all()):
+        bent, centre = posterior.bent(mode), chart.centre + np.asarray(chart.spread) @ mode
+        axes = np.asarray(chart.spread) @ spread(posterior.potential.curvature(mode), _WIDEST)
+        if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         side = np.asarray(chart.wall.side)
-        chart = charts.about(programs, data, chart.sheets, centre, spread, bent, side)
-    return replace(posterior, chart=chart, log_evidence=-value)
+        about = charts.about(programs, data, chart.sheets, centre, axes, bent, side)
+        posterior = replace(posterior, chart=about, log_evidence=-value)
+    return posterior
 
 
 def _starts(structure: Structure) -> list[np.ndarray]:
@@ -297,58 +344,6 @@ def _likeliest(programs: Programs, data: Data, tried: list[Chart]) -> Chart:
     if len(tried) == 1:
         return tried[0]
     nowhere = np.zeros(coordinates.size(programs.structure))
-    heights = [_potential(programs, data, chart)(nowhere)[0] for chart in tried]
-    return tried[int(np.argmin(np.nan_to_num(heights, nan=np.inf)))]
-
-
-def _mode(programs: Programs, data: Data, chart: Chart) -> tuple[np.ndarray, float]:
-    from scipy.optimize import minimize  # slow to import, and compilers are at work by now
-
-    at = _potential(programs, data, chart)
-
-    def potential(w: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = at(w)
-        if not np.isfinite(value):
-            return 1e10 + 1e8 * float(w @ w), 2e8 * w
-        return value, np.nan_to_num(gradient)
-
-    best = minimize(
-        potential,
-        np.zeros(chart.spread.shape[1]),
-        jac=True,
-        method="BFGS",
-        options={"gtol": 1e-3, "maxiter": 400},
-    )
-    if best.fun > 1e9:
-        raise Unanswerable("the posterior has no finite density near the measured scene")
-    return best.x, float(best.fun)
-
-
-def _potential(programs: Programs, data: Data, chart: Chart) -> Potential:
-    """The potential and its gradient as a function of w alone.
-
-    Numbers go over to JAX once here; at every call they would cost as much as the gradient does.
-    """
-    data, chart = jax.device_put((data, chart))
-
-    def at(w: np.ndarray) -> tuple[float, np.ndarray]:
-        (value, _), gradient = programs("potential", w, data, chart)
-        return float(value), np.asarray(gradient)
-
-    return at
-
-
-def hessian(potential: Potential, w: np.ndarray) -> np.ndarray:
-    """Of a potential at w, by differences of its gradient; zero where that is no number."""
-    h = 0.05
-    steps = h * np.eye(w.size)
-    rows = np.array([potential(w + s)[1] - potential(w - s)[1] for s in steps]) / (2 * h)
-    return np.nan_to_num((rows + rows.T) / 2)
-
-
-def _spread_at(
-    programs: Programs, data: Data, chart: Chart, mode: np.ndarray, least: float = 1e-2
-) -> np.ndarray:
-    """Square root of the inverse Hessian at the mode, by differences of the compiled gradient."""
-    values, vectors = np.linalg.eigh(hessian(_potential(programs, data, chart), mode))
-    return vectors @ np.diag(1 / np.sqrt(np.clip(values, least, 1e4))) @ vectors.T
+    at = [Posterior(programs, data, chart, np.zeros(2), -np.inf, 0.0) for chart in tried]
+    heights = [posterior.log_density(nowhere[None])[0] for posterior in at]
+    return tried[int(np.argmax(np.nan_to_num(heights, nan=-np.inf)))]

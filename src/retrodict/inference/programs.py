@@ -33,6 +33,7 @@ from retrodict.models.impact import quotients
 
 BATCH = 512  # run-outs per call of `reached`
 CHUNK = 500  # draws per call of `simulate`
+ROWS = 256  # points per call of `weigh`: of fewer each takes longer, and a curvature takes some 400
 BLOCK = 50  # iterations per call of `advance`
 """Chains run in blocks: between them progress is told and an interrupt is heeded."""
 
@@ -44,17 +45,12 @@ _STEEPEST = 20.0  # slope of a potential, root of mean square: that of a standar
 
 _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
 
-# run a few times each: compiling them well would take longer than they do
-_SELDOM = (
-    "inputs",
-    "levels",
-    "solve_back",
-    "propagate",
-    "simulate",
-    "prior",
-    "paths",
+# Run a few times each: compiling them well would take longer than they do.
+_SELDOM = dict.fromkeys(
+    ("inputs", "levels", "solve_back", "propagate", "simulate", "prior", "paths"), 0
 )
-_QUICKLY = {"xla_backend_optimization_level": 0}
+# At the default level, 3, what runs through batches takes half as long again (measured).
+_LEVELS = _SELDOM | {"reached": 1, "weigh": 1}
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
@@ -101,15 +97,31 @@ class Programs:
         return self.weighed(w, data, chart)[0]
 
     def weighed(
-        self, w: Float[Array, " q"], data: Data, chart: coordinates.Chart
+        self,
+        w: Float[Array, " q"],
+        data: Data,
+        chart: coordinates.Chart,
+        missed: Float[Array, " aims"] | None = None,
     ) -> tuple[Float[Array, ""], parts.Values, coordinates.Q]:
-        """`log_density`; the model's unknowns at w and what follows from them; and q there."""
+        """`log_density`; the model's unknowns at w and what follows from them; and q there.
+
+        Args:
+            w: the point.
+            data: the scene's numbers.
+            chart: its coordinates.
+            missed: by what sheets miss the rest poses, so that no run-out is asked; where it is not
+                given, or no number, run-outs tell.
+        """
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
 
         def rest_poses(structure: Structure, data: Data, *at: Any) -> Array:
             exact = self.rung.run_out.rest_poses(structure, data, *jax.lax.stop_gradient(at))
             sheet = parts.aimed(structure, data, q[: len(structure.aims)])
-            return sheet + jax.lax.stop_gradient(exact - sheet)
+            off = jax.lax.stop_gradient(exact - sheet)
+            if missed is not None:
+                known = missed.reshape(off.shape)
+                off = jnp.where(jnp.isnan(known), off, known)
+            return sheet + off
 
         given = {} if self.structure.unpinned else {"rest_poses": rest_poses}
         joint, trace = log_density(self.model, (self.structure, data), given, sites)
@@ -171,19 +183,9 @@ class Programs:
 
         return jax.vmap(to_first_order)(q)
 
-    @cached_property
-    def height(self) -> Callable[..., tuple[Array, coordinates.Q]]:
-        """Minus the log density, and q; jitted, so that two programs share one trace of its gradient."""
-
-        def height(w: Array, data: Data, chart: coordinates.Chart) -> tuple[Array, Array]:
-            log_density, _, q = self.weighed(w, data, chart)
-            return -log_density, q
-
-        return jax.jit(height)
-
     def potential(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
         """Minus the log density."""
-        return self.height(w, data, chart)[0]
+        return -self.log_density(w, data, chart)
 
     def steered(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
         """`potential`, without its gradient where that is steeper than a posterior's can be.
@@ -252,10 +254,11 @@ class Programs:
         return {
             "inputs": self._inputs,
             "reached": self._reached,
-            "potential": jax.value_and_grad(self.height, has_aux=True),
             "levels": self._levels,
+            "potential": jax.value_and_grad(self.potential),
             "weigh": jax.vmap(
-                lambda data, chart, w: self.weighed(w, data, chart)[:2], in_axes=(None, None, 0)
+                lambda data, chart, w, missed: self.weighed(w, data, chart, missed),
+                in_axes=(None, None, 0, 0),
             ),
             "solve_back": self._solve_back,
             "propagate": self._propagate,
@@ -398,7 +401,9 @@ class Programs:
         Programs.compile_seconds += time.perf_counter() - begin
 
         def build() -> Callable[..., Any]:
-            program = lowered.compile(_QUICKLY if name in _SELDOM else None)
+            level = _LEVELS.get(name)
+            options = None if level is None else {"xla_backend_optimization_level": level}
+            program = lowered.compile(options)
             if path:
                 executables.save(path, program)
             return program
@@ -437,12 +442,13 @@ def _log_tails(w: Array) -> Array:
     return constant - (_FREEDOM + n) / 2 * jnp.log1p(jnp.vdot(w, w) / (_FREEDOM * _WIDE**2))
 
 
-def in_chunks(function: Callable[[Any], Any], values: Any) -> Any:
+def in_chunks(function: Callable[[Any], Any], values: Any, size: int = CHUNK) -> Any:
     """Call a program of fixed batch size over any number of draws, in threads.
 
     Args:
-        function: takes CHUNK draws, and gives arrays with a row for each.
+        function: takes so many draws as `size`, and gives arrays with a row for each.
         values: array, or tree of arrays, with a row for each draw.
+        size: of a batch.
 
     Returns:
         What the function gives, for all draws.
@@ -450,13 +456,15 @@ def in_chunks(function: Callable[[Any], Any], values: Any) -> Any:
     count = len(jax.tree.leaves(values)[0])
 
     def one(i: int) -> Any:
-        index = np.minimum(np.arange(i, i + CHUNK), count - 1)  # the last batch repeats its end
+        index = np.minimum(np.arange(i, i + size), count - 1)  # the last batch repeats its end
         out = function(jax.tree.map(lambda v: v[index], values))
         return jax.tree.map(lambda v: np.asarray(v)[: count - i], out)
 
+    if count <= size:
+        return one(0)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return jax.tree.map(
-            lambda *parts_: np.concatenate(parts_), *pool.map(one, range(0, count, CHUNK))
+            lambda *parts_: np.concatenate(parts_), *pool.map(one, range(0, count, size))
         )
 
 

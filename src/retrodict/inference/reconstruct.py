@@ -19,7 +19,7 @@ from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Solution, rivals_of, solutions, weighed
 from retrodict.inference.outcome import Mode, Outcome
 from retrodict.inference.posterior import RESOLVED
-from retrodict.inference.programs import BATCH, CHUNK, Programs, programs_for
+from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
 from retrodict.inference.sampling import Progress, Sampling
 from retrodict.inference.tree import prior_keys
 from retrodict.models import RUNGS
@@ -157,10 +157,13 @@ def _compile_ahead(
         programs.expect("reached", data, separation, xi)
         if programs.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
-    programs.expect("potential", np.zeros(n), data, chart)
+    else:
+        programs.expect("potential", np.zeros(n), data, chart)
+    programs.expect(
+        "weigh", data, chart, np.zeros((ROWS, n)), np.zeros((ROWS, len(structure.aims)))
+    )
     if method == "nuts":
         programs.sampler(warmup, targets(structure)[0], data, chart)
-    programs.expect("weigh", data, chart, np.zeros((CHUNK, n)))
     if pictured:
         prior = (prior_keys(0), data)
         programs.expect("prior", *prior)

@@ -1,0 +1,228 @@
+"""The way down a potential: its slope, its curvature, and where it is lowest."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, override
+
+import numpy as np
+from jaxtyping import Float
+
+Point = Float[np.ndarray, " w"]
+Points = Float[np.ndarray, "any w"]
+Slope = Float[np.ndarray, " w"]
+Curvature = Float[np.ndarray, "w w"]
+Values = Float[np.ndarray, " any"]
+Missed = Float[np.ndarray, "any items"]
+Arrived = Callable[[Point], bool]
+
+_STEP = 0.05  # of differences, in standard deviations
+_STILL, _MOST = 1e-3, 400  # slope at which a search ends, and steps that it may take
+_IDLE, _ENOUGH = 1e-2, 3  # by likenesses it ends too where so many steps have been so short
+_OUTSIDE, _BACK = 1e10, 1e8  # what is told where there is no potential, and how it rises outwards
+_STRIDE, _ROUNDS = 0.25, 30  # of many searches at once: of the way to w = 0, and how many
+
+
+class Potential(ABC):
+    """A function of w, with its derivatives."""
+
+    @abstractmethod
+    def __call__(self, w: Point) -> tuple[float, Slope]:
+        """Value and slope at w; outside of where it is finite, such as lead back in."""
+
+    @abstractmethod
+    def curvature(self, w: Point) -> Curvature:
+        """The Hessian at w; zero where that is no number."""
+
+    @abstractmethod
+    def lowest(self, start: Point, arrived: Arrived | None = None) -> Found:
+        """Where it is lowest near a start; or where a search from there arrived at what was known."""
+
+    def lowest_from(self, starts: Points, arrived: Arrived) -> list[Found]:
+        """The same from many."""
+        return [self.lowest(start, arrived) for start in starts]
+
+
+class Found(NamedTuple):
+    """Where a search ended: the point, the potential there (infinite if nowhere), and its slope."""
+
+    w: Point
+    value: float
+    slope: Slope
+
+
+@dataclass(frozen=True)
+class Differentiated(Potential):
+    """A potential with a program for its slope.
+
+    Args:
+        at: value and slope.
+    """
+
+    at: Callable[[Point], tuple[float, Slope]]
+
+    @override
+    def __call__(self, w: Point) -> tuple[float, Slope]:
+        value, slope = self.at(w)
+        values, slopes = _or_back(w[None], np.array([value]), slope[None])
+        return float(values[0]), slopes[0]
+
+    @override
+    def curvature(self, w: Point) -> Curvature:
+        steps = _STEP * np.eye(w.size)
+        rows = [self.at(w + step)[1] - self.at(w - step)[1] for step in steps]
+        return _numbers((np.array(rows) + np.transpose(rows)) / (4 * _STEP))
+
+    @override
+    def lowest(self, start: Point, arrived: Arrived | None = None) -> Found:
+        return _lowest(self, start, arrived, method="BFGS", jac=True)
+
+
+@dataclass(frozen=True)
+class Differenced(Potential):
+    """A potential with a near enough likeness about each point, whose values come by the batch.
+
+    A slope and all of the curvature then cost little more than a value, and a program for the slope,
+    which takes longer to compile than all else that a mode needs, is not wanted.
+
+    Args:
+        at: values at points, and what the likeness misses there.
+        alike: values of likenesses at points, each of one that misses so much.
+    """
+
+    at: Callable[[Points], tuple[Values, Missed]]
+    alike: Callable[[Points, Missed], Values]
+
+    @override
+    def __call__(self, w: Point) -> tuple[float, Slope]:
+        values, missed = self.at(w[None])
+        values, slopes = _or_back(w[None], values, self._slopes(w[None], missed))
+        return float(values[0]), slopes[0]
+
+    @override
+    def curvature(self, w: Point) -> Curvature:
+        return self._about(w).curvature
+
+    @override
+    def lowest(self, start: Point, arrived: Arrived | None = None) -> Found:
+        known: dict[bytes, _Local] = {}
+
+        def local(w: Point) -> _Local:
+            if w.tobytes() not in known:
+                known.clear()
+                known[w.tobytes()] = self._about(w)
+            return known[w.tobytes()]
+
+        before, idle = start, 0
+
+        def ended(w: Point) -> bool:
+            nonlocal before, idle
+            # a likeness's slope does not quite lead down, and in the end not at all
+            idle = idle + 1 if np.linalg.norm(w - before) < _IDLE else 0
+            before = w.copy()
+            return idle == _ENOUGH or bool(arrived and arrived(w))
+
+        return _lowest(
+            lambda w: local(w).value,
+            start,
+            ended,
+            method="trust-exact",
+            jac=lambda w: local(w).slope,
+            hess=lambda w: local(w).curvature,
+        )
+
+    @override
+    def lowest_from(self, starts: Points, arrived: Arrived) -> list[Found]:
+        w, stride = starts.copy(), _STRIDE * np.linalg.norm(starts, axis=1)
+        values, missed = self.at(w)
+        slopes = np.zeros_like(w)
+        ends: list[Found | None] = [None] * len(starts)
+        # all at once downhill while that is quick, which is home for most of them
+        under_way = np.arange(len(starts))
+        for _ in range(_ROUNDS):
+            ends_here = [i for i in under_way if arrived(w[i])]
+            for i in ends_here:
+                ends[i] = Found(w[i], float(values[i]), slopes[i])
+            under_way = np.setdiff1d(under_way, ends_here)
+            if not under_way.size:
+                break
+            at = w[under_way]
+            here, slope = _or_back(at, values[under_way], self._slopes(at, missed[under_way]))
+            steep = np.maximum(np.linalg.norm(slope, axis=1), 1e-300)
+            move = np.minimum(1.0, stride[under_way] / steep)[:, None] * slope
+            there, missed_there = self.at(at - move)
+            lower = there < here
+            slopes[under_way] = slope
+            stride[under_way[~lower]] /= 2
+            better = under_way[lower]
+            w[better], values[better] = (at - move)[lower], there[lower]
+            missed[better] = missed_there[lower]
+        return [end or self.lowest(start, arrived) for end, start in zip(ends, w, strict=True)]
+
+    def _slopes(self, w: Points, missed: Missed) -> Points:
+        count, n = w.shape
+        steps = _STEP * np.concatenate([np.eye(n), -np.eye(n)])
+        points = (w[:, None] + steps).reshape(-1, n)
+        ends = self.alike(points, np.repeat(missed, 2 * n, axis=0)).reshape(count, 2, n)
+        with np.errstate(invalid="ignore"):
+            return _numbers((ends[:, 0] - ends[:, 1]) / (2 * _STEP))
+
+    def _about(self, w: Point) -> _Local:
+        n, steps, (i, j) = w.size, _STEP * np.eye(w.size), np.triu_indices(w.size, 1)
+        values, missed = self.at(w[None])
+        points = np.concatenate([w[None], w + steps, w - steps, w + steps[i] + steps[j]])
+        ends = self.alike(points, np.repeat(missed, len(points), axis=0))
+        here, ahead, behind, both = np.split(ends, [1, 1 + n, 1 + 2 * n])
+        with np.errstate(invalid="ignore"):
+            slope = (ahead - behind) / (2 * _STEP)
+            curvature = np.diag(ahead + behind - 2 * here)
+            curvature[i, j] = curvature[j, i] = both - ahead[i] - ahead[j] + here
+        values, slopes = _or_back(w[None], values, _numbers(slope)[None])
+        return _Local(float(values[0]), slopes[0], _numbers(curvature / _STEP**2))
+
+
+class _Local(NamedTuple):
+    """What a potential is like about a point."""
+
+    value: float
+    slope: Slope
+    curvature: Curvature
+
+
+def spread(curvature: Curvature, least: float) -> Float[np.ndarray, "w w"]:
+    """Square root of the covariance of a normal of this curvature, or of `least` where it has less."""
+    values, vectors = np.linalg.eigh(curvature)
+    return vectors @ np.diag(1 / np.sqrt(np.clip(values, least, 1e4))) @ vectors.T
+
+
+def _numbers(values: np.ndarray) -> np.ndarray:
+    return np.nan_to_num(values, posinf=0, neginf=0)
+
+
+def _or_back(w: Points, values: Values, slopes: Points) -> tuple[Values, Points]:
+    """Values and slopes; where there are none, such as lead back in."""
+    inside = np.isfinite(values)
+    back = _OUTSIDE + _BACK * np.sum(w**2, axis=1)
+    return np.where(inside, values, back), np.where(inside[:, None], slopes, 2 * _BACK * w)
+
+
+def _lowest(
+    potential: Callable[[Point], Any],
+    start: Point,
+    arrived: Arrived | None,
+    *,
+    method: str,
+    jac: Any,
+    hess: Any = None,
+) -> Found:
+    from scipy.optimize import minimize  # slow to import, and compilers are at work by now
+
+    def told(intermediate_result: Any) -> None:
+        if arrived and arrived(intermediate_result.x):
+            raise StopIteration
+
+    options = {"gtol": _STILL, "maxiter": _MOST}
+    end = minimize(potential, start, (), method, jac, hess, callback=told, options=options)
+    return Found(end.x, np.inf if end.fun >= _OUTSIDE else float(end.fun), end.jac)
