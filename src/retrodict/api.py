@@ -14,7 +14,7 @@ from retrodict.inference.errors import Interrupted
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
-from retrodict.inference.sampling import Progress
+from retrodict.inference.sampling import Progress, Sampling
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
@@ -211,11 +211,11 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
-    climbed = None
+    climbed, known = None, dict[str, Sampling]()
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:
-            climbed = ladder(scene, seed=seed, progress=progress)
+            climbed = ladder(scene, seed=seed, progress=progress, known=known)
             if not climbed.complete:
                 raise Interrupted("stopped before a model was chosen")
         model = (climbed and climbed.choice) or rungs[-1]
@@ -229,6 +229,7 @@ def reconstruct(
         seed=seed,
         progress=progress,
         resume=resume,
+        known=known,
     )
     return Result(outcome, climbed)
 

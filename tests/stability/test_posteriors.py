@@ -12,7 +12,7 @@ from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, told, 
 from benchmarks.atlas.scenes import made
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.studies.conflict import conflicts
 
 Ordinary = tuple[Posterior, dict[str, np.ndarray], np.ndarray]
@@ -45,17 +45,17 @@ def test_rest_poses_that_say_nothing_are_withheld() -> None:
 def test_an_outlier_is_believed() -> None:
     """B's rest 10 sd off: an answer far from the truth passes, as the report of the scene forewarns."""
     scene, truth = made()
-    speeds = []
-    for sds in (0, 10):
-        said, outcome = told(moved(scene, "b", sds * scene.rest["b"].x.sd))
-        assert said.startswith("passed")
-        assert outcome is not None
-        speeds.append(float(outcome.idata["posterior"]["speed_b"].mean()))
-        if not sds:
-            item = next(each for each in conflicts(outcome) if each.name == "rest_x_b")
-            assert item.believed > 0.9
+    said, outcome = told(moved(scene, "b", 10 * scene.rest["b"].x.sd))
+    assert said.startswith("passed")
+    assert outcome is not None
     assert far_from_truth(outcome, truth) > 2
-    assert speeds[1] - speeds[0] == pytest.approx(10 * item.moved, rel=0.2)
+    # what is forewarned is an estimate by draws, sure to some tenths: of several runs
+    undisturbed = [reconstruct(scene, method="importance", seed=seed) for seed in range(8)]
+    items = [next(c for c in conflicts(o) if c.name == "rest_x_b") for o in undisturbed]
+    assert np.mean([item.believed for item in items]) > 0.9
+    ahead = 10 * np.mean([item.moved for item in items])
+    speeds = [float(o.idata["posterior"]["speed_b"].mean()) for o in (undisturbed[0], outcome)]
+    assert speeds[1] - speeds[0] == pytest.approx(ahead, rel=0.2)
 
 
 def test_a_contact_line_that_parts_no_vehicles_leaves_open_how_they_close_in() -> None:
@@ -84,8 +84,9 @@ def test_turns_that_are_not_written_down_are_found() -> None:
 
 def test_heavy_tails_do_not_pass_unseen() -> None:
     posterior = prepare(made(friction_sd=0.6)[0], DEFAULT_RUNG)
-    sure = sites(posterior, draw(posterior, "nuts"))
-    for method in ("importance", "laplace"):
+    long = draw(posterior, "importance", draws=5000)
+    assert not faults(posterior, long, sure := sites(posterior, long))
+    for method in ("nuts", "importance", "laplace"):
         drawn = draw(posterior, method)
         x = sites(posterior, drawn)
         assert faults(posterior, drawn, x) or off(x, sure) < 0.25, method

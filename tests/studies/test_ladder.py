@@ -167,8 +167,9 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 ) -> None:
     asked = []
 
-    def run(scene, *, model, method, seed, pictured):
+    def run(scene, *, model, method, seed, pictured, known):
         asked.append((model, method, seed))
+        assert model in ahead
         assert not pictured  # no figure shows a rung
         if stop_at == model:
             raise KeyboardInterrupt
@@ -176,7 +177,9 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
             raise Unanswerable("no way there")
         return make_outcome(scene)
 
+    ahead = []
     monkeypatch.setattr(ladders, "reconstruct", run)
+    monkeypatch.setattr(ladders, "compile_ahead", lambda scene, model, method: ahead.append(model))
     stop_at = None
     seen = []
     whole = ladder(make_scene(), question=ASKED, seed=5, progress=lambda *p: seen.append(p))

@@ -22,7 +22,8 @@ _STEP = 0.05  # of differences, in standard deviations
 _STILL, _MOST = 1e-3, 400  # slope at which a search ends, and steps that it may take
 _IDLE, _ENOUGH = 1e-2, 3  # by likenesses it ends too where so many steps have been so short
 _OUTSIDE, _BACK = 1e10, 1e8  # what is told where there is no potential, and how it rises outwards
-_STRIDE, _ROUNDS = 0.25, 30  # of many searches at once: of the way to w = 0, and how many
+_STRIDE, _ROUNDS = 0.25, 30  # of many searches at once: share of the way to w = 0, and how many
+_LEVEL = 1e-300  # least slope that is divided by
 
 
 class Potential(ABC):
@@ -41,7 +42,7 @@ class Potential(ABC):
         """Where it is lowest near a start; or where a search from there arrived at what was known."""
 
     def lowest_from(self, starts: Points, arrived: Arrived) -> list[Found]:
-        """The same from many."""
+        """Where searches from many starts ended, but for those that arrived on the way."""
         return [self.lowest(start, arrived) for start in starts]
 
 
@@ -66,8 +67,9 @@ class Differentiated(Potential):
     @override
     def __call__(self, w: Point) -> tuple[float, Slope]:
         value, slope = self.at(w)
-        values, slopes = _or_back(w[None], np.array([value]), slope[None])
-        return float(values[0]), slopes[0]
+        if np.isfinite(value):
+            return value, slope
+        return float(_or_back(w[None], np.array([value]))[0]), 2 * _BACK * w
 
     @override
     def curvature(self, w: Point) -> Curvature:
@@ -97,9 +99,8 @@ class Differenced(Potential):
 
     @override
     def __call__(self, w: Point) -> tuple[float, Slope]:
-        values, missed = self.at(w[None])
-        values, slopes = _or_back(w[None], values, self._slopes(w[None], missed))
-        return float(values[0]), slopes[0]
+        values, missed = self._at(w[None])
+        return float(values[0]), self._slopes(w[None], values, missed)[0]
 
     @override
     def curvature(self, w: Point) -> Curvature:
@@ -136,51 +137,47 @@ class Differenced(Potential):
     @override
     def lowest_from(self, starts: Points, arrived: Arrived) -> list[Found]:
         w, stride = starts.copy(), _STRIDE * np.linalg.norm(starts, axis=1)
-        values, missed = self.at(w)
-        slopes = np.zeros_like(w)
-        ends: list[Found | None] = [None] * len(starts)
-        # all at once downhill while that is quick, which is home for most of them
-        under_way = np.arange(len(starts))
+        values, missed = self._at(w)
+        # all downhill at once while that is quick: most arrive
         for _ in range(_ROUNDS):
-            ends_here = [i for i in under_way if arrived(w[i])]
-            for i in ends_here:
-                ends[i] = Found(w[i], float(values[i]), slopes[i])
-            under_way = np.setdiff1d(under_way, ends_here)
+            under_way = np.flatnonzero([not arrived(each) for each in w])
             if not under_way.size:
                 break
-            at = w[under_way]
-            here, slope = _or_back(at, values[under_way], self._slopes(at, missed[under_way]))
-            steep = np.maximum(np.linalg.norm(slope, axis=1), 1e-300)
-            move = np.minimum(1.0, stride[under_way] / steep)[:, None] * slope
-            there, missed_there = self.at(at - move)
-            lower = there < here
-            slopes[under_way] = slope
+            slopes = self._slopes(w[under_way], values[under_way], missed[under_way])
+            steep = np.maximum(np.linalg.norm(slopes, axis=1), _LEVEL)
+            moved = w[under_way] - np.minimum(1.0, stride[under_way] / steep)[:, None] * slopes
+            there, missed_there = self._at(moved)
+            lower = there < values[under_way]
             stride[under_way[~lower]] /= 2
-            better = under_way[lower]
-            w[better], values[better] = (at - move)[lower], there[lower]
-            missed[better] = missed_there[lower]
-        return [end or self.lowest(start, arrived) for end, start in zip(ends, w, strict=True)]
+            w[under_way[lower]], values[under_way[lower]] = moved[lower], there[lower]
+            missed[under_way[lower]] = missed_there[lower]
+        return [self.lowest(each, arrived) for each in w if not arrived(each)]
 
-    def _slopes(self, w: Points, missed: Missed) -> Points:
+    def _at(self, w: Points) -> tuple[Values, Missed]:
+        values, missed = self.at(w)
+        return _or_back(w, values), missed
+
+    def _slopes(self, w: Points, values: Values, missed: Missed) -> Points:
         count, n = w.shape
         steps = _STEP * np.concatenate([np.eye(n), -np.eye(n)])
         points = (w[:, None] + steps).reshape(-1, n)
         ends = self.alike(points, np.repeat(missed, 2 * n, axis=0)).reshape(count, 2, n)
         with np.errstate(invalid="ignore"):
-            return _numbers((ends[:, 0] - ends[:, 1]) / (2 * _STEP))
+            slopes = _numbers((ends[:, 0] - ends[:, 1]) / (2 * _STEP))
+        return np.where((values < _OUTSIDE)[:, None], slopes, 2 * _BACK * w)
 
     def _about(self, w: Point) -> _Local:
         n, steps, (i, j) = w.size, _STEP * np.eye(w.size), np.triu_indices(w.size, 1)
-        values, missed = self.at(w[None])
+        values, missed = self._at(w[None])
         points = np.concatenate([w[None], w + steps, w - steps, w + steps[i] + steps[j]])
         ends = self.alike(points, np.repeat(missed, len(points), axis=0))
         here, ahead, behind, both = np.split(ends, [1, 1 + n, 1 + 2 * n])
         with np.errstate(invalid="ignore"):
-            slope = (ahead - behind) / (2 * _STEP)
+            slope = _numbers((ahead - behind) / (2 * _STEP))
             curvature = np.diag(ahead + behind - 2 * here)
             curvature[i, j] = curvature[j, i] = both - ahead[i] - ahead[j] + here
-        values, slopes = _or_back(w[None], values, _numbers(slope)[None])
-        return _Local(float(values[0]), slopes[0], _numbers(curvature / _STEP**2))
+        slope = slope if values[0] < _OUTSIDE else 2 * _BACK * w
+        return _Local(float(values[0]), slope, _numbers(curvature / _STEP**2))
 
 
 class _Local(NamedTuple):
@@ -201,11 +198,9 @@ def _numbers(values: np.ndarray) -> np.ndarray:
     return np.nan_to_num(values, posinf=0, neginf=0)
 
 
-def _or_back(w: Points, values: Values, slopes: Points) -> tuple[Values, Points]:
-    """Values and slopes; where there are none, such as lead back in."""
-    inside = np.isfinite(values)
-    back = _OUTSIDE + _BACK * np.sum(w**2, axis=1)
-    return np.where(inside, values, back), np.where(inside[:, None], slopes, 2 * _BACK * w)
+def _or_back(w: Points, values: Values) -> Values:
+    """Values; where there are none, such as rise outwards."""
+    return np.where(np.isfinite(values), values, _OUTSIDE + _BACK * np.sum(w**2, axis=1))
 
 
 def _lowest(

@@ -6,6 +6,7 @@ that only the first run of a structure pays for compilation.
 
 from __future__ import annotations
 
+import gc
 import os
 import time
 from collections.abc import Callable
@@ -472,4 +473,7 @@ def in_chunks(function: Callable[[Any], Any], values: Any, size: int = CHUNK) ->
 @lru_cache(maxsize=8)
 def programs_for(structure: Structure) -> Programs:
     """The programs of a structure, made once a session."""
+    known = programs_for.cache_info()
+    if known.currsize == known.maxsize:
+        gc.collect()  # those no longer kept hold on to themselves
     return Programs(structure)

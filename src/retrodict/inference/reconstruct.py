@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
@@ -23,7 +24,6 @@ from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
 from retrodict.inference.sampling import Progress, Sampling
 from retrodict.inference.tree import prior_keys
 from retrodict.models import RUNGS
-from retrodict.models.arrays import Data
 from retrodict.scene.records import Scene
 
 DEFAULT_RUNG = "planar-moment+wheels"
@@ -41,6 +41,7 @@ def reconstruct(
     progress: Progress | None = None,
     resume: Path | None = None,
     pictured: bool = True,
+    known: dict[str, Sampling] | None = None,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
 
@@ -55,6 +56,7 @@ def reconstruct(
         progress: called as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
         pictured: whether the prior and run-outs are told too, which figures show.
+        known: by model, where this scene's posteriors lie by this seed; what is found is added.
 
     Returns:
         The outcome; marked incomplete when interrupted with some draws already kept.
@@ -76,23 +78,20 @@ def reconstruct(
         )
     draws = chosen.draws if draws is None else draws
     tell("finding where the posterior lies", 0, 1)
-    structure, data = rung.of_scene(scene)
-    programs = programs_for(structure)
     compiled_before = Programs.compile_seconds
-    _compile_ahead(programs, data, method, warmup, pictured)
-    found = solutions(scene, model)
-    scene = found[0].scene
-    faults = _unresolved(found)
-    modes, unsettled = weighed(found, seed)
-    faults += unsettled
+    compile_ahead(scene, model, method, warmup, pictured)
+    known = {} if known is None else known
+    if model not in known:
+        known[model] = _sought(scene, model, seed)
     seeks = chosen.exact and method != "smc"  # which starts from everywhere
-    rivals = rivals_of(found, modes, seed) if seeks else []
+    rivals = known[model].rivals if seeks else []
+    sampling = replace(known[model], rivals=rivals, pictured=pictured, tell=tell)
     tell("finding where the posterior lies", 1, 1)
 
     def told(done: int, total: int) -> None:
         tell("sampling", done, total)
 
-    sampling = Sampling(found, modes, rivals, faults, pictured, tell)
+    found, modes = sampling.found, sampling.modes
     task = Task(found[0].posterior, chains, draws, warmup, seed, told, resume)
     run = sampling.or_by_another(sampling.by(method, task), task)
     notes = [*run.notes]
@@ -103,8 +102,8 @@ def reconstruct(
         notes.append(f"{title}: an approximation; compare it with the method nuts")
     tell("predicting", 1, 1)
     return Outcome(
-        scene=scene,
-        card=rung.card(scene),
+        scene=found[0].scene,
+        card=rung.card(found[0].scene),
         idata=run.idata,
         checks=run.checks,
         seconds={
@@ -120,6 +119,14 @@ def reconstruct(
         unfinished=run.unfinished,
         modes=run.modes,
     )
+
+
+def _sought(scene: Scene, model: str, seed: int) -> Sampling:
+    """All that is to be known before a scene is sampled on a rung."""
+    found = solutions(scene, model)
+    modes, unsettled = weighed(found, seed)
+    rivals = rivals_of(found, modes, seed)
+    return Sampling(found, modes, rivals, _unresolved(found) + unsettled)
 
 
 def _unresolved(found: list[Solution]) -> tuple[str, ...]:
@@ -143,11 +150,20 @@ def _told_several(found: list[Solution], modes: list[Mode]) -> str:
     return told
 
 
-def _compile_ahead(
-    programs: Programs, data: Data, method: str, warmup: int, pictured: bool
+def compile_ahead(
+    scene: Scene, model: str, method: str, warmup: int = 0, pictured: bool = False
 ) -> None:
-    """Have what will be needed compiled side by side, in the order it will be needed."""
-    structure = programs.structure
+    """Have what `reconstruct` will need compiled side by side, in the order it will be needed.
+
+    Args:
+        scene: as of `reconstruct`, and so are the others.
+        model: a name in `retrodict.models.RUNGS`.
+        method: a name in `retrodict.inference.methods.METHODS`.
+        warmup: iterations before the draws.
+        pictured: whether the prior and run-outs are told too.
+    """
+    structure, data = RUNGS[model].of_scene(scene)
+    programs = programs_for(structure)
     chart = charts.blank(structure)
     n = chart.spread.shape[1]
     if not structure.unpinned:

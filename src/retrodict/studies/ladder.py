@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -12,7 +11,8 @@ import numpy as np
 from retrodict.inference.coordinates import size
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods.weights import smoothed
-from retrodict.inference.reconstruct import reconstruct
+from retrodict.inference.reconstruct import compile_ahead, reconstruct
+from retrodict.inference.sampling import Sampling
 from retrodict.models import RUNGS, Rung
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -21,6 +21,7 @@ from retrodict.studies.fit import Fit, Summary, fit, summary
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
+METHOD = "importance"  # by which rungs are compared
 DOUBT = 0.01  # probability of so large a chi-square below which a rung does not fit
 SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
 FACTOR = 1.25  # by which it may widen or narrow it
@@ -121,6 +122,7 @@ def ladder(
     share: float = SHARE,
     factor: float = FACTOR,
     progress: Progress | None = None,
+    known: dict[str, Sampling] | None = None,
 ) -> Ladder:
     """Reconstruct a scene on every rung that it allows, by importance sampling, and choose one.
 
@@ -136,6 +138,7 @@ def ladder(
         share: of its standard deviation that a fuller rung may move an answer by, above 0.
         factor: by which it may widen or narrow it, above 1.
         progress: called with (rung, done, of all).
+        known: as of `reconstruct`.
 
     Returns:
         The ladder; when interrupted, with the rungs that were finished.
@@ -151,18 +154,21 @@ def ladder(
     refused = refusals(scene, question)
     _left(refused)  # raises where there is none
     steps, complete = [], True
+    to_come = [name for name, why in refused.items() if not why]
     for name, why in refused.items():
         if why:
             steps.append(blank(name, why))
             continue
         tell(name, 0, 1)
         try:
-            steps.append(climb(scene, name, question, seed))
+            for soon in to_come[:2]:  # the next one's programs compile while this one's are at work
+                compile_ahead(scene, soon, METHOD)
+            to_come.remove(name)
+            steps.append(climb(scene, name, question, seed, known))
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
         tell(name, 1, 1)
-        gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
     if complete:
         told, choice, reason = chosen(steps, question, share, factor)
     else:
@@ -170,7 +176,13 @@ def ladder(
     return Ladder(scene, question, told, choice, reason, seed, complete, share, factor)
 
 
-def climb(scene: Scene, name: str, question: tuple[str, ...], seed: int) -> Step:
+def climb(
+    scene: Scene,
+    name: str,
+    question: tuple[str, ...],
+    seed: int,
+    known: dict[str, Sampling] | None = None,
+) -> Step:
     """What one rung says of a scene, not yet compared with the others.
 
     Args:
@@ -178,6 +190,7 @@ def climb(scene: Scene, name: str, question: tuple[str, ...], seed: int) -> Step
         name: of the rung.
         question: quantities that are asked.
         seed: of every random number.
+        known: as of `reconstruct`.
 
     Returns:
         The step; with the reason as its verdict where the rung has no posterior.
@@ -187,7 +200,9 @@ def climb(scene: Scene, name: str, question: tuple[str, ...], seed: int) -> Step
     """
     step = blank(name, "")
     try:
-        outcome = reconstruct(scene, model=name, method="importance", seed=seed, pictured=False)
+        outcome = reconstruct(
+            scene, model=name, method=METHOD, seed=seed, pictured=False, known=known
+        )
     except Unanswerable as error:
         return replace(step, verdict=str(error))
     return _told_by(outcome, step, question)

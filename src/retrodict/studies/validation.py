@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -179,7 +178,6 @@ def validate(
         tell(folder.name, 1, 1)
         if keep:
             keep(found(complete=folder == folders[-1]))
-        gc.collect()  # programs that are no longer kept, whose memory maps are limited in number
     return found(complete=True)
 
 

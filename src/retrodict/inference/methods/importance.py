@@ -20,6 +20,7 @@ from retrodict.inference.methods.draws import Draws, Task
 from retrodict.inference.methods.weights import judged, log_mean, resampled, smoothed
 from retrodict.inference.posterior import Posterior
 from retrodict.inference.threads import one_blas_thread
+from retrodict.scene.quantities import REPORTED, describe
 
 # Share of the draws in tails, their degrees of freedom, and along how many axes they reach. In tens of
 # coordinates a Student-t alone costs a quarter of the effective draws (measured); so it is a fifth of
@@ -32,7 +33,10 @@ _EVEN, _SHARE = 0.6, 1 / 3  # Pareto k, effective share of the draws: that ask f
 # draws of one that fits would make it look, times this. (A Pareto k tells nothing of what was never
 # drawn: at 1.27 means were 0.1 sd off with an effective half of the draws.)
 _OUTGROWN = 1.1
-_FOR_EVIDENCE = 2000  # draws
+_FOR_EVIDENCE, _HELD_AGAINST = 2000, 2000  # draws
+# Of the posterior's sd: what an approximation's mean, or its sd, may be off by. A quarter would be
+# wrong; the weights' own Monte Carlo error, some hundredths, is not to let that pass.
+_OFF = 0.2
 # Times as many points as draws were asked for, where their weights fall short; twice as many are kept.
 _MOST = 32
 
@@ -93,6 +97,42 @@ def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
     """
     _, log_weight, _, _ = weighed(posterior, _FOR_EVIDENCE, rng)
     return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
+
+
+def apart(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
+    """Whether draws by an approximation leave the posterior, as importance sampling has it.
+
+    (The weights of Laplace's own draws do not tell: a normal's few draws in a heavy tail passed a
+    spread of three quarters of the posterior's.)
+
+    Args:
+        draws: of the approximation, the model's unknowns by name, each of shape (any,).
+        task: that they were drawn for.
+
+    Returns:
+        Of the reported quantities the one whose mean or spread is off by the most, if by too much; or
+        why that cannot be told.
+    """
+    chance = np.random.default_rng([task.seed, 5])
+    _, log_weight, told, _ = weighed(task.posterior, _HELD_AGAINST, chance)
+    weights, k = smoothed(log_weight)
+    if faults := judged(k)["faults"]:
+        return faults
+    off, inside = {}, weights > 0
+    weights = weights[inside]  # the others may lie where nothing is a number
+    for name in [name for name in REPORTED if name in draws]:
+        sure = told[name][inside]
+        mean = float(weights @ sure)
+        sd = float(np.sqrt(weights @ (sure - mean) ** 2))
+        errors = [abs(draws[name].mean() - mean), abs(draws[name].std() - sd)]
+        off[name] = float(np.max(errors)) / sd if sd > 0 else 0.0
+    worst = max(off, key=lambda name: np.nan_to_num(off[name], nan=np.inf))
+    if off[worst] <= _OFF:
+        return ()
+    return (
+        f"{describe(worst)[0]}: the approximation is off by {off[worst]:.2f} standard deviations of the "
+        f"posterior in its mean or its spread, more than {_OFF}",
+    )
 
 
 def weighed(

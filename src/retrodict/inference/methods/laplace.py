@@ -1,7 +1,7 @@
 """Laplace's approximation: a normal in the flattened coordinates, centred and whitened at the mode.
 
 The coordinates are not linear in the unknowns, so neither is what comes out; how far it is from the
-posterior, its importance weights tell: by their Pareto k, and by what they make of mean and spread.
+posterior, the Pareto k of its importance weights tells, and importance sampling itself.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from retrodict.inference.methods.draws import Draws, Task
-from retrodict.inference.methods.weights import apart, judged, smoothed
+from retrodict.inference.methods.importance import apart
+from retrodict.inference.methods.weights import judged, smoothed
 
 
 def draw(task: Task) -> Draws:
@@ -19,7 +20,6 @@ def draw(task: Task) -> Draws:
     w = rng.standard_normal((task.chains, task.draws, n))
     log_density, told = task.posterior.weighed(w.reshape(-1, n))
     log_weight = log_density + np.sum(w.reshape(-1, n) ** 2, 1) / 2
-    weights, k = smoothed(log_weight)
-    verdict = judged(k)
-    verdict["faults"] += apart(told, told, weights)
+    verdict = judged(smoothed(log_weight)[1])
+    verdict["faults"] = verdict["faults"] or apart(told, task)
     return Draws(w, {"log_weight": log_weight.reshape(w.shape[:2])}, **verdict, told=told)

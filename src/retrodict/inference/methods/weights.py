@@ -6,12 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.scene.quantities import REPORTED, describe
-
 MAX_PARETO_K = 0.7  # Vehtari et al. (2024): above, weighted means do not settle
-# Of the posterior's sd: what an approximation's mean, or its sd, may be off by. A quarter would be
-# wrong; the weights' own Monte Carlo error, some hundredths, is not to let that pass.
-_OFF = 0.2
 
 
 def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
@@ -68,36 +63,6 @@ def judged(k: float) -> dict[str, Any]:
             "misses part of the posterior",
         )
     return {"faults": faults, "attributes": {"pareto_k": k}}
-
-
-def apart(
-    draws: dict[str, np.ndarray], posterior: dict[str, np.ndarray], weights: np.ndarray
-) -> tuple[str, ...]:
-    """Whether an approximation leaves the posterior: one sentence, or none.
-
-    Args:
-        draws: of the approximation, the model's unknowns by name, each of shape (any,).
-        posterior: the same of draws that carry weights.
-        weights: of these, summing to one.
-
-    Returns:
-        Of the reported quantities the one whose mean or spread is off by the most, if by too much.
-    """
-    off, inside = {}, weights > 0
-    weights = weights[inside]  # the others may lie where nothing is a number
-    for name in [name for name in REPORTED if name in draws]:
-        sure = posterior[name][inside]
-        mean = float(weights @ sure)
-        sd = float(np.sqrt(weights @ (sure - mean) ** 2))
-        errors = [abs(draws[name].mean() - mean), abs(draws[name].std() - sd)]
-        off[name] = float(np.max(errors)) / sd if sd > 0 else 0.0
-    worst = max(off, key=lambda name: np.nan_to_num(off[name], nan=np.inf))
-    if off[worst] <= _OFF:
-        return ()
-    return (
-        f"{describe(worst)[0]}: the approximation is off by {off[worst]:.2f} standard deviations of the "
-        f"posterior in its mean or its spread, more than {_OFF}",
-    )
 
 
 def resampled(weights: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
