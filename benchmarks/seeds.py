@@ -3,9 +3,8 @@
 python3 -m uv run --group bench python -m benchmarks.seeds [seeds folder]
 
 Sampling alone is timed, with the way from draws to all that is told of them: by NUTS with half its
-default draws and with all, by importance sampling with as few as a thousand effective draws take. A
-first run with divergences counts as it is: no second run hides it. With a number of seeds and a
-folder: a trial, which writes there only.
+default draws and with all, by importance sampling likewise. A first run with divergences counts as it
+is: no second run hides it. With a number of seeds and a folder: a trial, which writes there only.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ BUDGETS = (
     ("nuts", 250),
     ("nuts", 500),
     ("importance", 500),
-    ("importance", 600),
+    ("importance", 1000),
 )  # draws of a chain
 _TAILS = (0.05, 0.95)  # Vehtari et al. 2021
 
