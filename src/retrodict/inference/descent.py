@@ -86,8 +86,8 @@ class Differentiated(Potential):
 class Differenced(Potential):
     """A potential with a near enough likeness about each point, whose values come by the batch.
 
-    A slope and all of the curvature then cost little more than a value, and a program for the slope,
-    which takes longer to compile than all else that a mode needs, is not wanted.
+    A slope and all of the curvature then cost little more than a value, and no program for the slope
+    has to be compiled, which takes as long as compiling that of the values.
 
     Args:
         at: values at points, and what the likeness misses there.

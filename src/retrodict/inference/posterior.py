@@ -26,9 +26,9 @@ _MOST_STEPS = 768
 _ROLLING_STEPS = 192  # at least: little holds a rolling vehicle back, and its clock runs stiff
 _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
 _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
-# Curvature that whitening takes for real: inputs have a prior of curvature 1, and a direction that is
-# much wider than that is a ridge that bends away.
-_NARROWEST, _WIDEST = 0.3, 1e-2
+# Least curvature that whitening takes for real. Where rest poses do not pin the motion: inputs have a
+# prior of curvature 1, and a direction that is much wider than that is a ridge that bends away.
+_RIDGE, _FLAT = 0.3, 1e-2
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
@@ -204,7 +204,7 @@ def _climbed(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
     axes = np.eye(q.size)
     for _ in range(_CLIMBS):
         at = Posterior(programs, data, charts.plain(q, axes), np.zeros(2), -np.inf, 0.0)
-        axes = axes @ spread(at.potential.curvature(np.zeros(q.size)), _NARROWEST)
+        axes = axes @ spread(at.potential.curvature(np.zeros(q.size)), _RIDGE)
         at = replace(at, chart=charts.plain(q, axes))
         mode, value = _mode(at)
         q = q + axes @ mode
@@ -321,7 +321,7 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         if value + chart.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
         bent, centre = posterior.bent(mode), chart.centre + np.asarray(chart.spread) @ mode
-        axes = np.asarray(chart.spread) @ spread(posterior.potential.curvature(mode), _WIDEST)
+        axes = np.asarray(chart.spread) @ spread(posterior.potential.curvature(mode), _FLAT)
         if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         side = np.asarray(chart.wall.side)
