@@ -35,8 +35,8 @@ from retrodict.scene.quantities import REPORTED
 
 SEEDS = 20
 BUDGETS = (
-    ("nuts", 250),
-    ("nuts", 500),
+    ("nuts", 350),
+    ("nuts", 700),
     ("importance", 500),
     ("importance", 1000),
 )  # draws of a chain

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
+from retrodict.inference.modes import Whereabouts
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
-from retrodict.inference.sampling import Progress, Sampling
+from retrodict.inference.sampling import Progress
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
@@ -211,7 +212,7 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
-    climbed, known = None, dict[str, Sampling]()
+    climbed, known = None, dict[str, Whereabouts]()
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:

@@ -67,9 +67,8 @@ class Differentiated(Potential):
     @override
     def __call__(self, w: Point) -> tuple[float, Slope]:
         value, slope = self.at(w)
-        if np.isfinite(value):
-            return value, slope
-        return float(_or_back(w[None], np.array([value]))[0]), 2 * _BACK * w
+        values = _or_back(w[None], np.array([value]))
+        return float(values[0]), _leading_back(w[None], values, slope[None])[0]
 
     @override
     def curvature(self, w: Point) -> Curvature:
@@ -163,8 +162,8 @@ class Differenced(Potential):
         points = (w[:, None] + steps).reshape(-1, n)
         ends = self.alike(points, np.repeat(missed, 2 * n, axis=0)).reshape(count, 2, n)
         with np.errstate(invalid="ignore"):
-            slopes = _numbers((ends[:, 0] - ends[:, 1]) / (2 * _STEP))
-        return np.where((values < _OUTSIDE)[:, None], slopes, 2 * _BACK * w)
+            slopes = (ends[:, 0] - ends[:, 1]) / (2 * _STEP)
+        return _leading_back(w, values, slopes)
 
     def _about(self, w: Point) -> _Local:
         n, steps, (i, j) = w.size, _STEP * np.eye(w.size), np.triu_indices(w.size, 1)
@@ -173,10 +172,10 @@ class Differenced(Potential):
         ends = self.alike(points, np.repeat(missed, len(points), axis=0))
         here, ahead, behind, both = np.split(ends, [1, 1 + n, 1 + 2 * n])
         with np.errstate(invalid="ignore"):
-            slope = _numbers((ahead - behind) / (2 * _STEP))
+            slope = (ahead - behind) / (2 * _STEP)
             curvature = np.diag(ahead + behind - 2 * here)
             curvature[i, j] = curvature[j, i] = both - ahead[i] - ahead[j] + here
-        slope = slope if values[0] < _OUTSIDE else 2 * _BACK * w
+        slope = _leading_back(w[None], values, slope[None])[0]
         return _Local(float(values[0]), slope, _numbers(curvature / _STEP**2))
 
 
@@ -201,6 +200,11 @@ def _numbers(values: np.ndarray) -> np.ndarray:
 def _or_back(w: Points, values: Values) -> Values:
     """Values; where there are none, such as rise outwards."""
     return np.where(np.isfinite(values), values, _OUTSIDE + _BACK * np.sum(w**2, axis=1))
+
+
+def _leading_back(w: Points, values: Values, slopes: Points) -> Points:
+    """Slopes, zero where they are no number; where there are no values, those of `_or_back`."""
+    return np.where((values < _OUTSIDE)[:, None], _numbers(slopes), 2 * _BACK * w)
 
 
 def _lowest(

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference.descent import spread
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import IMPROBABLE, RIVAL, Posterior, branches
+from retrodict.inference.posterior import FLAT, IMPROBABLE, RESOLVED, RIVAL, Posterior, branches
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -227,20 +229,57 @@ class Rival:
         return float(nearer.mean()) > _REACHED * self.odds / (1 + self.odds)
 
 
-def rivals_of(found: list[Solution], modes: list[Mode], seed: int) -> list[Rival]:
-    """Other modes than the solutions' own, of more weight than RIVAL.
+@dataclass(frozen=True)
+class Whereabouts:
+    """Where a scene's posterior lies on a rung.
 
     Args:
-        found: the solutions.
+        found: its solutions.
         modes: what they weigh, in the same order.
-        seed: of the search.
+        faults: for which no draws are to be relied on.
+        seed: of the search for rivals.
     """
-    return [
-        Rival(i, odds, w)
-        for i, (solution, mode) in enumerate(zip(found, modes, strict=True))
-        for odds, w in rivals(solution.posterior, seed)
-        if odds * mode.weight > RIVAL
-    ]
+
+    found: list[Solution]
+    modes: list[Mode]
+    faults: tuple[str, ...]
+    seed: int
+
+    @cached_property
+    def rivals(self) -> list[Rival]:
+        """Other modes than the solutions' own, of more weight than RIVAL: sought when first asked."""
+        return [
+            Rival(i, odds, w)
+            for i, (solution, mode) in enumerate(zip(self.found, self.modes, strict=True))
+            for odds, w in rivals(solution.posterior, self.seed)
+            if odds * mode.weight > RIVAL
+        ]
+
+
+def whereabouts(scene: Scene, rung: str, seed: int) -> Whereabouts:
+    """Where a scene's posterior lies on a rung.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+        seed: of the draws that weigh solutions, and of the search for rivals.
+
+    Raises:
+        Unanswerable: as of `solutions`.
+    """
+    found = solutions(scene, rung)
+    modes, unsettled = weighed(found, seed)
+    return Whereabouts(found, modes, _unresolved(found) + unsettled, seed)
+
+
+def _unresolved(found: list[Solution]) -> tuple[str, ...]:
+    worst = max(solution.posterior.unresolved for solution in found)
+    if worst <= RESOLVED:
+        return ()
+    return (
+        f"the run-outs are resolved to {worst:.2f} standard deviations of the rest poses only, "
+        f"{RESOLVED} is asked: a vehicle spins too long for its run-out to be followed",
+    )
 
 
 def beside(found: list[Solution], modes: list[Mode], unreached: list[Rival]) -> list[Mode]:
@@ -307,8 +346,7 @@ def shares(log_evidence: np.ndarray) -> np.ndarray:
 
 def _log_volume(posterior: Posterior, w: np.ndarray) -> float:
     """Log of the volume of a mode at w over that of a standard normal."""
-    values = np.linalg.eigvalsh(posterior.potential.curvature(w))
-    return float(-0.5 * np.log(np.clip(values, 1e-2, 1e4)).sum())
+    return float(np.linalg.slogdet(spread(posterior.potential.curvature(w), FLAT))[1])
 
 
 def _told_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:

@@ -28,7 +28,7 @@ _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
 _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
 # Least curvature that whitening takes for real. Where rest poses do not pin the motion: inputs have a
 # prior of curvature 1, and a direction that is much wider than that is a ridge that bends away.
-_RIDGE, _FLAT = 0.3, 1e-2
+_RIDGE, FLAT = 0.3, 1e-2
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
@@ -321,7 +321,7 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         if value + chart.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
         bent, centre = posterior.bent(mode), chart.centre + np.asarray(chart.spread) @ mode
-        axes = np.asarray(chart.spread) @ spread(posterior.potential.curvature(mode), _FLAT)
+        axes = np.asarray(chart.spread) @ spread(posterior.potential.curvature(mode), FLAT)
         if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         side = np.asarray(chart.wall.side)

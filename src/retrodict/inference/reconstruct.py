@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 import time
-from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
@@ -17,9 +16,8 @@ import numpy as np
 from retrodict.inference import charts
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.nuts import targets
-from retrodict.inference.modes import Solution, rivals_of, solutions, weighed
+from retrodict.inference.modes import Solution, Whereabouts, whereabouts
 from retrodict.inference.outcome import Mode, Outcome
-from retrodict.inference.posterior import RESOLVED
 from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
 from retrodict.inference.sampling import Progress, Sampling
 from retrodict.inference.tree import prior_keys
@@ -41,7 +39,7 @@ def reconstruct(
     progress: Progress | None = None,
     resume: Path | None = None,
     pictured: bool = True,
-    known: dict[str, Sampling] | None = None,
+    known: dict[str, Whereabouts] | None = None,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
 
@@ -82,16 +80,15 @@ def reconstruct(
     compile_ahead(scene, model, method, warmup, pictured)
     known = {} if known is None else known
     if model not in known:
-        known[model] = _sought(scene, model, seed)
+        known[model] = whereabouts(scene, model, seed)
+    at, found, modes = known[model], known[model].found, known[model].modes
     seeks = chosen.exact and method != "smc"  # which starts from everywhere
-    rivals = known[model].rivals if seeks else []
-    sampling = replace(known[model], rivals=rivals, pictured=pictured, tell=tell)
+    sampling = Sampling(found, modes, at.rivals if seeks else [], at.faults, pictured, tell)
     tell("finding where the posterior lies", 1, 1)
 
     def told(done: int, total: int) -> None:
         tell("sampling", done, total)
 
-    found, modes = sampling.found, sampling.modes
     task = Task(found[0].posterior, chains, draws, warmup, seed, told, resume)
     run = sampling.or_by_another(sampling.by(method, task), task)
     notes = [*run.notes]
@@ -118,24 +115,6 @@ def reconstruct(
         notes=tuple(notes),
         unfinished=run.unfinished,
         modes=run.modes,
-    )
-
-
-def _sought(scene: Scene, model: str, seed: int) -> Sampling:
-    """All that is to be known before a scene is sampled on a rung."""
-    found = solutions(scene, model)
-    modes, unsettled = weighed(found, seed)
-    rivals = rivals_of(found, modes, seed)
-    return Sampling(found, modes, rivals, _unresolved(found) + unsettled)
-
-
-def _unresolved(found: list[Solution]) -> tuple[str, ...]:
-    worst = max(solution.posterior.unresolved for solution in found)
-    if worst <= RESOLVED:
-        return ()
-    return (
-        f"the run-outs are resolved to {worst:.2f} standard deviations of the rest poses only, "
-        f"{RESOLVED} is asked: a vehicle spins too long for its run-out to be followed",
     )
 
 

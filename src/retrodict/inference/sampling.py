@@ -78,8 +78,8 @@ class Sampling:
     modes: list[Mode]
     rivals: list[Rival]
     faults: tuple[str, ...]
-    pictured: bool = True
-    tell: Progress = lambda stage, done, of_all: None
+    pictured: bool
+    tell: Progress
 
     def by(self, method: str, task: Task) -> Run:
         """Draws of every solution by a method, which goes on to more where that may help.

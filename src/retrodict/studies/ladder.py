@@ -11,8 +11,8 @@ import numpy as np
 from retrodict.inference.coordinates import size
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods.weights import smoothed
+from retrodict.inference.modes import Whereabouts
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
-from retrodict.inference.sampling import Sampling
 from retrodict.models import RUNGS, Rung
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -122,7 +122,7 @@ def ladder(
     share: float = SHARE,
     factor: float = FACTOR,
     progress: Progress | None = None,
-    known: dict[str, Sampling] | None = None,
+    known: dict[str, Whereabouts] | None = None,
 ) -> Ladder:
     """Reconstruct a scene on every rung that it allows, by importance sampling, and choose one.
 
@@ -152,9 +152,8 @@ def ladder(
     tell = progress or (lambda stage, done, total: None)
     question = question or scene.question
     refused = refusals(scene, question)
-    _left(refused)  # raises where there is none
     steps, complete = [], True
-    to_come = [name for name, why in refused.items() if not why]
+    to_come = _left(refused)
     for name, why in refused.items():
         if why:
             steps.append(blank(name, why))
@@ -181,7 +180,7 @@ def climb(
     name: str,
     question: tuple[str, ...],
     seed: int,
-    known: dict[str, Sampling] | None = None,
+    known: dict[str, Whereabouts] | None = None,
 ) -> Step:
     """What one rung says of a scene, not yet compared with the others.
 

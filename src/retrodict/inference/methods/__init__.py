@@ -30,7 +30,7 @@ class Method:
 
 
 METHODS = {
-    "nuts": Method("No-U-Turn sampler", True, 500, nuts.draw, resumes=True),
+    "nuts": Method("No-U-Turn sampler", True, 700, nuts.draw, resumes=True),
     "importance": Method(
         "importance sampling, normal proposal with heavy tails, Pareto-smoothed",
         True,
