@@ -26,7 +26,7 @@ from benchmarks.inference.cost import SCENES
 from benchmarks.inference.reference import CHAINS, WARMUP
 from benchmarks.machine import machine
 from retrodict import load_scene
-from retrodict.inference.methods import importance, nuts
+from retrodict.inference.methods import METHODS, importance, nuts
 from retrodict.inference.methods.chains import sample
 from retrodict.inference.methods.draws import Draws, Task
 from retrodict.inference.posterior import Posterior, prepare
@@ -35,8 +35,8 @@ from retrodict.scene.quantities import REPORTED
 
 SEEDS = 20
 BUDGETS = (
-    ("nuts", 350),
-    ("nuts", 700),
+    ("nuts", METHODS["nuts"].draws // 2),
+    ("nuts", METHODS["nuts"].draws),
     ("importance", 500),
     ("importance", 1000),
 )  # draws of a chain

@@ -31,7 +31,7 @@ from retrodict.inference.methods import METHODS
 from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 
-COMPARED = {"nuts": 500, "importance": 2500, "smc": 600}  # draws in the comparison of many scenes
+COMPARED = {"nuts": METHODS["nuts"].draws, "importance": 2500, "smc": 600}  # draws of a chain
 
 
 class Compared(NamedTuple):

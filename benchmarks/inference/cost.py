@@ -35,8 +35,8 @@ SCENES = {
     "berm": ROOT / "examples" / "brach-1977-berm" / "scene.toml",
 }
 BUDGETS = {
-    "nuts": (50, 150, 500, 1500),
-    "importance": (100, 250, 750, 2500, 10_000),
+    "nuts": (50, 150, METHODS["nuts"].draws, 2100),
+    "importance": (100, 250, METHODS["importance"].draws, 2500, 10_000),
     "smc": (600,),  # particles; its budgets are one, two and four runs
     "laplace": (100, 250, 600, 2500, 10_000),
     "monte-carlo": (100, 250, 600, 2500, 10_000),

@@ -36,7 +36,7 @@ class Effort(NamedTuple):
     nuts: int = 22_500
     importance: int = 60_000
     repeats: int = 4
-    scenes: int = 8
+    scenes: int = 12
     long: int = 5_000
 
     def scaled(self, share: float) -> Effort:
