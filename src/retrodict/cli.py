@@ -65,7 +65,8 @@ def _options(
 
 @app.command()
 def check(scene: SceneFile) -> None:
-    """Validate a scene file, without reconstructing anything."""
+    """Validate a scene file, and doubt what is seldom meant, without reconstructing anything."""
+    from retrodict.scene.doubts import doubts
     from retrodict.scene.quantities import describe
 
     found = _load(scene)
@@ -76,6 +77,8 @@ def check(scene: SceneFile) -> None:
         f"{len(found.evidence())} items of evidence, "
         f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
     )
+    for doubt in doubts(found):
+        typer.echo(f"  doubt: {doubt}")
 
 
 @app.command()

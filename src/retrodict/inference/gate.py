@@ -8,6 +8,7 @@ import numpy as np
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error
 from retrodict.inference.outcome import Checks
+from retrodict.scene.doubts import doubts
 from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Scene
 
@@ -111,9 +112,9 @@ def _bfmi(energy: np.ndarray) -> float:
 
 
 def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
-    """Findings about the scene: odd physics, and measurements that disagree with the rest."""
+    """Findings about the scene: what was seldom meant, odd physics, and what disagrees with the rest."""
     posterior = idata["posterior"]
-    flags = []
+    flags = [*doubts(scene)]
     if "mu" in posterior:
         reversed_ = float(np.mean(_draws(idata, "mu") / _draws(idata, "mu_critical") > 1))
         if reversed_ > _OFTEN:

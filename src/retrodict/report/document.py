@@ -234,8 +234,11 @@ def _left_out(outcome: Outcome, units: Units) -> list[dict[str, Any]]:
                 "speed": told_with_sd(item.speed_b / speed, item.speed_b_sd / speed),
             }
         cells = without | {
-            "believed": told(100 * item.believed, 0),
-            "moved": told(item.moved / speed, 2),
+            "believed": told(100 * item.believed, decimals_of(10, error=100 * item.believed_error)),
+            "moved": told(
+                item.moved / speed,
+                decimals_of(item.speed_b_sd / speed, error=item.moved_error / speed),
+            ),
         }
         cells = {k: cell if cell == NOTHING else marked(outcome, cell) for k, cell in cells.items()}
         measured = told_with_sd(item.value / unit.worth, item.sd / unit.worth)

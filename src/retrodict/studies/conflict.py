@@ -28,6 +28,7 @@ class LeftOut:
         believed: share of an error in it that the posterior would follow, to first order; near 1
             nothing else contradicts it. No number where the likelihood is not normal.
         moved: how far an error of one sd would move B's speed before impact, to first order; likewise.
+        believed_error, moved_error: their Monte Carlo errors.
     """
 
     name: str
@@ -41,6 +42,8 @@ class LeftOut:
     pareto_k: float
     believed: float
     moved: float
+    believed_error: float
+    moved_error: float
 
     @property
     def told(self) -> bool:
@@ -67,21 +70,28 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
     Returns:
         One record an item that the model explains; none of draws without predictions.
     """
+    from arviz_stats import mcse  # slow to import
+
     from retrodict.inference.methods.weights import smoothed  # imports jax
 
     tree = outcome.idata
     if not {"posterior", "posterior_predictive", "log_likelihood"} <= set(tree.children):
         return ()
     measured = outcome.scene.evidence()
-    speed = np.asarray(tree["posterior"]["speed_b"]).ravel()
+    speeds = tree["posterior"]["speed_b"]
+    speed = np.asarray(speeds).ravel()
     found = []
     for name in map(str, tree["log_likelihood"].data_vars):
         weights, k = smoothed(-np.asarray(tree["log_likelihood"][name]).ravel())
-        predicted = np.asarray(tree["posterior_predictive"][name]).ravel()
+        predictions = tree["posterior_predictive"][name]
+        predicted = np.asarray(predictions).ravel()
         value, sd = measured[name].value, measured[name].sd
         beyond = weights @ (predicted > value)
         # the slope of a posterior mean by a normal measurement is its covariance with what is measured
-        believed, moved = np.cov(predicted, speed)[0] / (sd**2, sd)
+        off = (predictions - predictions.mean()) / sd
+        shares = [off * off, off * (speeds - speeds.mean())]
+        believed, moved = (float(share.mean()) for share in shares)
+        errors = [float(mcse(share, method="mean")) for share in shares]
         if outcome.scene.robust:
             believed = moved = np.nan
         found.append(
@@ -94,7 +104,8 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
                 *_moments(speed, weights),
                 k,
                 float(np.clip(believed - 1, 0, 1)),  # predictions hold the measurement's own error
-                float(moved),
+                moved,
+                *errors,
             )
         )
     return tuple(found)

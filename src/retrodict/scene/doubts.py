@@ -1,0 +1,84 @@
+"""What a scene file may say but seldom means. It is told, and believed all the same."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from retrodict.scene.records import VEHICLES, Measured, Scene
+
+# of the way between the centres of gravity: two cars side by side, a length apart, have two fifths
+_ACROSS = 1 / 3
+_RADIUS = (0.35, 0.65)  # of gyration in yaw, in wheelbases; the default's sources have 0.47 to 0.50
+
+
+def doubts(scene: Scene) -> tuple[str, ...]:
+    """What in a scene was probably not meant, by its values alone.
+
+    Args:
+        scene: what was measured.
+
+    Returns:
+        A line each: the key, what is odd and what to look at.
+    """
+    return (*_sides(scene), *_inertias(scene), *_courses(scene))
+
+
+def _sides(scene: Scene) -> list[str]:
+    """Contact lines that do not part the vehicles: often one that was counted from the x axis."""
+
+    def beyond(v: str) -> np.ndarray:
+        """Where a centre of gravity lies from the contact line, and along it."""
+        vehicle = scene.vehicles[v]
+        angle = vehicle.heading.value + vehicle.impact_angle.value - scene.contact.Gamma.value
+        return -vehicle.impact_distance.value * np.array([np.cos(angle), np.sin(angle)])
+
+    of_a, of_b = map(beyond, VEHICLES)
+    across, apart = abs(of_a - of_b)[0], np.hypot(*(of_a - of_b))
+    if of_a[0] * of_b[0] > 0:
+        odd = (
+            f"both centres of gravity lie on one side of it, A's {abs(of_a[0]):.1f} m and B's "
+            f"{abs(of_b[0]):.1f} m off"
+        )
+    elif across < _ACROSS * apart:
+        odd = (
+            f"it hardly parts the vehicles: of the {apart:.1f} m between their centres of gravity "
+            f"{across:.1f} m lie across it"
+        )
+    else:
+        return []
+    return [
+        f"impact.contact_line: {odd}; it is counted from the y axis: look at it and at the angles of "
+        "the impact centres"
+    ]
+
+
+def _inertias(scene: Scene) -> list[str]:
+    found = []
+    for v in VEHICLES:
+        vehicle = scene.vehicles[v]
+        wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
+        radius = math.sqrt(vehicle.yaw_inertia.value / vehicle.mass.value) / wheelbase
+        if not _RADIUS[0] <= radius <= _RADIUS[1]:
+            found.append(
+                f"vehicles.{v.upper()}.yaw_inertia: makes a radius of gyration of {radius:.2f} "
+                "wheelbases, where vehicles have about 0.5: look at its unit, the mass and the "
+                "wheelbase"
+            )
+    return found
+
+
+def _courses(scene: Scene) -> list[str]:
+    found = []
+    for v in VEHICLES:
+        course: Measured | None = scene.approach[v].direction
+        if course is None:
+            continue
+        off = math.remainder(course.value - scene.vehicles[v].heading.value, math.tau)
+        if abs(off) > math.pi / 2:
+            found.append(
+                f"vehicles.{v.upper()}.approach.direction: {abs(math.degrees(off)):.0f} deg off the "
+                "heading at impact, so that the vehicle travels backwards: look at both"
+            )
+    return found

@@ -1,0 +1,64 @@
+"""What is seldom meant is told, and nothing else is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retrodict.scene.doubts import doubts
+from retrodict.scene.load import load_scene
+from retrodict.scene.records import Measured, Scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCENE = load_scene(EXAMPLES / "brach-1977" / "scene.toml")
+
+
+@pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/scene.toml")), ids=lambda f: f.parent.name)
+def test_nothing_in_the_examples_is_doubted(file: Path) -> None:
+    assert doubts(load_scene(file)) == ()
+
+
+def test_a_contact_line_counted_from_the_x_axis_is_doubted() -> None:
+    scene = load_scene(EXAMPLES / "ricsac-04" / "scene.toml")
+    across = Measured(scene.contact.Gamma.value + np.pi / 2)
+    (odd,) = doubts(replace(scene, contact=replace(scene.contact, Gamma=across)))
+    assert odd.startswith("impact.contact_line: it hardly parts the vehicles: of the 4.0 m between")
+
+
+def test_vehicles_on_one_side_of_the_contact_line_are_doubted() -> None:
+    angle = SCENE.vehicles["a"].impact_angle
+    (odd,) = doubts(_with(SCENE, "a", impact_angle=replace(angle, value=angle.value + np.pi)))
+    assert odd.startswith(
+        "impact.contact_line: both centres of gravity lie on one side of it, A's 2.0 m"
+    )
+
+
+def _with(scene: Scene, v: str, **parts: Measured) -> Scene:
+    return replace(scene, vehicles=scene.vehicles | {v: replace(scene.vehicles[v], **parts)})
+
+
+def test_a_yaw_inertia_in_another_unit_is_doubted() -> None:
+    as_meant = SCENE.vehicles["a"].yaw_inertia
+    # a figure in lb ft s² that was written as kg m², and one in kg m² that was written as lb ft s²
+    for factor in (1 / 1.3558, 1.3558):
+        assert not doubts(
+            _with(SCENE, "a", yaw_inertia=replace(as_meant, value=factor * as_meant.value))
+        )
+    # lb ft² for lb ft s²: g in ft/s² apart
+    odd = doubts(_with(SCENE, "a", yaw_inertia=replace(as_meant, value=32.2 * as_meant.value)))
+    assert len(odd) == 1
+    assert odd[0].startswith("vehicles.A.yaw_inertia: ")
+
+
+def test_a_vehicle_that_travels_backwards_is_doubted() -> None:
+    approach = SCENE.approach["a"]
+    assert approach.direction is not None
+    turned = replace(approach.direction, value=approach.direction.value + np.pi)
+    odd = doubts(
+        replace(SCENE, approach=SCENE.approach | {"a": replace(approach, direction=turned)})
+    )
+    assert len(odd) == 1
+    assert odd[0].startswith("vehicles.A.approach.direction: 180 deg off")
