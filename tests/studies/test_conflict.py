@@ -11,6 +11,7 @@ from retrodict.scene.records import Measured
 from retrodict.studies.conflict import conflicts
 
 MEASURED = {"one": (19.0, 1.0), "two": (20.5, 1.0), "far": (26.0, 1.5), "wide": (18.0, 4.0)}
+DRAWS = 400_000
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def found() -> dict:
     """Four measurements of one speed, prior 20 ± 10, from draws of their exact posterior."""
     mean, sd = posterior(MEASURED)
     rng = np.random.default_rng(0)
-    speed = rng.normal(mean, sd, (4, 100_000))
+    speed = rng.normal(mean, sd, (4, DRAWS // 4))
     of_draw = {name: (("chain", "draw"), a) for name, a in predictions(speed, rng).items()}
     likelihood = {
         name: (("chain", "draw"), stats.norm.logpdf(value, speed, error))
@@ -68,6 +69,16 @@ def test_an_error_is_believed_as_far_as_all_else_lets_it(found: dict, name: str)
     shift, _ = np.array(posterior(MEASURED | {name: (value + sd, sd)})) - (mean, 0)
     assert found[name].moved == pytest.approx(shift, abs=0.02)
     assert found[name].believed == pytest.approx(shift / sd, abs=0.02)
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_errors_of_drawing_are_those_of_independent_normals(found: dict, name: str) -> None:
+    (_, sd), (_, error) = posterior(MEASURED), MEASURED[name]
+    share = sd / error  # a prediction, in errors of the measurement, has a variance of 1 + share²
+    of_square = np.sqrt(2 / DRAWS) * (1 + share**2)
+    of_product = np.sqrt(((1 + share**2) * sd**2 + (share * sd) ** 2) / DRAWS)
+    assert found[name].believed_error == pytest.approx(of_square, rel=0.05)
+    assert found[name].moved_error == pytest.approx(of_product, rel=0.05)
 
 
 def test_only_what_lies_far_out_disagrees(found: dict) -> None:
