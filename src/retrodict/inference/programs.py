@@ -42,8 +42,8 @@ BLOCK = 50  # iterations per call of `advance`
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.
 _MAX_TREE_DEPTH = 6
 
-# Slope of a potential, root of mean square: that of a standard normal is about 1, and true ones reach 17
-# where the rest of a rolling car turns on little (RICSAC 10, where 20 made NUTS diverge thrice as often).
+# Slope of a potential, root of mean square: that of a standard normal is about 1, and true ones reach
+# tens where the rest of a rolling car turns on little: cut off, NUTS diverges there.
 _STEEPEST = 100.0
 
 _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
