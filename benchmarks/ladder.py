@@ -203,7 +203,8 @@ def tables(rows: list[Row]) -> page.Parts:
         f"- Of the {len(beside)} scenes whose choice lies beside or above the truth, a fuller rung "
         f"moved the true one's answer so far in {sum(moved)}.",
         _bound(scenes),
-        f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}.",
+        f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}. Of each "
+        f"rung: {', '.join(_seconds(rows))}.",
     ]
     heading = ["true rung", "scenes", *KINDS, "chosen covers"]
     choice = page.table(heading, _choices(scenes, kinds))
@@ -215,6 +216,13 @@ def tables(rows: list[Row]) -> page.Parts:
     heading += ["rms error, m/s", "width, of the fullest's"]
     others = page.table(heading, (_setting(scenes, *setting) for setting in settings))
     return {"summary": summary, "choices": choice, "settings": others, "biases": bias}
+
+
+def _seconds(rows: list[Row]) -> Iterator[str]:
+    """Each rung and what it takes in the median."""
+    for rung in RUNGS:
+        taken = [float(row["seconds"]) for row in rows if row["rung"] == rung and row["median"]]
+        yield f"{rung} {np.median(taken or [np.nan]):.2f}"
 
 
 def _bound(scenes: dict[str, list[Row]]) -> str:
