@@ -1,5 +1,6 @@
 """The ladder: what fits, which rung is chosen, and what other priors would say."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,13 +10,15 @@ import xarray as xr
 from retrodict.inference import Unanswerable
 from retrodict.inference.methods.weights import log_mean
 from retrodict.inference.outcome import Mode
+from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
-from retrodict.studies.ladder import FACTOR, SHARE, chosen, ladder, refusals
+from retrodict.studies.ladder import FACTOR, SHARE, chosen, climb, ladder, refusals
 from tests.report.conftest import make_outcome, make_scene
 from tests.scenes import collision
 from tests.studies.made_up import ladder_of, step
 
 ASKED = ("speed_b",)
+PAPER = Path(__file__).parents[2] / "examples" / "brach-1977" / "scene.toml"
 
 
 def choice(*steps):
@@ -195,3 +198,11 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
     assert not cut.complete
     assert cut.choice is None
     assert [s.name for s in cut.steps] == ["low", "middle"]
+
+
+def test_on_the_paper_s_scene_momentum_gives_the_speed_and_a_straight_slide_does_not() -> None:
+    scene = load_scene(PAPER)
+    names = ("momentum+slide", "momentum+wheels", "planar-moment+wheels")
+    slide, momentum, fullest = (climb(scene, name, ASKED, 0).answers["speed_b"] for name in names)
+    assert abs(momentum.median - fullest.median) < fullest.sd / 4
+    assert slide.median > fullest.median + 2 * fullest.sd  # B turns twice on its way
