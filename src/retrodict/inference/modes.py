@@ -237,7 +237,7 @@ class Whereabouts:
         found: its solutions.
         modes: what they weigh, in the same order.
         faults: for which no draws are to be relied on.
-        seed: of the search for rivals.
+        seed: that it was found by, and that rivals are sought by.
     """
 
     found: list[Solution]

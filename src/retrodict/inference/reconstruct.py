@@ -81,9 +81,10 @@ def reconstruct(
     known = {} if known is None else known
     if model not in known:
         known[model] = whereabouts(scene, model, seed)
-    at, found, modes = known[model], known[model].found, known[model].modes
+    where = known[model]
+    found, modes = where.found, where.modes
     seeks = chosen.exact and method != "smc"  # which starts from everywhere
-    sampling = Sampling(found, modes, at.rivals if seeks else [], at.faults, pictured, tell)
+    sampling = Sampling(found, modes, where.rivals if seeks else [], where.faults, pictured, tell)
     tell("finding where the posterior lies", 1, 1)
 
     def told(done: int, total: int) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
-import numpy as np
-
-from retrodict.scene.records import VEHICLES, Measured, Scene
+from retrodict.scene.records import VEHICLES, Scene
 
 # of the way between the centres of gravity: two cars side by side, a length apart, have two fifths
 _ACROSS = 1 / 3
@@ -28,18 +27,19 @@ def doubts(scene: Scene) -> tuple[str, ...]:
 def _sides(scene: Scene) -> list[str]:
     """Contact lines that do not part the vehicles: often one that was counted from the x axis."""
 
-    def beyond(v: str) -> np.ndarray:
-        """Where a centre of gravity lies from the contact line, and along it."""
+    # `mechanics.either_side` asks so of draws, in JAX, which `retrodict check` does without
+    def beyond(v: str) -> complex:
+        """How far a centre of gravity lies off the contact line (real part), and along it."""
         vehicle = scene.vehicles[v]
         angle = vehicle.heading.value + vehicle.impact_angle.value - scene.contact.Gamma.value
-        return -vehicle.impact_distance.value * np.array([np.cos(angle), np.sin(angle)])
+        return -cmath.rect(vehicle.impact_distance.value, angle)
 
     of_a, of_b = map(beyond, VEHICLES)
-    across, apart = abs(of_a - of_b)[0], np.hypot(*(of_a - of_b))
-    if of_a[0] * of_b[0] > 0:
+    across, apart = abs((of_a - of_b).real), abs(of_a - of_b)
+    if of_a.real * of_b.real > 0:
         odd = (
-            f"both centres of gravity lie on one side of it, A's {abs(of_a[0]):.1f} m and B's "
-            f"{abs(of_b[0]):.1f} m off"
+            f"both centres of gravity lie on one side of it, A's {abs(of_a.real):.1f} m and B's "
+            f"{abs(of_b.real):.1f} m off"
         )
     elif across < _ACROSS * apart:
         odd = (
@@ -72,7 +72,7 @@ def _inertias(scene: Scene) -> list[str]:
 def _courses(scene: Scene) -> list[str]:
     found = []
     for v in VEHICLES:
-        course: Measured | None = scene.approach[v].direction
+        course = scene.approach[v].direction
         if course is None:
             continue
         off = math.remainder(course.value - scene.vehicles[v].heading.value, math.tau)

@@ -19,9 +19,9 @@ from jaxtyping import Array, Bool, Float
 from retrodict.inference import gate
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.modes import SLIGHT, Solution, solutions, weighed
+from retrodict.inference.modes import SLIGHT, Solution, Whereabouts, whereabouts
 from retrodict.inference.outcome import Checks
-from retrodict.inference.posterior import RESOLVED, Posterior
+from retrodict.inference.posterior import Posterior
 from retrodict.inference.programs import CHUNK, Programs, programs_for
 from retrodict.inference.sampling import may_mend
 from retrodict.mechanics import closing_speed
@@ -207,12 +207,13 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         i, rng = number % _BATCH, np.random.default_rng([of.seed, number, 1])
         scene = _measured(of.scene, structure, {k: v[i] for k, v in told.items()}, rng)
         truth = {k: v[i] for k, v in sites.items()}
+        seed = int(rng.integers(2**31))
         try:
-            found = solutions(scene, of.model)
+            where = whereabouts(scene, of.model, seed)
         except Unanswerable as error:
             rows.append(Row(number, reason=f"refused: {error}"))
             continue
-        ranks, reason = _ranked(found, of.method, truth, rng)
+        ranks, reason = _ranked(where, of.method, truth, rng)
         rows.append(Row(number, ranks, reason))
     return rows
 
@@ -297,15 +298,14 @@ def _measured(scene: Scene, structure: Structure, told: Values, rng: np.random.G
 
 
 def _ranked(
-    found: list[Solution], method: str, truth: Values, rng: np.random.Generator
+    where: Whereabouts, method: str, truth: Values, rng: np.random.Generator
 ) -> tuple[dict[str, int], str]:
     """Ranks of the truth among draws of a scene's solutions; or none, and why."""
+    found, modes = where.found, where.modes
     programs, data = found[0].posterior.programs, found[0].posterior.data
-    seed = int(rng.integers(2**31))
-    every = [_draws(solution, method, seed) for solution in found]
-    modes, unsettled = weighed(found, seed)
+    every = [_draws(solution, method, where.seed) for solution in found]
     judged = [own for mode, (_, own) in zip(modes, every, strict=True) if mode.weight >= SLIGHT]
-    if faults := sum(judged, unsettled):
+    if faults := sum(judged, where.faults):
         return {}, f"checks failed: {'; '.join(faults)}"
     # as many as one call takes, evenly along the chains, with the truth last
     weights = [mode.weight for mode in modes]
@@ -365,7 +365,4 @@ def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, 
             ),
         }
     )
-    reasons = drawn.faults
-    if posterior.unresolved > RESOLVED:
-        reasons += ("the run-outs are not resolved",)
-    return known, gate.judge(idata, scene, reasons)
+    return known, gate.judge(idata, scene, drawn.faults)
