@@ -66,12 +66,15 @@ class Structure:
     def unpinned(self) -> bool:
         """Whether coordinates are velocities after the impact, and not rest poses.
 
-        So it is where a part of the rest poses was not measured; and where a vehicle rolls, for its
-        tyres soon end what sideways motion it had, and how far it goes hangs on what little holds it
-        back.
+        So it is where no rest was measured; and where a vehicle rolls, for its tyres soon end what
+        sideways motion it had, and how far it goes hangs on what little holds it back.
         """
-        pinned = set(self.aims) <= set(self.evidence)
-        return bool(self.rolling) or not pinned
+        return bool(self.rolling) or not self.rested
+
+    @property
+    def whole(self) -> bool:
+        """Whether both rest poses were measured, and all of them."""
+        return set(self.aims) <= set(self.evidence)
 
     @property
     def rested(self) -> bool:

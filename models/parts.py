@@ -184,8 +184,12 @@ RestPoses = Callable[[Structure, Data, Values, Float[Array, " separation"]], Arr
 
 
 def aimed(structure: Structure, data: Data, z: Float[Array, " aims"]) -> Float[Array, "2 aim"]:
-    """What lies z standard deviations from the measured rest poses, a row for each vehicle."""
-    value, sd = jnp.stack([data.evidence[name] for name in structure.aims], axis=1)
+    """What lies z standard deviations from the measured rest poses, a row for each vehicle.
+
+    It says nothing of a part that was not measured.
+    """
+    pairs = [data.evidence.get(name, np.array([0.0, 1.0])) for name in structure.aims]
+    value, sd = jnp.stack(pairs, axis=1)
     return (value + sd * z).reshape(2, -1)
 
 

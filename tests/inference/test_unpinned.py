@@ -12,7 +12,6 @@ from retrodict.models.arrays import in_steps
 from retrodict.inference import charts, unpinned
 from retrodict.inference.posterior import RESOLVED, Posterior, prepare, unresolved
 from retrodict.inference.programs import programs_for
-from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.scout import scouted
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
 from tests.scenes import DEGREE, collision
@@ -86,21 +85,6 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
     assert np.abs(moved[: len(unpinned.names(structure))]).max() < (
         1e-9 if rung.startswith("momentum") else 0.2
     )
-
-
-@pytest.mark.slow
-def test_without_headings_at_rest_less_is_known_and_told() -> None:
-    """The impact says most of how the cars spun, so that little is lost with them."""
-    scene = collision()
-    without = {v: replace(pose, heading=None) for v, pose in scene.rest.items()}
-    told = [
-        reconstruct(replace(scene, rest=rest), model="planar-moment+wheels")
-        for rest in (scene.rest, without)
-    ]
-    assert all(each.checks.passed for each in told)
-    whole, partly = (each.idata["posterior"]["speed_b"].to_numpy() for each in told)
-    assert abs(partly.mean() - whole.mean()) < partly.std()
-    assert 0.95 * whole.std() < partly.std() < 3 * whole.std()
 
 
 @pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])

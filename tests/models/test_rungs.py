@@ -116,9 +116,11 @@ SUBSETS = {
 }
 
 
+QUICK = ("departure", "delta-v")  # one without rest poses, one with one
+
+
 @pytest.mark.parametrize(
-    "which",
-    [k if k == "departure" else pytest.param(k, marks=pytest.mark.slow) for k in SUBSETS],
+    "which", [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in SUBSETS]
 )
 def test_subset_of_evidence_agrees_with_weights_in_the_models_unknowns(which: str) -> None:
     agrees(SUBSETS[which], "planar-common+spin")

@@ -80,10 +80,12 @@ class Posterior:
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The potential at points, and by what the sheets miss each part of the rest poses there."""
         log_density, told, q = self._located(w)
-        aims = self.programs.structure.aims
-        value, sd = np.stack([self.data.evidence[name] for name in aims], axis=1)
-        by_run_outs = np.stack([told[f"predicted/{name}"] for name in aims], axis=1)
-        return -log_density, by_run_outs - (value + sd * q[:, : len(aims)])
+        missed = np.zeros((len(w), len(self.programs.structure.aims)))
+        for i, name in enumerate(self.programs.structure.aims):
+            if name in self.data.evidence:
+                value, sd = self.data.evidence[name]
+                missed[:, i] = told[f"predicted/{name}"] - (value + sd * q[:, i])
+        return -log_density, missed
 
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
         """The potential at points if the sheets missed by so much: no run-out is followed."""

@@ -160,7 +160,7 @@ def compile_ahead(
     )
     if method == "nuts":
         programs.sampler(warmup, targets(structure)[0], data, chart)
-    if pictured:
+    if pictured or not structure.whole:  # where a likely crash is sought among those of the prior
         prior = (prior_keys(0), data)
         programs.expect("prior", *prior)
         sites = partial(jax.eval_shape, programs.functions["prior"], *prior)

@@ -2,6 +2,9 @@
 
 Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
 least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
+
+In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that
+along x, of the heading the yaw rate, counted from that of a likely crash.
 """
 
 from __future__ import annotations
@@ -11,12 +14,15 @@ import numpy as np
 from retrodict.inference import coordinates
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.programs import BATCH, Programs, programs_for
+from retrodict.inference.scout import scouted
 from retrodict.inference.threads import one_blas_thread
 from retrodict.mechanics.runout import GRAVITY
 from retrodict.models.arrays import Data, in_steps, steps_of
+from retrodict.models.parts import AFTER
 
 _ROUNDS = 4
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
+_UNIT = 1.0  # of velocities that stand for what was not measured, m/s and rad/s
 _TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
 
 
@@ -29,7 +35,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
 
     Returns:
         (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where the
-        rung has none.
+        rung has none. Where a part was not measured, its velocity is that of a likely crash.
 
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
@@ -37,10 +43,13 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
     size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
     poses, k2, friction, _ = (np.asarray(a)[0] for a in programs("inputs", data, xi))
-    target, sd = _aims(programs, data)
+    whole = programs.structure.whole
+    likely = np.zeros(2 * size) if whole else _likely(programs, data)
+    target, sd = _aims(programs, data, likely)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
     V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
+    V = np.where(_unmeasured(programs), target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
     weight = _TURNING[:size]
@@ -52,7 +61,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
         for j in range(size):
             nudged[:, j + 1, :, j] += _STEP
         batch = np.resize(nudged.reshape(-1, 2 * size), (BATCH, 2 * size))
-        ends = np.asarray(programs("reached", data, batch, xi))[: starts * (size + 1)]
+        ends = _reached(programs, data, batch, xi)[: starts * (size + 1)]
         ends = ends.reshape(starts, size + 1, 2, size)
         miss = (ends[:, 0] - target) / sd
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
@@ -107,7 +116,7 @@ def fit(
     n, size = coordinates.length(structure), len(structure.rests)
     sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
     xi = sample[:, 2 * size :]
-    target, sd = _aims(programs, data)
+    target, sd = _aims(programs, data, separation)
     mine = [slice(size * v, size * (v + 1)) for v in range(2)]
     scale = np.asarray(programs("inputs", data, xi)[3])
     shaping = [coordinates.shaping_inputs(structure, v) for v in "ab"]
@@ -121,7 +130,7 @@ def fit(
             ],
             axis=1,
         )
-        z = (np.asarray(programs("reached", data, V, xi)) - target) / sd
+        z = (_reached(programs, data, V, xi) - target) / sd
         for v in range(2):
             wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
@@ -192,14 +201,14 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
     """First sheets: linear in the rest pose and the inputs, by difference quotients."""
     structure = programs.structure
     p, size = len(structure.uncertain), len(structure.rests)
-    _, sd = _aims(programs, data)
+    _, sd = _aims(programs, data, separation)
     V, xi = np.tile(separation, (BATCH, 1)), np.zeros((BATCH, p))
     for j in range(size):
         V[1 + j, [j, size + j]] += _STEP
     h = 0.01
     for j in range(p):
         xi[1 + size + j, j] = h
-    ends = np.asarray(programs("reached", data, V, xi))
+    ends = _reached(programs, data, V, xi)
     sheets = []
     for v, vehicle in enumerate("ab"):
         shape = coordinates.shaping_inputs(structure, vehicle)
@@ -222,11 +231,33 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
     return sheets
 
 
-def _aims(programs: Programs, data: Data) -> tuple[np.ndarray, np.ndarray]:
+def _unmeasured(programs: Programs) -> np.ndarray:
+    """Which parts of the rest poses were not measured, a row each for A and B."""
+    structure = programs.structure
+    return np.array([name not in structure.evidence for name in structure.aims]).reshape(2, -1)
+
+
+def _likely(programs: Programs, data: Data) -> np.ndarray:
+    """Velocities after the impact of the crash from the prior that explains the evidence best."""
+    score, told = scouted(programs, data)
+    best, size = np.argmax(score), len(programs.structure.rests)
+    return np.array([told[name][best] for names in AFTER for name in names[:size]])
+
+
+def _aims(programs: Programs, data: Data, separation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is aimed at and its standard deviations, a row each for A and B."""
-    pairs = np.array([data.evidence[name] for name in programs.structure.aims])
-    value, sd = pairs.T.reshape(2, 2, -1)
+    pairs = [
+        data.evidence.get(name, np.array([velocity, _UNIT]))
+        for name, velocity in zip(programs.structure.aims, separation.ravel(), strict=True)
+    ]
+    value, sd = np.transpose(pairs).reshape(2, 2, -1)
     return value, sd
+
+
+def _reached(programs: Programs, data: Data, V: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """Where run-outs end, or the velocity in the place of what was not measured."""
+    ends = np.asarray(programs("reached", data, V, xi))
+    return np.where(_unmeasured(programs), V.reshape(ends.shape), ends)
 
 
 def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.ndarray:

@@ -1,0 +1,79 @@
+"""Velocities that end at the rest poses, and what stands for parts of them that were not measured."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from retrodict.models import RUNGS
+
+from retrodict.inference import charts, coordinates, sheet
+from retrodict.inference.programs import BATCH, programs_for
+from retrodict.inference.reconstruct import reconstruct
+from retrodict.scene.records import Scene
+from tests.scenes import collision
+
+
+def in_part() -> dict[str, Scene]:
+    """Of one vehicle the rest pose, of the other its position or nothing."""
+    scene = collision()
+    a, b = scene.rest["a"], scene.rest["b"]
+    return {
+        "A": replace(scene, rest={"a": a}),
+        "B": replace(scene, rest={"b": b}),
+        "A, and where B was": replace(scene, rest={"a": a, "b": replace(b, heading=None)}),
+    }
+
+
+@pytest.mark.parametrize("which", in_part())
+def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: str) -> None:
+    structure, data = RUNGS["planar-moment+spin"].of_scene(in_part()[which])
+    programs = programs_for(structure)
+    likely = sheet.shoot(programs, data)
+    sheets = sheet.fit(programs, data, likely)[0]
+    chart = charts.blank(structure)._replace(sheets=sheets)
+    q = np.random.default_rng(1).standard_normal((BATCH, coordinates.length(structure)))
+    z, xi = np.split(q, [len(structure.aims)], axis=1)
+    V = np.array([coordinates.separation_at(structure, data, chart, row)[0] for row in q[:20]])
+    ends = programs("reached", data, np.resize(V, (BATCH, 6)), np.resize(xi[:20], xi.shape))
+    rests = np.reshape(ends, (BATCH, 6))[:20]
+    for i, name in enumerate(structure.aims):
+        if name in data.evidence:
+            value, sd = data.evidence[name]
+            missed = (rests[:, i] - value) / sd - z[:20, i]
+        else:
+            missed = V[:, i] - likely[i] - z[:20, i]
+        assert np.median(np.abs(missed)) < 0.5, name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", in_part())
+def test_rest_poses_in_part_are_answered_alike_by_both_methods(which: str) -> None:
+    by_nuts, by_importance = (
+        reconstruct(in_part()[which], model="planar-moment+spin", method=method)
+        for method in ("nuts", "importance")
+    )
+    assert by_nuts.checks.passed
+    assert by_importance.checks.passed
+    for name in ("speed_b", "e", "e_m", "mu"):
+        one, other = (
+            np.sort(r.idata["posterior"][name].to_numpy().ravel()) for r in (by_nuts, by_importance)
+        )
+        # medians, for the tails of what rests on one vehicle are heavy
+        assert abs(np.median(one) - np.median(other)) < 0.2 * np.std(other), name
+
+
+@pytest.mark.slow
+def test_without_headings_at_rest_less_is_known_and_told() -> None:
+    """The impact says most of how the cars spun, so that little is lost with them."""
+    scene = collision()
+    without = {v: replace(pose, heading=None) for v, pose in scene.rest.items()}
+    told = [
+        reconstruct(replace(scene, rest=rest), model="planar-moment+wheels")
+        for rest in (scene.rest, without)
+    ]
+    assert all(each.checks.passed for each in told)
+    whole, partly = (each.idata["posterior"]["speed_b"].to_numpy() for each in told)
+    assert abs(partly.mean() - whole.mean()) < partly.std()
+    assert 0.95 * whole.std() < partly.std() < 3 * whole.std()
