@@ -35,6 +35,7 @@ from retrodict.studies.ladder import DOUBT, FACTOR, SHARE, Step, blank, chosen, 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time
 QUESTION = ("speed_b",)
+SLIDE = "momentum+slide"
 SIMPLEST = "planar-common"  # impact whose impulse is taken where momentum leaves it open
 # rungs whose crashes are drawn alike
 ALIKE = tuple((f"momentum+{run_out}", f"{SIMPLEST}+{run_out}") for run_out in ("spin", "wheels"))
@@ -42,7 +43,7 @@ SHARES, FACTORS = (0.1, 0.25, 0.5, 1.0, 2.0), (1.25, 1.5, 2.0)  # other settings
 POSITION, HEADING = 0.2, 4 * synthetic.DEGREE  # sd of a rest pose
 COLUMNS = (
     "scene", "truth", "rung", "speed_b", "chosen", "counts", "fit_probability",
-    "median", "sd", "low", "high", "seconds",
+    "median", "sd", "low", "high", "log_evidence", "seconds",
 )  # fmt: skip
 Row = dict[str, str]
 
@@ -140,6 +141,8 @@ def rows_of(
             numbers = {"median": answer.median, "sd": answer.sd, "low": low, "high": high}
             row |= {k: f"{v:.4f}" for k, v in numbers.items()}
             row["fit_probability"] = f"{step.fit.probability:.3g}"
+            if step.log_evidence is not None:
+                row["log_evidence"] = f"{step.log_evidence:.3f}"
         yield row
 
 
@@ -203,6 +206,7 @@ def tables(rows: list[Row]) -> page.Parts:
         f"- Of the {len(beside)} scenes whose choice lies beside or above the truth, a fuller rung "
         f"moved the true one's answer so far in {sum(moved)}.",
         _bound(scenes),
+        _by_evidence(scenes),
         f"- Seconds a scene, all rungs, without compilation: median {np.median(seconds):.1f}. Of each "
         f"rung: {', '.join(_seconds(rows))}.",
     ]
@@ -246,12 +250,48 @@ def _bound(scenes: dict[str, list[Row]]) -> str:
 def _one_is_right_for(truths: tuple[str, ...], rows: list[Row]) -> bool:
     """Whether one rung would be a right choice were any of these the truth."""
 
-    def right(name: str, truth: str) -> bool:
-        chosen = [row | {"truth": truth, "chosen": str(int(row["rung"] == name))} for row in rows]
-        return kind_of(chosen) in KINDS[:2]
+    return any(all(_right(rows, name, truth) for truth in truths) for name in _told(rows))
 
-    told = [row["rung"] for row in rows if row["median"] not in ("", "nan")]
-    return any(all(right(name, truth) for truth in truths) for name in told)
+
+def _right(rows: list[Row], name: str, truth: str) -> bool:
+    """Whether a choice would be right were this the truth."""
+    chosen = [row | {"truth": truth, "chosen": str(int(row["rung"] == name))} for row in rows]
+    return kind_of(chosen) in KINDS[:2]
+
+
+def _told(rows: list[Row]) -> list[str]:
+    """Rungs that have an answer."""
+    return [row["rung"] for row in rows if row["median"] not in ("", "nan")]
+
+
+def _by_evidence(scenes: dict[str, list[Row]]) -> str:
+    """How often a rule is right that knows how the crashes are made, and goes by the log evidence."""
+    right, expected = 0, 0.0
+    for rows in scenes.values():
+        truths = _probable(rows)
+        hopes = {
+            name: sum(p for truth, p in truths.items() if _right(rows, name, truth))
+            for name in _told(rows)
+        }
+        best = max(hopes, key=hopes.__getitem__)
+        right, expected = right + _right(rows, best, rows[0]["truth"]), expected + hopes[best]
+    return (
+        "- A rule that knows how these crashes are made, every rung as likely as another, and takes "
+        "what by the log evidence is most probably right expects to be right in "
+        f"{expected / len(scenes):.0%}, and is in {right} of {len(scenes)} ({right / len(scenes):.0%})."
+    )
+
+
+def _probable(rows: list[Row]) -> dict[str, float]:
+    """How probable each rung is as the truth of a scene, if one is as likely as another beforehand."""
+    if rows[0]["truth"] == SLIDE:  # given away by rest headings, which are those of the impact
+        return {SLIDE: 1.0}
+    told = {row["rung"]: float(row["log_evidence"]) for row in rows if row["log_evidence"]}
+    told.pop(SLIDE, None)
+    told |= {a: told[b] for a, b in ALIKE if b in told}  # whose crashes are drawn from b's priors
+    most = max(told.values())
+    weights = {name: np.exp(value - most) for name, value in told.items()}
+    return {name: weight / sum(weights.values()) for name, weight in weights.items()}
 
 
 def _moves_of_truth(rows: list[Row], true: list[Row]) -> Iterator[float]:

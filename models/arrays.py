@@ -18,6 +18,7 @@ from retrodict.scene.records import VEHICLES, Measured, Scene
 OF_B = ("direction_b", "omega_b", "speed_b")
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
+ROLLING_STEPS = 192  # where little holds a vehicle back, and its clock runs stiff
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,18 +64,29 @@ class Structure:
         return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
 
     @property
-    def unpinned(self) -> bool:
-        """Whether coordinates are velocities after the impact, and not rest poses.
+    def open(self) -> tuple[str, ...]:
+        """Those of `aims` that do not pin a velocity after the impact.
 
-        So it is where no rest was measured; and where a vehicle rolls, for its tyres soon end what
+        So it is where they were not measured; and where a vehicle rolls, for its tyres soon end what
         sideways motion it had, and how far it goes hangs on what little holds it back.
         """
-        return bool(self.rolling) or not self.rested
+        return tuple(
+            name for name in self.aims if name not in self.evidence or name[-1] in self.rolling
+        )
 
     @property
-    def whole(self) -> bool:
-        """Whether both rest poses were measured, and all of them."""
-        return set(self.aims) <= set(self.evidence)
+    def unpinned(self) -> bool:
+        """Whether coordinates are velocities after the impact, and not rest poses: all are open."""
+        return self.open == self.aims
+
+    @property
+    def differentiated(self) -> bool:
+        """Whether slopes of the density are those of run-outs, and not of sheets in their place.
+
+        So it is where rest poses pin nothing, and where the way of a vehicle that rolls was measured.
+        """
+        ways = {name[-1] for name in self.evidence if name.startswith(("rest_", "mark_"))}
+        return self.unpinned or not ways.isdisjoint(self.rolling)
 
     @property
     def rested(self) -> bool:
@@ -156,7 +168,9 @@ def of_scene(
         edges=zones,
         steps=fixed_steps(STEPS),
     )
-    if structure.unpinned or structure.marks:  # whose run-outs are differentiated
+    if structure.rolling:
+        structure = replace(structure, steps=ROLLING_STEPS)
+    elif structure.unpinned or structure.marks:  # run-outs that are differentiated in reverse
         structure = replace(structure, steps=STEPS)
     return structure, data
 

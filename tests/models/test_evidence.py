@@ -119,16 +119,16 @@ def test_an_unknown_speed_of_a_has_its_prior() -> None:
 def test_any_rest_that_was_measured_pins_the_motion_unless_a_vehicle_rolls() -> None:
     scene = collision()
     whole = RUNG.of_scene(scene)[0]
-    assert whole.whole
+    assert not whole.open
     assert not whole.unpinned
     rest = {"a": scene.rest["a"], "b": replace(scene.rest["b"], heading=None)}
     partly = replace(scene, rest=rest)
     structure, data = RUNG.of_scene(partly)
-    assert not structure.whole
+    assert structure.open
     assert not structure.unpinned
     assert "rest_heading_b" not in structure.evidence
     assert float(data.evidence["rest_heading_a"][1]) == pytest.approx(3 * DEGREE)
     assert not RUNG.of_scene(replace(scene, rest={"a": scene.rest["a"]}))[0].unpinned
     assert RUNG.of_scene(replace(scene, rest={}))[0].unpinned
     # a rung that follows no heading lacks nothing
-    assert RUNGS["momentum+slide"].of_scene(partly)[0].whole
+    assert not RUNGS["momentum+slide"].of_scene(partly)[0].open

@@ -15,7 +15,7 @@ from scipy import stats
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
+from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene, Wheels
 from tests.scenes import collision
 
 SCENE = collision(share=0.0, berm=False)
@@ -116,14 +116,23 @@ SUBSETS = {
 }
 
 
-QUICK = ("departure", "delta-v")  # one without rest poses, one with one
+QUICK_SUBSETS = ("departure", "delta-v")  # one without rest poses, one with one
 
 
 @pytest.mark.parametrize(
-    "which", [k if k in QUICK else pytest.param(k, marks=pytest.mark.slow) for k in SUBSETS]
+    "which", [k if k in QUICK_SUBSETS else pytest.param(k, marks=pytest.mark.slow) for k in SUBSETS]
 )
 def test_subset_of_evidence_agrees_with_weights_in_the_models_unknowns(which: str) -> None:
     agrees(SUBSETS[which], "planar-common+spin")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("v", ["a", "b"])
+def test_a_vehicle_that_rolls_beside_one_that_skids(v: str) -> None:
+    """Of the one velocities are coordinates, of the other the rest pose."""
+    drags = (Measured(drag, 0.05, "logitnormal") for drag in (0.9, 0.5, 0.4, 0.4))
+    rolls = replace(SCENE.vehicles[v], wheels=Wheels(*drags, Measured(0.0, 0.05)))
+    agrees(replace(SCENE, vehicles=SCENE.vehicles | {v: rolls}), "planar-common+wheels")
 
 
 def agrees(scene: Scene, name: str) -> None:

@@ -23,7 +23,6 @@ from retrodict.scene.records import Scene
 RIVAL = 1e-3  # weight from which on another mode counts
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
 _MOST_STEPS = 768
-_ROLLING_STEPS = 192  # at least: little holds a rolling vehicle back, and its clock runs stiff
 _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
 _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
 # Least curvature that whitening takes for real. Where rest poses do not pin the motion: inputs have a
@@ -68,7 +67,7 @@ class Posterior:
     @cached_property
     def potential(self) -> Potential:
         """Minus the log density."""
-        if not self.programs.structure.unpinned:
+        if not self.programs.structure.differentiated:
             return Differenced(self._exact, self._alike)
 
         def at(w: np.ndarray) -> tuple[float, np.ndarray]:
@@ -80,9 +79,10 @@ class Posterior:
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The potential at points, and by what the sheets miss each part of the rest poses there."""
         log_density, told, q = self._located(w)
-        missed = np.zeros((len(w), len(self.programs.structure.aims)))
-        for i, name in enumerate(self.programs.structure.aims):
-            if name in self.data.evidence:
+        structure = self.programs.structure
+        missed = np.zeros((len(w), len(structure.aims)))
+        for i, name in enumerate(structure.aims):
+            if name not in structure.open:
                 value, sd = self.data.evidence[name]
                 missed[:, i] = told[f"predicted/{name}"] - (value + sd * q[:, i])
         return -log_density, missed
@@ -181,9 +181,6 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
 
 def _unpinned(structure: Structure, data: Data) -> Posterior:
     """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
-    if structure.rolling:
-        steps = max(steps_of(structure, data), _ROLLING_STEPS)
-        structure, data = in_steps(structure, data, steps)
     score, told = scouted(programs_for(structure), data)
     starts = [
         unpinned.near(structure, data, {name: values[i] for name, values in told.items()})

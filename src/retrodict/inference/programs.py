@@ -31,6 +31,7 @@ from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
+from retrodict.scene.records import VEHICLES
 
 BATCH = 512  # run-outs per call of `reached`
 CHUNK = 500  # draws per call of `simulate`
@@ -94,8 +95,8 @@ class Programs:
         volume and reverse under any field of forces, and NUTS weighs its points by the value, so it
         samples the same density; how good the sheets are decides only how many draws it is worth.
         A run-out then never has to be differentiated: a gradient costs little more than a value,
-        and the sampler compiles in half the time. Where rest poses do not pin the motion there is no
-        sheet, and run-outs are differentiated.
+        and the sampler compiles in half the time. Where rest poses do not pin the motion, and of a
+        vehicle that rolls, there is no sheet, and run-outs are differentiated.
         """
         return self.weighed(w, data, chart)[0]
 
@@ -118,13 +119,16 @@ class Programs:
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
 
         def rest_poses(structure: Structure, data: Data, *at: Any) -> Array:
-            exact = self.rung.run_out.rest_poses(structure, data, *jax.lax.stop_gradient(at))
+            if not structure.differentiated:
+                at = jax.lax.stop_gradient(at)
+            exact = self.rung.run_out.rest_poses(structure, data, *at)
             sheet = parts.aimed(structure, data, q[: len(structure.aims)])
             off = jax.lax.stop_gradient(exact - sheet)
             if missed is not None:
                 known = missed.reshape(off.shape)
                 off = jnp.where(jnp.isnan(known), off, known)
-            return sheet + off
+            rolls = np.array([v in structure.rolling for v in VEHICLES])[:, None]
+            return jnp.where(rolls & structure.differentiated, exact, sheet + off)
 
         given = {} if self.structure.unpinned else {"rest_poses": rest_poses}
         joint, trace = log_density(self.model, (self.structure, data), given, sites)
@@ -286,7 +290,7 @@ class Programs:
         """
 
         def potential_of(data: Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
-            potential = self.steered if self.structure.unpinned else self.potential
+            potential = self.steered if self.structure.differentiated else self.potential
             return lambda w: potential(w, data, chart)
 
         initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")

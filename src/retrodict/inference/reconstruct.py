@@ -153,14 +153,14 @@ def compile_ahead(
         programs.expect("reached", data, separation, xi)
         if programs.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
-    else:
+    if structure.differentiated:
         programs.expect("potential", np.zeros(n), data, chart)
     programs.expect(
         "weigh", data, chart, np.zeros((ROWS, n)), np.zeros((ROWS, len(structure.aims)))
     )
     if method == "nuts":
         programs.sampler(warmup, targets(structure)[0], data, chart)
-    if pictured or not structure.whole:  # where a likely crash is sought among those of the prior
+    if pictured or structure.open:  # where a likely crash is sought among those of the prior
         prior = (prior_keys(0), data)
         programs.expect("prior", *prior)
         sites = partial(jax.eval_shape, programs.functions["prior"], *prior)

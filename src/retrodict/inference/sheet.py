@@ -3,8 +3,9 @@
 Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
 least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
 
-In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that
-along x, of the heading the yaw rate, counted from that of a likely crash.
+In the place of a part of a rest pose that pins no velocity (it was not measured, or the vehicle rolled)
+stands the velocity beside it, of x that along x, of the heading the yaw rate, counted from that of a
+likely crash.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from retrodict.models.parts import AFTER
 
 _ROUNDS = 4
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
-_UNIT = 1.0  # of velocities that stand for what was not measured, m/s and rad/s
+_UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
 _TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
 
 
@@ -35,7 +36,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
 
     Returns:
         (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where the
-        rung has none. Where a part was not measured, its velocity is that of a likely crash.
+        rung has none. Where a part is open, its velocity is that of a likely crash.
 
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
@@ -43,13 +44,13 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
     size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
     poses, k2, friction, _ = (np.asarray(a)[0] for a in programs("inputs", data, xi))
-    whole = programs.structure.whole
-    likely = np.zeros(2 * size) if whole else _likely(programs, data)
+    opened = _open(programs)
+    likely = _likely(programs, data) if opened.any() else np.zeros(2 * size)
     target, sd = _aims(programs, data, likely)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
     V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
-    V = np.where(_unmeasured(programs), target, V)
+    V = np.where(opened, target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
     weight = _TURNING[:size]
@@ -231,10 +232,10 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
     return sheets
 
 
-def _unmeasured(programs: Programs) -> np.ndarray:
-    """Which parts of the rest poses were not measured, a row each for A and B."""
+def _open(programs: Programs) -> np.ndarray:
+    """Which parts of the rest poses pin nothing, a row each for A and B."""
     structure = programs.structure
-    return np.array([name not in structure.evidence for name in structure.aims]).reshape(2, -1)
+    return np.array([name in structure.open for name in structure.aims]).reshape(2, -1)
 
 
 def _likely(programs: Programs, data: Data) -> np.ndarray:
@@ -246,18 +247,19 @@ def _likely(programs: Programs, data: Data) -> np.ndarray:
 
 def _aims(programs: Programs, data: Data, separation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What is aimed at and its standard deviations, a row each for A and B."""
+    structure = programs.structure
     pairs = [
-        data.evidence.get(name, np.array([velocity, _UNIT]))
-        for name, velocity in zip(programs.structure.aims, separation.ravel(), strict=True)
+        (velocity, _UNIT) if name in structure.open else data.evidence[name]
+        for name, velocity in zip(structure.aims, separation, strict=True)
     ]
     value, sd = np.transpose(pairs).reshape(2, 2, -1)
     return value, sd
 
 
 def _reached(programs: Programs, data: Data, V: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """Where run-outs end, or the velocity in the place of what was not measured."""
+    """Where run-outs end, or the velocity in the place of what pins none."""
     ends = np.asarray(programs("reached", data, V, xi))
-    return np.where(_unmeasured(programs), V.reshape(ends.shape), ends)
+    return np.where(_open(programs), V.reshape(ends.shape), ends)
 
 
 def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Coordinates for scenes whose rest poses do not pin the motion after the impact.
 
-Where no rest pose was measured, or vehicles rolled, q holds velocities after the impact,
-which is what the evidence speaks of; B's yaw rate before it and e_m, of which it says less; and the
-measured inputs as standard normal deviates. (With yaw rates after the impact in their place, e_m would
+Where of no vehicle with locked wheels any rest was measured, q holds velocities after the impact, which
+is what the evidence speaks of; B's yaw rate before it and e_m, of which it says less; and the measured
+inputs as standard normal deviates. (With yaw rates after the impact in their place, e_m would
 be a quotient by the spin that the force alone makes, and where that may vanish the density has a spike.)
 Of B's velocity only the part along a course that is known stands in q, beside the deviate of the course.
 The force impulse follows from A's change of velocity, and with it e and mu, and B's approach; its normal

@@ -29,7 +29,7 @@ def _compared(task: Task, way: str) -> Draws:
     """Measurements at random taken back that way, held against the posterior."""
     posterior = task.posterior
     structure = posterior.programs.structure
-    if structure.unpinned or not structure.whole:
+    if structure.open:
         raise Unanswerable(
             "this method solves back from where both vehicles slid to rest, which this scene does not "
             "tell: use another method"
