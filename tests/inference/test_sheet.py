@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from retrodict.models import RUNGS
+from retrodict.models.arrays import in_steps
 
 from retrodict.inference import charts, coordinates, sheet
+from retrodict.inference.posterior import RESOLVED, prepare, unresolved
 from retrodict.inference.programs import BATCH, programs_for
 from retrodict.inference.reconstruct import reconstruct
-from retrodict.scene.records import Scene
+from retrodict.scene.records import Mark, Scene
 from tests.scenes import collision
 
 
@@ -45,6 +47,20 @@ def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: st
         else:
             missed = V[:, i] - likely[i] - z[:20, i]
         assert np.median(np.abs(missed)) < 0.5, name
+
+
+@pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
+def test_steps_too_few_for_a_mark_are_seen_beside_rest_poses(steps: int, few: bool) -> None:
+    scene = replace(collision(berm=False), marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
+    found = prepare(scene, "planar-common+spin")
+    structure, data = in_steps(found.programs.structure, found.data, steps)
+    # of rest poses as rough as these the mark alone can tell
+    rough = {
+        name: np.array([1.0, 100.0 if name.startswith("rest") else 1.0]) for name in data.evidence
+    }
+    data = data._replace(evidence={k: v * rough[k] for k, v in data.evidence.items()})
+    again = replace(found, programs=programs_for(structure), data=data)
+    assert (unresolved(again) > RESOLVED) is few
 
 
 @pytest.mark.slow

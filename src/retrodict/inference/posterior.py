@@ -176,7 +176,19 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = RUNGS[rung].of_scene(scene)
-    return [_unpinned(structure, data)] if structure.unpinned else _whitened(structure, data)
+    if structure.unpinned:
+        return [_unpinned(structure, data)]
+    while True:
+        found = _whitened(structure, data)
+        if not structure.marks:
+            return found
+        # sheets were judged by rest poses alone
+        found = [replace(at, unresolved=max(at.unresolved, unresolved(at))) for at in found]
+        structure, data = found[0].programs.structure, found[0].data
+        steps = steps_of(structure, data)
+        if found[0].unresolved <= RESOLVED or steps >= _MOST_STEPS:
+            return found
+        structure, data = in_steps(structure, data, 2 * steps)
 
 
 def _unpinned(structure: Structure, data: Data) -> Posterior:
@@ -233,14 +245,15 @@ def unresolved(posterior: Posterior) -> float:
         return sheet.unresolved(programs, data, run_outs_of(likely(BATCH))) if s.rested else 0.0
     told = likely(CHUNK)
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
-    names, _ = jax.eval_shape(partial(unpinned.locate, s), data, posterior.chart.centre)
+    nowhere = np.zeros(posterior.size)
+    names = jax.eval_shape(partial(coordinates.locate, s), data, posterior.chart, nowhere)[0]
     again = programs_for(finer)("simulate", finely, {k: told[k] for k in names})
     moved = [
         (again[f"predicted/{k}"] - told[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
         if k.startswith(("rest_", "mark_"))
     ]
-    return float(np.quantile(np.abs(moved), 0.9))
+    return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
 
 
 def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

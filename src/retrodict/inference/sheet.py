@@ -249,10 +249,10 @@ def _aims(programs: Programs, data: Data, separation: np.ndarray) -> tuple[np.nd
     """What is aimed at and its standard deviations, a row each for A and B."""
     structure = programs.structure
     pairs = [
-        (velocity, _UNIT) if name in structure.open else data.evidence[name]
+        np.array((velocity, _UNIT) if name in structure.open else data.evidence[name])
         for name, velocity in zip(structure.aims, separation, strict=True)
     ]
-    value, sd = np.transpose(pairs).reshape(2, 2, -1)
+    value, sd = np.stack(pairs, axis=1).reshape(2, 2, -1)
     return value, sd
 
 
