@@ -255,8 +255,12 @@ def _one_is_right_for(truths: tuple[str, ...], rows: list[Row]) -> bool:
 
 def _right(rows: list[Row], name: str, truth: str) -> bool:
     """Whether a choice would be right were this the truth."""
-    chosen = [row | {"truth": truth, "chosen": str(int(row["rung"] == name))} for row in rows]
-    return kind_of(chosen) in KINDS[:2]
+    return kind_of([row | {"truth": truth} for row in _chosen(rows, name)]) in KINDS[:2]
+
+
+def _chosen(rows: list[Row], name: str | None) -> list[Row]:
+    """The rows of a scene, had this rung been chosen."""
+    return [row | {"chosen": str(int(row["rung"] == name))} for row in rows]
 
 
 def _told(rows: list[Row]) -> list[str]:
@@ -266,7 +270,7 @@ def _told(rows: list[Row]) -> list[str]:
 
 def _by_evidence(scenes: dict[str, list[Row]]) -> str:
     """How often a rule is right that knows how the crashes are made, and goes by the log evidence."""
-    right, expected = 0, 0.0
+    kinds, expected = [], 0.0
     for rows in scenes.values():
         truths = _probable(rows)
         hopes = {
@@ -274,11 +278,14 @@ def _by_evidence(scenes: dict[str, list[Row]]) -> str:
             for name in _told(rows)
         }
         best = max(hopes, key=hopes.__getitem__)
-        right, expected = right + _right(rows, best, rows[0]["truth"]), expected + hopes[best]
+        kinds.append(kind_of(_chosen(rows, best)))
+        expected += hopes[best]
+    right = sum(kind in KINDS[:2] for kind in kinds)
     return (
         "- A rule that knows how these crashes are made, every rung as likely as another, and takes "
         "what by the log evidence is most probably right expects to be right in "
-        f"{expected / len(scenes):.0%}, and is in {right} of {len(scenes)} ({right / len(scenes):.0%})."
+        f"{expected / len(scenes):.0%}, and is in {right} of {len(scenes)} ({right / len(scenes):.0%}); "
+        f"it takes a lower rung with another answer in {kinds.count(KINDS[2])}."
     )
 
 
@@ -345,8 +352,7 @@ def rechosen(rows: list[Row], share: float, factor: float) -> list[Row]:
             reasons = () if row["counts"] == "1" else ("does not count",)
             step = replace(step, answers={"speed_b": answer}, fit=fit, reasons=reasons)
         steps.append(step)
-    choice = chosen(steps, QUESTION, share, factor)[1]
-    return [row | {"chosen": str(int(row["rung"] == choice))} for row in rows]
+    return _chosen(rows, chosen(steps, QUESTION, share, factor)[1])
 
 
 def _biases(rows: list[Row]) -> Iterator[list[str]]:
