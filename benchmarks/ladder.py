@@ -249,7 +249,6 @@ def _bound(scenes: dict[str, list[Row]]) -> str:
 
 def _one_is_right_for(truths: tuple[str, ...], rows: list[Row]) -> bool:
     """Whether one rung would be a right choice were any of these the truth."""
-
     return any(all(_right(rows, name, truth) for truth in truths) for name in _told(rows))
 
 

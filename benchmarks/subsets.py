@@ -30,7 +30,7 @@ _DRAGS = (0.9, 0.3, 0.2, 0.2)  # of the wheels of a car hit at its front left
 
 def parts_of(whole: Scene) -> dict[str, Scene]:
     """A scene with less measured, or with something else in its place, by what is said of it."""
-    rest, nothing = whole.rest, dict[str, Departure]()
+    rest = whole.rest
     a, b = ({v: rest[v]} for v in "ab")
     at = {v: replace(rest[v], heading=None, turns_known=False) for v in "ab"}
     b_bound = whole.approach | {"b": replace(whole.approach["b"], direction=_COURSE)}
@@ -38,15 +38,15 @@ def parts_of(whole: Scene) -> dict[str, Scene]:
     unread = {v: replace(rest[v], turns_known=False) for v in "ab"}
 
     def only(**evidence: object) -> Scene:
-        return replace(whole, **({"rest": {}, "departure": nothing} | evidence))
+        return replace(whole, **({"rest": {}} | evidence))
 
     def change(v: str) -> dict[str, Departure]:
         return {v: Departure(delta_v=_DELTA_V[v])}
 
-    def rolls(*which: str) -> Scene:
+    def rolls(v: str) -> Scene:
         wheels = Wheels(*(Measured(d, 0.05, "logitnormal") for d in _DRAGS), Measured(0.0, 0.05))
-        cars = {v: replace(whole.vehicles[v], wheels=wheels) for v in which}
-        return replace(whole, vehicles=whole.vehicles | cars)
+        car = replace(whole.vehicles[v], wheels=wheels)
+        return replace(whole, vehicles=whole.vehicles | {v: car})
 
     return {
         "all of the scene": whole,

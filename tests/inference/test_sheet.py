@@ -55,10 +55,8 @@ def test_steps_too_few_for_a_mark_are_seen_beside_rest_poses(steps: int, few: bo
     found = prepare(scene, "planar-common+spin")
     structure, data = in_steps(found.programs.structure, found.data, steps)
     # of rest poses as rough as these the mark alone can tell
-    rough = {
-        name: np.array([1.0, 100.0 if name.startswith("rest") else 1.0]) for name in data.evidence
-    }
-    data = data._replace(evidence={k: v * rough[k] for k, v in data.evidence.items()})
+    rough = {name: data.evidence[name] * [1.0, 100.0] for name in structure.aims}
+    data = data._replace(evidence=data.evidence | rough)
     again = replace(found, programs=programs_for(structure), data=data)
     assert (unresolved(again) > RESOLVED) is few
 
@@ -73,9 +71,7 @@ def test_rest_poses_in_part_are_answered_alike_by_both_methods(which: str) -> No
     assert by_nuts.checks.passed
     assert by_importance.checks.passed
     for name in ("speed_b", "e", "e_m", "mu"):
-        one, other = (
-            np.sort(r.idata["posterior"][name].to_numpy().ravel()) for r in (by_nuts, by_importance)
-        )
+        one, other = (r.idata["posterior"][name].to_numpy() for r in (by_nuts, by_importance))
         # medians, for the tails of what rests on one vehicle are heavy
         assert abs(np.median(one) - np.median(other)) < 0.2 * np.std(other), name
 
