@@ -80,13 +80,13 @@ class Structure:
         return self.open == self.aims
 
     @property
-    def differentiated(self) -> bool:
-        """Whether slopes of the density are those of run-outs, and not of sheets in their place.
+    def responding(self) -> tuple[str, ...]:
+        """Vehicles that roll to a measured rest beside one whose rest pose pins its motion.
 
-        So it is where rest poses pin nothing, and where the way of a vehicle that rolls was measured.
+        Of the others' rest poses the slopes are those of sheets, or of run-outs where all are open.
         """
-        ways = {name[-1] for name in self.evidence if name.startswith(("rest_", "mark_"))}
-        return self.unpinned or not ways.isdisjoint(self.rolling)
+        rests = {name[-1] for name in self.evidence if name.startswith("rest_")}
+        return () if self.unpinned else tuple(v for v in self.rolling if v in rests)
 
     @property
     def rested(self) -> bool:
@@ -160,18 +160,17 @@ def of_scene(
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
     )
+    steps = ROLLING_STEPS if structure.rolling else STEPS
     data = Data(
         inputs=numbers,
         evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
         marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
-        steps=fixed_steps(STEPS),
+        steps=fixed_steps(steps),
     )
-    if structure.rolling:
-        structure = replace(structure, steps=ROLLING_STEPS)
-    elif structure.unpinned or structure.marks:  # run-outs that are differentiated in reverse
-        structure = replace(structure, steps=STEPS)
+    if structure.unpinned or structure.marks:  # run-outs that are differentiated in reverse
+        structure = replace(structure, steps=steps)
     return structure, data
 
 

@@ -14,6 +14,8 @@ from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 from retrodict.mechanics import rest, run_out
 from retrodict.mechanics.runout import ROWS
 
+_FINER = 8
+
 
 def rest_poses(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
@@ -27,8 +29,10 @@ def paths(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 steps 3"]:
     """How they get there: x, y and heading at each step."""
-    follow = partial(run_out, steps=structure.steps or ROWS)
-    return _both(lambda *at: follow(*at).pose, structure, data, x, after)
+    # where wheels roll the clock runs stiff: finer steps, of which as many are told
+    every = _FINER if structure.rolling and not structure.steps else 1
+    follow = partial(run_out, steps=structure.steps or every * ROWS)
+    return _both(lambda *at: follow(*at).pose[::every], structure, data, x, after)
 
 
 def _both(

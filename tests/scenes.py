@@ -15,6 +15,7 @@ from retrodict.scene.records import (
     Scene,
     Surface,
     Vehicle,
+    Wheels,
 )
 
 DEGREE = np.pi / 180
@@ -98,3 +99,10 @@ def at_rest(scene: Scene, poses: dict[str, tuple[float, float, float]]) -> Scene
         )
         rest[v] = Rest(x, y, heading, turns_known=True)
     return replace(scene, rest=rest)
+
+
+def rolls(scene: Scene, v: str, drags: tuple[float, float, float, float]) -> Scene:
+    """The scene with the wheels of a vehicle rolling, front left, front right, rear left, rear right."""
+    drag = (Measured(each, 0.05, "logitnormal") for each in drags)
+    car = replace(scene.vehicles[v], wheels=Wheels(*drag, Measured(0.0, 0.05)))
+    return replace(scene, vehicles=scene.vehicles | {v: car})

@@ -14,7 +14,7 @@ from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import Programs, programs_for
+from retrodict.inference.programs import Programs, Weighed, programs_for
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration
 from tests.scenes import collision
@@ -29,7 +29,8 @@ class _TwoNormals(Programs):
     def weighed(self, w, data, chart, missed=None):
         squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
         told = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.aims}
-        return logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE]))), told, w
+        density = logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE])))
+        return Weighed(density, told, w, jnp.zeros(len(self.structure.aims)))
 
 
 @pytest.fixture(scope="module")

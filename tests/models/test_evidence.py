@@ -11,7 +11,7 @@ from retrodict.models import RUNGS, evidence, parts
 from scipy import stats
 
 from retrodict.scene.records import Departure, Mark, Measured, Scene
-from tests.scenes import DEGREE, collision
+from tests.scenes import DEGREE, collision, rolls
 
 RUNG = RUNGS["planar-moment+spin"]
 SITES = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.35, "e_m": 0.7}
@@ -130,5 +130,12 @@ def test_any_rest_that_was_measured_pins_the_motion_unless_a_vehicle_rolls() -> 
     assert float(data.evidence["rest_heading_a"][1]) == pytest.approx(3 * DEGREE)
     assert not RUNG.of_scene(replace(scene, rest={"a": scene.rest["a"]}))[0].unpinned
     assert RUNG.of_scene(replace(scene, rest={}))[0].unpinned
+    wheels, rolled = RUNGS["planar-moment+wheels"], rolls(scene, "b", (0.3,) * 4)
+    structure = wheels.of_scene(rolled)[0]
+    assert structure.open == ("rest_x_b", "rest_y_b", "rest_heading_b")
+    assert structure.responding == ("b",)
+    both = wheels.of_scene(rolls(rolled, "a", (0.3,) * 4))[0]
+    assert both.unpinned
+    assert not both.responding
     # a rung that follows no heading lacks nothing
     assert not RUNGS["momentum+slide"].of_scene(partly)[0].open

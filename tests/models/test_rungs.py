@@ -15,8 +15,8 @@ from scipy import stats
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene, Wheels
-from tests.scenes import collision
+from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
+from tests.scenes import collision, rolls
 
 SCENE = collision(share=0.0, berm=False)
 QUICK = ("momentum+spin", "planar-common+spin")  # the others: -m slow
@@ -130,9 +130,7 @@ def test_subset_of_evidence_agrees_with_weights_in_the_models_unknowns(which: st
 @pytest.mark.parametrize("v", ["a", "b"])
 def test_a_vehicle_that_rolls_beside_one_that_skids(v: str) -> None:
     """Of the one velocities are coordinates, of the other the rest pose."""
-    drags = (Measured(drag, 0.05, "logitnormal") for drag in (0.9, 0.5, 0.4, 0.4))
-    rolls = replace(SCENE.vehicles[v], wheels=Wheels(*drags, Measured(0.0, 0.05)))
-    agrees(replace(SCENE, vehicles=SCENE.vehicles | {v: rolls}), "planar-common+wheels")
+    agrees(rolls(SCENE, v, (0.9, 0.5, 0.4, 0.4)), "planar-common+wheels")
 
 
 def agrees(scene: Scene, name: str) -> None:

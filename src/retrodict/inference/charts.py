@@ -6,11 +6,12 @@ import numpy as np
 from jaxtyping import Float
 
 from retrodict.inference import coordinates
-from retrodict.inference.coordinates import Chart, Sheet, Wall
+from retrodict.inference.coordinates import Chart, Response, Sheet, Wall
 from retrodict.inference.programs import Programs
 from retrodict.inference.squash import softness_for
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import E
+from retrodict.scene.records import VEHICLES
 
 _NARROW = 1e-4  # of an edge's standard deviation: at least, so that something can be divided by it
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
@@ -22,7 +23,7 @@ Spread = Float[np.ndarray, "q any"]
 
 def plain(centre: Point, spread: Spread) -> Chart:
     """A chart without sheets or walls: w counts along the spread's columns from the centre."""
-    return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]))
+    return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]), ())
 
 
 def blank(structure: Structure) -> Chart:
@@ -30,15 +31,19 @@ def blank(structure: Structure) -> Chart:
     n, v = coordinates.length(structure), len(structure.rests)
     if structure.unpinned:
         return plain(np.zeros(n), np.eye(n))
-    sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in "ab"]
+    sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in VEHICLES]
     for_a, for_b = (Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes)
+    responses = tuple(
+        Response(np.zeros(v), np.ones(v), (for_a, for_b)[VEHICLES.index(rolls)])
+        for rolls in structure.responding
+    )
     levels = coordinates.levels_of(structure)
     m = 2 * len(levels) - coordinates.held_of(structure)
     nowhere = np.zeros((m, n))
     across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
     wall = Wall(side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m))
     spread = np.zeros((n, coordinates.size(structure)))
-    return Chart((for_a, for_b), wall, np.zeros(n), spread, np.zeros(()))
+    return Chart((for_a, for_b), wall, np.zeros(n), spread, np.zeros(()), responses)
 
 
 def about(
@@ -50,7 +55,7 @@ def about(
     bent: Point | None = None,
     side: Float[np.ndarray, " levels"] | None = None,
 ) -> Chart:
-    """A chart about `centre`, with walls along the directions cheapest in `spread`.
+    """A chart about `centre`, with walls along the directions cheapest in `spread`; no responses yet.
 
     Args:
         programs: of the structure.
@@ -63,14 +68,15 @@ def about(
             where it is known from which side each does.
     """
     structure = programs.structure
-    held, wall = coordinates.held_of(structure), blank(structure).wall
+    held, none = coordinates.held_of(structure), blank(structure)
+    wall = none.wall
     if coordinates.levels_of(structure):
         bent = centre if bent is None else bent
         wall, spread = _wall(programs, data, sheets, centre, spread, bent, side)
     along, slope = np.asarray(wall.along)[:held], np.asarray(wall.slope)[:held]
     spread = _triangular(spread, slope)
     volume = np.linalg.slogdet(np.concatenate([spread, along.T], axis=1))[1]
-    return Chart(sheets, wall, centre, spread, np.array(volume))
+    return Chart(sheets, wall, centre, spread, np.array(volume), none.responses)
 
 
 def _wall(

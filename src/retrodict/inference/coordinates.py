@@ -33,6 +33,7 @@ from retrodict.inference.squash import lift
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import Level, quotients
+from retrodict.scene.records import VEHICLES
 
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 
@@ -94,8 +95,27 @@ class Wall(NamedTuple):
     softness: Float[Numbers, " m"]
 
 
+class Response(NamedTuple):
+    """Where a vehicle comes to rest, near enough: a quadratic of its velocity and shaping inputs.
+
+    Args:
+        centre: velocity after the impact from which it counts, m/s and rad/s, shape (v,).
+        unit: in which it counts, shape (v,).
+        surface: the quadratic, whose values are parts of the rest pose, m and rad.
+    """
+
+    centre: Float[Numbers, " v"]
+    unit: Float[Numbers, " v"]
+    surface: Sheet
+
+    def __call__(self, velocity: Float[Array, " v"], shape: Float[Array, " inputs"]) -> Array:
+        """The rest pose, shape (v,)."""
+        off = (velocity - jnp.asarray(self.centre)) / jnp.asarray(self.unit)
+        return self.surface(jnp.concatenate([off, shape]))
+
+
 class Chart(NamedTuple):
-    """The numbers of the bijection w -> q -> the model's unknowns.
+    """The numbers of the bijection w -> q -> the model's unknowns, and of the slopes beside it.
 
     Args:
         sheets: the quadratics for A and B.
@@ -103,6 +123,7 @@ class Chart(NamedTuple):
         centre: q at w = 0, shape (q,).
         spread: q's change per w, shape (q, w); no column changes what is held, to first order.
         log_volume: log |det| of the spread and the directions of what is held together.
+        responses: of each of `Structure.responding`.
     """
 
     sheets: tuple[Sheet, Sheet]
@@ -110,6 +131,7 @@ class Chart(NamedTuple):
     centre: Float[Numbers, " q"]
     spread: Float[Numbers, "q w"]
     log_volume: Float[Numbers, ""]
+    responses: tuple[Response, ...]
 
 
 def levels_of(structure: Structure) -> tuple[Level, ...]:
@@ -388,6 +410,28 @@ def locate(
     sites, log_inverse = _sites(structure, data, q, separation + bent.motion[:v], x)
     log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
     return sites | bent.levels, log_det, q
+
+
+def likeness(
+    structure: Structure, data: Data, chart: Chart, q: Q, after: Float[Array, "2 v"]
+) -> Float[Array, "2 v"]:
+    """The rest poses, near enough: by the sheets, and by the responses of vehicles that have one.
+
+    It says nothing of a part that was not measured.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        chart: the bijection's.
+        q: a point.
+        after: velocities after the impact there.
+    """
+    z, xi = _split(structure, q)
+    rests = parts.aimed(structure, data, z)
+    for v, response in zip(structure.responding, chart.responses, strict=True):
+        i, shaping = VEHICLES.index(v), np.array(shaping_inputs(structure, v), dtype=int)
+        rests = rests.at[i].set(response(after[i], xi[shaping]))
+    return rests
 
 
 def solve_back(structure: Structure, data: Data, chart: Chart, q: Q) -> parts.Values:

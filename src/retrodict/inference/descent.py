@@ -136,7 +136,7 @@ class Differenced(Potential):
     @override
     def lowest_from(self, starts: Points, arrived: Arrived) -> list[Found]:
         w, stride = starts.copy(), _STRIDE * np.linalg.norm(starts, axis=1)
-        values, missed = self._at(w)
+        values, missed = map(np.array, self._at(w))
         # all downhill at once while that is quick: most arrive
         for _ in range(_ROUNDS):
             under_way = np.flatnonzero([not arrived(each) for each in w])

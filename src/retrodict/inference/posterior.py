@@ -13,7 +13,15 @@ from retrodict.inference import charts, coordinates, sheet, unpinned
 from retrodict.inference.coordinates import Chart
 from retrodict.inference.descent import Differenced, Differentiated, Potential, spread
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.programs import BATCH, CHUNK, ROWS, Programs, in_chunks, programs_for
+from retrodict.inference.programs import (
+    BATCH,
+    CHUNK,
+    ROWS,
+    Programs,
+    Weighed,
+    in_chunks,
+    programs_for,
+)
 from retrodict.inference.scout import scouted
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
@@ -29,6 +37,7 @@ _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how
 # prior of curvature 1, and a direction that is much wider than that is a ridge that bends away.
 _RIDGE, FLAT = 0.3, 1e-2
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
+_RUN_OUTS, _WIDE = 2048, 1.2  # that responses are fitted to, over how much of what is whitened
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
 
@@ -67,7 +76,7 @@ class Posterior:
     @cached_property
     def potential(self) -> Potential:
         """Minus the log density."""
-        if not self.programs.structure.differentiated:
+        if not self.programs.structure.unpinned:
             return Differenced(self._exact, self._alike)
 
         def at(w: np.ndarray) -> tuple[float, np.ndarray]:
@@ -77,19 +86,13 @@ class Posterior:
         return Differentiated(at)
 
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The potential at points, and by what the sheets miss each part of the rest poses there."""
-        log_density, told, q = self._located(w)
-        structure = self.programs.structure
-        missed = np.zeros((len(w), len(structure.aims)))
-        for i, name in enumerate(structure.aims):
-            if name not in structure.open:
-                value, sd = self.data.evidence[name]
-                missed[:, i] = told[f"predicted/{name}"] - (value + sd * q[:, i])
-        return -log_density, missed
+        """The potential at points, and by what its likeness misses the rest poses there."""
+        there = self._located(w)
+        return -there.log_density, there.missed
 
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
-        """The potential at points if the sheets missed by so much: no run-out is followed."""
-        return -self._located(w, missed)[0]
+        """The potential at points if its likeness missed by so much: no run-out is asked."""
+        return -self._located(w, missed).log_density
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
@@ -109,6 +112,13 @@ class Posterior:
         centre = np.asarray(self.chart.centre) + spread @ w.mean(axis=0)
         return replace(self, chart=charts.plain(centre, spread @ np.linalg.cholesky(covariance)))
 
+    def responding_by(self, w: np.ndarray) -> Posterior:
+        """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
+        structure, told = self.programs.structure, self.weighed(w)[1]
+        ends = {k: told[f"predicted/{k}"] for k in structure.aims if k in structure.evidence}
+        responses = sheet.responses(structure, self.data, run_outs_of(told), ends)
+        return replace(self, chart=self.chart._replace(responses=responses))
+
     def seen_from(self, other: Posterior, w: np.ndarray) -> np.ndarray:
         """Points in the coordinates of the same posterior about elsewhere; plain charts only.
 
@@ -122,16 +132,15 @@ class Posterior:
 
     def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """`log_density`; and the model's unknowns and what follows from them, at the same points."""
-        return self._located(w)[:2]
+        there = self._located(w)
+        return there.log_density, there.told
 
     def bent(self, w: np.ndarray) -> np.ndarray:
         """q at w, where walls have moved it to."""
-        return np.asarray(self._located(w[None])[2][0])
+        return np.asarray(self._located(w[None]).q[0])
 
-    def _located(
-        self, w: np.ndarray, missed: np.ndarray | None = None
-    ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
-        """The log density, what is told, and q, at w; run-outs by the sheets if `missed` is given."""
+    def _located(self, w: np.ndarray, missed: np.ndarray | None = None) -> Weighed[np.ndarray]:
+        """What points are known by; rest poses by their likeness if `missed` is given."""
         data, chart = self._numbers
         if missed is None:
             missed = np.full((len(w), len(self.programs.structure.aims)), np.nan)
@@ -326,20 +335,34 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         Unanswerable: there is none, or its potential is above `most`.
     """
     programs, data = posterior.programs, posterior.data
-    # walls and whitening depend on the mode and it on them: thrice is enough
-    for _ in range(3):
+    responding = bool(programs.structure.responding)
+    # walls and whitening depend on the mode and it on them: thrice is enough, but for responses
+    for _ in range(_CLIMBS if responding else 3):
+        posterior = _responding(posterior)
         chart = posterior.chart
         mode, value = _mode(posterior)
         if value + chart.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
         bent, centre = posterior.bent(mode), chart.centre + np.asarray(chart.spread) @ mode
-        axes = np.asarray(chart.spread) @ spread(posterior.potential.curvature(mode), FLAT)
+        axes = np.asarray(chart.spread) @ spread(
+            posterior.potential.curvature(mode), _RIDGE if responding else FLAT
+        )
         if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
             raise Unanswerable("the posterior's curvature is not finite near the measured scene")
         side = np.asarray(chart.wall.side)
         about = charts.about(programs, data, chart.sheets, centre, axes, bent, side)
         posterior = replace(posterior, chart=about, log_evidence=-value)
-    return posterior
+        if responding and np.linalg.norm(mode) < _STILL:
+            break
+    return _responding(posterior)
+
+
+def _responding(posterior: Posterior) -> Posterior:
+    """The same, with responses for about where it is whitened."""
+    if not posterior.programs.structure.responding:
+        return posterior
+    rng = np.random.default_rng(0)
+    return posterior.responding_by(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))
 
 
 def _starts(structure: Structure) -> list[np.ndarray]:

@@ -31,7 +31,6 @@ from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
-from retrodict.scene.records import VEHICLES
 
 BATCH = 512  # run-outs per call of `reached`
 CHUNK = 500  # draws per call of `simulate`
@@ -70,6 +69,22 @@ class Tempering(NamedTuple):
     log_evidence: Float[Array, ""]
 
 
+class Weighed[A](NamedTuple):
+    """What points are known by, in arrays of JAX or of NumPy.
+
+    Args:
+        log_density: posterior, in w.
+        told: the model's unknowns, and what follows from them.
+        q: where coordinates take it.
+        missed: by what sheets and responses miss the rest poses.
+    """
+
+    log_density: A
+    told: dict[str, A]
+    q: A
+    missed: A
+
+
 class Programs:
     """Everything of a posterior that is compiled."""
 
@@ -91,14 +106,14 @@ class Programs:
     ) -> Float[Array, ""]:
         """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
 
-        The value is exact; the gradient takes the run-outs' slopes from the sheets. Leapfrogs keep
-        volume and reverse under any field of forces, and NUTS weighs its points by the value, so it
-        samples the same density; how good the sheets are decides only how many draws it is worth.
+        The value is exact; the gradient takes the run-outs' slopes from sheets and responses. Leapfrogs
+        keep volume and reverse under any field of forces, and NUTS weighs its points by the value, so
+        it samples the same density; how good these are decides only how many draws it is worth.
         A run-out then never has to be differentiated: a gradient costs little more than a value,
-        and the sampler compiles in half the time. Where rest poses do not pin the motion, and of a
-        vehicle that rolls, there is no sheet, and run-outs are differentiated.
+        and the sampler compiles in half the time. Only where rest poses do not pin the motion, and for
+        marks, run-outs are.
         """
-        return self.weighed(w, data, chart)[0]
+        return self.weighed(w, data, chart).log_density
 
     def weighed(
         self,
@@ -106,33 +121,36 @@ class Programs:
         data: Data,
         chart: coordinates.Chart,
         missed: Float[Array, " aims"] | None = None,
-    ) -> tuple[Float[Array, ""], parts.Values, coordinates.Q]:
-        """`log_density`; the model's unknowns at w and what follows from them; and q there.
+    ) -> Weighed[Array]:
+        """`log_density`, and what else a point is known by.
 
         Args:
             w: the point.
             data: the scene's numbers.
             chart: its coordinates.
-            missed: by what sheets miss the rest poses, so that no run-out is asked; where it is not
-                given, or no number, run-outs tell.
+            missed: by what sheets and responses miss the rest poses, so that no run-out is asked; where
+                it is not given, or no number, run-outs tell.
         """
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
+        off = jnp.zeros((2, len(self.structure.rests)))
 
-        def rest_poses(structure: Structure, data: Data, *at: Any) -> Array:
-            if not structure.differentiated:
-                at = jax.lax.stop_gradient(at)
-            exact = self.rung.run_out.rest_poses(structure, data, *at)
-            sheet = parts.aimed(structure, data, q[: len(structure.aims)])
-            off = jax.lax.stop_gradient(exact - sheet)
+        def rest_poses(
+            structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+        ) -> Array:
+            nonlocal off
+            near = coordinates.likeness(structure, data, chart, q, after.reshape(2, -1))
+            exact = self.rung.run_out.rest_poses(
+                structure, data, *jax.lax.stop_gradient((x, after))
+            )
+            off = jax.lax.stop_gradient(exact - near)
             if missed is not None:
                 known = missed.reshape(off.shape)
                 off = jnp.where(jnp.isnan(known), off, known)
-            rolls = np.array([v in structure.rolling for v in VEHICLES])[:, None]
-            return jnp.where(rolls & structure.differentiated, exact, sheet + off)
+            return near + off
 
         given = {} if self.structure.unpinned else {"rest_poses": rest_poses}
         joint, trace = log_density(self.model, (self.structure, data), given, sites)
-        return joint + log_det, sites | _told(trace), q
+        return Weighed(joint + log_det, sites | _told(trace), q, off.ravel())
 
     def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
@@ -290,7 +308,8 @@ class Programs:
         """
 
         def potential_of(data: Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
-            potential = self.steered if self.structure.differentiated else self.potential
+            differentiated = self.structure.unpinned or self.structure.marks  # run-outs are
+            potential = self.steered if differentiated else self.potential
             return lambda w: potential(w, data, chart)
 
         initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")

@@ -153,7 +153,7 @@ def compile_ahead(
         programs.expect("reached", data, separation, xi)
         if programs.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
-    if structure.differentiated:
+    if structure.unpinned:
         programs.expect("potential", np.zeros(n), data, chart)
     programs.expect(
         "weigh", data, chart, np.zeros((ROWS, n)), np.zeros((ROWS, len(structure.aims)))

@@ -18,12 +18,14 @@ from retrodict.inference.programs import BATCH, Programs, programs_for
 from retrodict.inference.scout import scouted
 from retrodict.inference.threads import one_blas_thread
 from retrodict.mechanics.runout import GRAVITY
-from retrodict.models.arrays import Data, in_steps, steps_of
+from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.parts import AFTER
+from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
+_NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
 _TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
 
 
@@ -137,12 +139,57 @@ def fit(
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
             A = _terms(got, xi[:, shaping[v]])
             # run-outs that miss by far say little of the sheet where the posterior lies
-            weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / 6) ** 2)
+            weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / _NEAR) ** 2)
             weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
             if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
                 sheets[v] = _least_squares(A, velocity / scale[:, None], weight)
     for_a, for_b = (_as_sheet(c, size + len(s)) for c, s in zip(sheets, shaping, strict=True))
     return (for_a, for_b), error, (V, xi)
+
+
+def responses(
+    structure: Structure,
+    data: Data,
+    run_outs: tuple[np.ndarray, np.ndarray],
+    ends: dict[str, np.ndarray],
+) -> tuple[coordinates.Response, ...]:
+    """Of each vehicle of `Structure.responding`: where it comes to rest, fitted to run-outs.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        run_outs: velocities after the impact, and deviates of the inputs, a row for each.
+        ends: parts of the rest poses that they end at, as many as were measured, by name.
+    """
+    return tuple(_response(structure, data, run_outs, ends, v) for v in structure.responding)
+
+
+def _response(
+    structure: Structure,
+    data: Data,
+    run_outs: tuple[np.ndarray, np.ndarray],
+    ends: dict[str, np.ndarray],
+    v: str,
+) -> coordinates.Response:
+    size, i = len(structure.rests), VEHICLES.index(v)
+    names = structure.aims[size * i : size * (i + 1)]
+    velocity, shape = run_outs[0].reshape(-1, 2, size)[:, i], run_outs[1]
+    rest = np.stack([ends.get(name, np.zeros(len(shape))) for name in names], axis=1)
+    followed = np.isfinite(np.concatenate([velocity, rest], axis=1)).all(axis=1)
+    if not followed.any():
+        raise Unanswerable(
+            f"vehicle {v.upper()}: no run-out near its measured rest can be followed"
+        )
+    velocity, rest = velocity[followed], rest[followed]
+    shape = shape[followed][:, coordinates.shaping_inputs(structure, v)]
+    centre, unit = velocity.mean(axis=0), velocity.std(axis=0)
+    A = _terms((velocity - centre) / unit, shape)
+    value, sd = np.array([data.evidence.get(name, (0.0, np.inf)) for name in names]).T
+    off = np.linalg.norm((rest - value) / sd, axis=1)
+    # far from what was measured a run-out says little, but enough of them have to speak
+    reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
+    surface = _least_squares(A, rest, np.exp(-0.25 * (off / reach) ** 2))
+    return coordinates.Response(centre, unit, _as_sheet(surface, size + shape.shape[1]))
 
 
 def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.ndarray]) -> float:

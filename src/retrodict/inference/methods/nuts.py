@@ -17,7 +17,7 @@ _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective
 # acceptance stays at 0.9 however short the steps, and steps that aim for it collapse (measured).
 _SECOND_TRY = 0.8
 _CURVED = 0.8  # of a posterior that rest poses do not pin: shorter steps are slow and mend little
-_PILOT = 200  # draws of each chain by which such a posterior is whitened
+_PILOT = 200  # draws of each chain by which such a posterior is whitened, or responses are fitted
 _MENDABLE = 0.05  # share of divergent draws up to which shorter steps may help
 
 
@@ -27,12 +27,15 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    original, (first, second) = task.posterior, targets(task.posterior.programs.structure)
-    if original.programs.structure.unpinned:
+    original, structure = task.posterior, task.posterior.programs.structure
+    first, second = targets(structure)
+    if structure.unpinned or structure.responding:
         pilot = sample(replace(task, draws=_PILOT, resume=None), first)
         if not pilot.complete:
             raise Interrupted("stopped before any draws were kept")
-        task = replace(task, posterior=original.about(pilot.w.reshape(-1, original.size)))
+        w = pilot.w.reshape(-1, original.size)
+        better = original.about(w) if structure.unpinned else original.responding_by(w)
+        task = replace(task, posterior=better)
     found, target_accept = sample(task, first), first
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
@@ -67,6 +70,6 @@ def _told(
     first = target_accept == targets(task.posterior.programs.structure)[0] and not found.complete
     unfinished = partial(checkpoint.save, found, chains.settings(task)) if first else None
     w = found.w
-    if task.posterior is not original:
+    if original.programs.structure.unpinned:
         w = task.posterior.seen_from(original, w.reshape(-1, original.size)).reshape(w.shape)
     return Draws(w, found.stats, found.complete, notes, unfinished=unfinished)
