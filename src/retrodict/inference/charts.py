@@ -68,15 +68,15 @@ def about(
             where it is known from which side each does.
     """
     structure = programs.structure
-    held, none = coordinates.held_of(structure), blank(structure)
-    wall = none.wall
+    held, empty = coordinates.held_of(structure), blank(structure)
+    wall = empty.wall
     if coordinates.levels_of(structure):
         bent = centre if bent is None else bent
         wall, spread = _wall(programs, data, sheets, centre, spread, bent, side)
     along, slope = np.asarray(wall.along)[:held], np.asarray(wall.slope)[:held]
     spread = _triangular(spread, slope)
     volume = np.linalg.slogdet(np.concatenate([spread, along.T], axis=1))[1]
-    return Chart(sheets, wall, centre, spread, np.array(volume), none.responses)
+    return Chart(sheets, wall, centre, spread, np.array(volume), empty.responses)
 
 
 def _wall(
