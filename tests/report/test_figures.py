@@ -11,7 +11,7 @@ from matplotlib.text import Text
 
 from retrodict.report import figures, files
 from retrodict.report.figure_scene import half_plane, impact_pose, outline
-from retrodict.report.figures import FIGURES, save_figures, to_png
+from retrodict.report.figures import FIGURES, save_figures, to_png, to_svg
 from retrodict.report.findings import inputs_table
 from retrodict.scene.records import Edge, Measured
 
@@ -159,6 +159,12 @@ def test_names_of_surfaces_are_not_read_as_formulae(outcome):
     odd = replace(outcome.scene.surfaces[1], name=r"$\frac{")
     scene = replace(outcome.scene, surfaces=(outcome.scene.surfaces[0], odd))
     to_png(FIGURES["scene"].draw(replace(outcome, scene=scene), "si"))
+
+
+def test_what_is_drawn_alike_is_written_alike(outcome):
+    once, again = (to_svg(FIGURES["predictive"].draw(outcome, "si")) for _ in range(2))
+    assert once == again
+    assert b"<svg" in once
 
 
 def test_impact_centre_lies_at_the_lever_from_the_centre_of_gravity(outcome):

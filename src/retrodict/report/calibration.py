@@ -129,16 +129,14 @@ def write_calibration(calibration: Calibration, directory: Path) -> None:
         OSError: a file could not be written.
     """
     from retrodict.report.figure_calibration import calibration_figure
-    from retrodict.report.figures import to_png
+    from retrodict.report.figures import to_png, to_svg
 
     figure = calibration_figure(calibration)
-    vectors = io.BytesIO()
-    figure.savefig(vectors, format="svg")
     text = json.dumps(calibration_data(calibration), indent=2, ensure_ascii=False, allow_nan=False)
     write_ranks(calibration, directory)
     write_whole(directory / "calibration.json", f"{text}\n".encode())
     write_whole(directory / "calibration.png", to_png(figure))
-    write_whole(directory / "calibration.svg", vectors.getvalue())
+    write_whole(directory / "calibration.svg", to_svg(figure))
 
 
 def write_ranks(calibration: Calibration, directory: Path) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -35,6 +36,7 @@ __all__ = [
     "save_figures",
     "scene_figure",
     "to_png",
+    "to_svg",
 ]
 
 _ALL = slice(None)
@@ -75,6 +77,14 @@ def to_png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     # level 3 is twice as fast as the default, for images a tenth larger
     imsave(buffer, pixels, format="png", dpi=DPI, pil_kwargs={"compress_level": 3})
+    return buffer.getvalue()
+
+
+def to_svg(figure: Figure) -> bytes:
+    """A figure as an SVG drawing; what is drawn alike is so byte for byte."""
+    buffer = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "retrodict"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from dataclasses import dataclass
@@ -91,17 +90,15 @@ def write_ladder(ladder: Ladder, directory: Path) -> None:
         OSError: a file could not be written.
     """
     from retrodict.report.figure_ladder import ladder_figure
-    from retrodict.report.figures import to_png
+    from retrodict.report.figures import to_png, to_svg
 
     figure = ladder_figure(ladder)
     text = json.dumps(ladder_data(ladder), indent=2, ensure_ascii=False, allow_nan=False)
-    vectors = io.BytesIO()
-    figure.savefig(vectors, format="svg")
     files = {
         "ladder.json": f"{text}\n".encode(),
         "ladder.csv": _table(ladder).encode(),
         "ladder.png": to_png(figure),
-        "ladder.svg": vectors.getvalue(),
+        "ladder.svg": to_svg(figure),
     }
     for name, content in files.items():
         write_whole(directory / name, content)

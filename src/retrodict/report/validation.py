@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 from dataclasses import asdict
@@ -171,11 +170,9 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
         OSError: a file could not be written.
     """
     from retrodict.report.figure_validation import CAPTION, validation_figure
-    from retrodict.report.figures import to_png
+    from retrodict.report.figures import to_png, to_svg
 
     figure = validation_figure(validation, units)
-    vectors = io.BytesIO()
-    figure.savefig(vectors, format="svg")
     page = [
         "# Staged collisions",
         "",
@@ -191,7 +188,7 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
     write_whole(directory / "validation.csv", _csv(validation).encode())
     write_whole(directory / "validation.json", f"{data}\n".encode())
     write_whole(directory / "validation.png", to_png(figure))
-    write_whole(directory / "validation.svg", vectors.getvalue())
+    write_whole(directory / "validation.svg", to_svg(figure))
 
 
 def validation_data(validation: Validation) -> dict[str, Any]:
