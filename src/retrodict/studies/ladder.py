@@ -63,6 +63,7 @@ class Step:
         seconds: of the run, without compilation.
         reasons: why its draws are not to be relied on, if they are not.
         priors: the answer on B's speed under other priors of it.
+        enough: whether it counts and no fuller rung that is enough itself moves its answer too far.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Step:
     seconds: float | None = None
     reasons: tuple[str, ...] = ()
     priors: tuple[Reweighed, ...] = ()
+    enough: bool = False
 
     @property
     def counts(self) -> bool:
@@ -126,10 +128,10 @@ def ladder(
 ) -> Ladder:
     """Reconstruct a scene on every rung that it allows, by importance sampling, and choose one.
 
-    Chosen is the lowest rung that fits the evidence and whose answer no fuller rung that fits moves
-    by more than `share` of the fuller rung's standard deviation, or makes wider or narrower by more
-    than `factor`. A rung fits where a chi-square as large as its own has a probability of `DOUBT`
-    or more.
+    Chosen is the lowest rung that fits the evidence and is enough: no fuller rung that is enough
+    itself moves its answer by more than `share` of the fuller rung's standard deviation, or makes it
+    wider or narrower by more than `factor`. A rung fits where a chi-square as large as its own has a
+    probability of `DOUBT` or more.
 
     Args:
         scene: what was measured.
@@ -288,34 +290,44 @@ def chosen(
     Returns:
         The steps with their verdicts, the name of the one chosen or None, and the reason.
     """
-    told, choice, reason = [], None, ""
-    for step in steps:
-        fuller = [s for s in steps if step.name in s.below and s.counts]
-        moves = [_move(step, s, q) for s in fuller for q in question] if step.counts else []
-        worst = max(moves, default=None, key=lambda m: m.size(share, factor))
+    most: dict[str, _Move | None] = {}  # what is done to a rung's answer at the most
+    enough: list[Step] = []  # from the fullest down: a rung that is not has no say below it
+    for step in reversed(steps):
+        if not step.counts:
+            continue
+        above = (fuller for fuller in enough if step.name in fuller.below)
+        moves = (_move(step, fuller, quantity) for fuller in above for quantity in question)
+        worst = max(moves, default=None, key=lambda move: move.size(share, factor))
+        most[step.name] = worst
+        if worst is None or worst.size(share, factor) <= 1:
+            enough.append(step)
+    names = [step.name for step in enough]
+    choice = names[-1] if names else None
+
+    def verdict(step: Step) -> str:
         if step.fit is None:
-            verdict = step.verdict
-        elif step.reasons:
-            verdict = f"not to be relied on: {'; '.join(step.reasons)}"
-        elif not step.counts:
-            verdict = f"does not fit the evidence (p = {step.fit.probability:.2g})"
-        elif worst and worst.size(share, factor) > 1:
-            verdict = f"not enough: {worst}"
-        elif choice:
-            verdict = f"would do too, but {choice} is simpler"
-        else:
-            choice, verdict = step.name, "chosen"
-            compared = f"the most is that {worst}" if worst else "none stands above it that fits"
-            reason = (
-                f"{choice} is the lowest rung that fits the evidence (p = "
-                f"{step.fit.probability:.2g}) and whose answer no fuller rung that fits moves by more "
-                f"than {share:g} of its standard deviation or makes wider or narrower by more than "
-                f"{factor:g} times: {compared}."
-            )
-        told.append(replace(step, verdict=verdict))
-    if not choice:
+            return step.verdict
+        if step.reasons:
+            return f"not to be relied on: {'; '.join(step.reasons)}"
+        if not step.counts:
+            return f"does not fit the evidence (p = {step.fit.probability:.2g})"
+        if step.name not in names:
+            return f"not enough: {most[step.name]}"
+        return "chosen" if step.name == choice else f"would do too, but {choice} is simpler"
+
+    told = tuple(replace(s, verdict=verdict(s), enough=s.name in names) for s in steps)
+    if choice is None:
         reason = "No rung fits the evidence with draws that can be relied on: none is chosen."
-    return tuple(told), choice, reason
+    else:
+        fit, worst = enough[-1].fit, most[choice]
+        assert fit is not None, "only a rung that ran is enough"
+        compared = f"the most is that {worst}" if worst else "none stands above it that is enough"
+        reason = (
+            f"{choice} is the lowest rung that fits the evidence (p = {fit.probability:.2g}) and whose "
+            f"answer no fuller rung that is enough itself moves by more than {share:g} of its standard "
+            f"deviation or makes wider or narrower by more than {factor:g} times: {compared}."
+        )
+    return told, choice, reason
 
 
 @dataclass(frozen=True, slots=True)
