@@ -28,9 +28,9 @@ def ladder():
     return ladder_of(step("low", 21.0, 0.9), step("middle", 19.1), step("full", 19.0))
 
 
-def printed(ladder, units="si"):
+def printed(ladder, units="si", width=80):
     out = io.StringIO()
-    print_ladder(ladder, Console(file=out, width=80), units)
+    print_ladder(ladder, Console(file=out, width=width), units)
     return out.getvalue()
 
 
@@ -39,6 +39,7 @@ def test_table_tells_every_rung_in_the_units_asked_for(ladder) -> None:
     assert "± 0.90│" in printed(ladder)
     assert "± 2.0│" in printed(ladder, "us")
     assert "…" not in printed(ladder)  # nothing is cut on a narrow terminal
+    assert "│ low    │ 21.00 ± 0.90 │" in printed(ladder, width=140)
     assert "middle is the lowest rung" in printed(ladder)
     assert "full moves the speed of B" in printed(ladder)
 

@@ -73,6 +73,16 @@ def test_a_fuller_rung_that_does_not_fit_does_not_speak() -> None:
     assert choice(step("low", 19.0), step("full", 25.0, probability=1e-4)) == "low"
 
 
+def test_a_fuller_rung_that_is_not_enough_itself_does_not_speak() -> None:
+    told, choice, reason = chosen(
+        (step("low", 19.0), step("middle", 19.5), step("full", 19.0)), ASKED
+    )
+    assert choice == "low"
+    assert told[1].verdict.startswith("not enough: full moves")
+    assert [s.enough for s in told] == [True, False, True]
+    assert "the most is that full moves" in reason
+
+
 def test_rungs_side_by_side_do_not_speak_of_each_other() -> None:
     assert choice(step("low", 19.0), step("middle", 25.0, below=()), step("full", 19.0)) == "low"
 
@@ -200,9 +210,16 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
     assert [s.name for s in cut.steps] == ["low", "middle"]
 
 
-def test_on_the_paper_s_scene_momentum_gives_the_speed_and_a_straight_slide_does_not() -> None:
+def test_on_the_paper_s_scene_momentum_with_wheels_is_enough_for_the_speed() -> None:
     scene = load_scene(PAPER)
-    names = ("momentum+slide", "momentum+wheels", "planar-moment+wheels")
-    slide, momentum, fullest = (climb(scene, name, ASKED, 0).answers["speed_b"] for name in names)
+    impacts = ("momentum", "planar", "planar-moment-common", "planar-moment")
+    names = ("momentum+slide", *(f"{impact}+wheels" for impact in impacts))
+    told, choice, _ = chosen([climb(scene, name, ASKED, 0) for name in names], ASKED)
+    assert choice == "momentum+wheels"
+    slide, momentum, planar, *_, fullest = (s.answers["speed_b"] for s in told)
     assert abs(momentum.median - fullest.median) < fullest.sd / 4
     assert slide.median > fullest.median + 2 * fullest.sd  # B turns twice on its way
+    # e_m = 1 fits too, and would move the speed, were it not itself moved where e_m is free
+    assert told[2].counts
+    assert abs(planar.median - momentum.median) > planar.sd / 4
+    assert not told[2].enough

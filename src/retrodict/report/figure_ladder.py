@@ -18,10 +18,13 @@ CAPTION = (
     "Each mark is a rung of the ladder of models: across, the seconds that it took without "
     "compilation; up, how far its answer (the median) lies from that of the fullest rung that fits, "
     "in the latter's standard deviations, the most over the quantities asked; linear below the "
-    "dashed line and logarithmic above. Filled marks fit the evidence with draws that can be relied "
-    "on. The ring is about the rung chosen. The dashed line is how far a fuller rung may move the "
-    "answer of the one chosen."
+    "dashed line and logarithmic above. Dark marks are enough: no fuller rung that is enough itself "
+    "moves their answer too far. Light ones fit the evidence and are not; white ones do not fit, or "
+    "their draws cannot be relied on. The ring is about the rung chosen. The dashed line is how far a "
+    "fuller rung may move the answer of the one chosen."
 )
+
+_ENOUGH, _FITS, _WRONG = drawing.BLUE, drawing.PALE, "white"
 
 
 def ladder_figure(ladder: Ladder) -> Figure:
@@ -43,7 +46,7 @@ def ladder_figure(ladder: Ladder) -> Figure:
         fullest = next((s for s in reversed(ran) if s.counts), ran[-1])
         for step in ran:
             at = (step.seconds or 0.0, distance(step, fullest))
-            axes.plot(*at, "o", color=drawing.BLUE if step.counts else "white", mec=drawing.INK)
+            axes.plot(*at, "o", color=_colour(step), mec=drawing.INK)
             axes.annotate(step.name, at, xytext=(6, 4), textcoords="offset points", size=7)
             if step.name == ladder.choice:
                 axes.plot(*at, "o", ms=13, mfc="none", mec=drawing.ORANGE, mew=1.8)
@@ -62,7 +65,7 @@ def ladder_figure(ladder: Ladder) -> Figure:
         axes.margins(x=0.25)
         axes.set_xlabel("seconds, without compilation")
         axes.set_ylabel("distance from the fullest rung's answer (its sd)")
-        figure.legend(handles=_legend(), loc="outside lower center", ncols=3)
+        figure.legend(handles=_legend(), loc="outside lower center", ncols=4)
     return figure
 
 
@@ -74,8 +77,16 @@ def distance(step: Step, fullest: Step) -> float:
     )
 
 
+def _colour(step: Step) -> str:
+    return _ENOUGH if step.enough else _FITS if step.counts else _WRONG
+
+
 def _legend() -> list[Line2D]:
-    told = {"fits": drawing.BLUE, "does not fit, or not to be relied on": "white"}
+    told = {
+        "enough": _ENOUGH,
+        "fits, not enough": _FITS,
+        "does not fit, or not to be relied on": _WRONG,
+    }
     marks = [
         Line2D([], [], ls="", marker="o", color=color, mec=drawing.INK, label=label)
         for label, color in told.items()

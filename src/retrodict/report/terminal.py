@@ -82,8 +82,9 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
         units: "si" or "us".
     """
     _line(console, ladder.scene.title, "bold")
-    # the median above its sd: with every unknown asked it still fits a narrow terminal
-    table = Table(show_lines=True, padding=0)
+    wide = console.width >= _WIDE
+    # else the median above its sd: with every unknown asked it still fits a narrow terminal
+    table = Table(show_lines=not wide, padding=(0, 1) if wide else 0)
     table.add_column("rung", no_wrap=True)
     for name in ladder.question:
         unit = told_as(name, units)[1].symbol
@@ -94,12 +95,11 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
     for row in rows:
         if row.fit == NOTHING:  # not run: told below
             continue
-        cells = [
-            row.name.replace("-", "-\n").replace("+", "\n+ "),
-            *(answer for answer, _ in row.answers),
-        ]
+        cells = [row.name, *(answer for answer, _ in row.answers)]
         cells += [row.fit, row.evidence, row.parameters, row.seconds]
-        cells = [cell.replace(" ±", "\n±") for cell in cells]
+        if not wide:
+            cells[0] = row.name.replace("-", "-\n").replace("+", "\n+ ")
+            cells = [cell.replace(" ±", "\n±") for cell in cells]
         table.add_row(*map(Text, cells), style="bold" if row.chosen else None)
     console.print(table)
     _line(console, "n: unknowns and uncertain inputs; s: seconds without compilation", "dim")
