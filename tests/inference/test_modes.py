@@ -14,7 +14,8 @@ from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
 from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import Programs, Weighed, programs_for
+from retrodict.inference.programs import Programs, programs_for
+from retrodict.inference.target import Target, Weighed
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration
 from tests.scenes import collision
@@ -23,8 +24,8 @@ SCENE = collision(share=0.0)
 APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and what it weighs
 
 
-class _TwoNormals(Programs):
-    """Programs of a density that is known: two standard normals, APART from each other."""
+class _TwoNormals(Target):
+    """A density that is known: two standard normals, APART from each other."""
 
     def weighed(self, w, data, chart, missed=None):
         squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
@@ -38,7 +39,7 @@ def two_normals() -> Posterior:
     posterior = prepare(SCENE, reconstruct.DEFAULT_RUNG)
     # of a structure that no scene has: its programs must not be kept as another's
     structure = replace(posterior.programs.structure, steps=1)
-    return replace(posterior, programs=_TwoNormals(structure))
+    return replace(posterior, programs=Programs(_TwoNormals(structure)))
 
 
 def _simulated(number: int) -> tuple[Scene, dict]:

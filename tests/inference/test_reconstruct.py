@@ -76,7 +76,9 @@ def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
     programs, n = posterior.programs, posterior.size
     rng = np.random.default_rng(7)
     w = rng.normal(size=(4000, n)) / np.sqrt(rng.chisquare(5, size=(4000, 1)) / 5)
-    density = jax.jit(jax.vmap(lambda w: programs.log_density(w, posterior.data, posterior.chart)))
+    density = jax.jit(
+        jax.vmap(lambda w: programs.target.log_density(w, posterior.data, posterior.chart))
+    )
     log_weight = np.array(density(jnp.asarray(w)))
     log_weight += 0.5 * (5 + n) * np.log1p((w**2).sum(axis=1) / 5)  # less the t's log density
     weight = np.exp(log_weight - log_weight.max())

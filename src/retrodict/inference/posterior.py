@@ -18,11 +18,11 @@ from retrodict.inference.programs import (
     CHUNK,
     ROWS,
     Programs,
-    Weighed,
     in_chunks,
     programs_for,
 )
 from retrodict.inference.scout import scouted
+from retrodict.inference.target import Weighed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M

@@ -11,7 +11,7 @@ import os
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from threading import Lock
 from typing import Any, NamedTuple
@@ -22,15 +22,12 @@ import numpy as np
 import numpyro.distributions as dist
 from jax.scipy.special import gammaln
 from jaxtyping import Array, Float
-from numpyro import handlers
 from numpyro.infer.hmc import hmc
-from numpyro.infer.util import ParamInfo, log_density
+from numpyro.infer.util import ParamInfo
 
 from retrodict.inference import coordinates, executables
-from retrodict.mechanics import either_side, towards_b
-from retrodict.models import RUNGS, parts
+from retrodict.inference.target import Target
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import quotients
 
 BATCH = 512  # run-outs per call of `reached`
 CHUNK = 500  # draws per call of `simulate`
@@ -41,10 +38,6 @@ BLOCK = 50  # iterations per call of `advance`
 # Good coordinates need trees of depth 3. A target that wants more than 63 leapfrogs a draw is not
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.
 _MAX_TREE_DEPTH = 6
-
-# Slope of a potential, root of mean square: that of a standard normal is about 1, and true ones reach
-# tens where the rest of a rolling car turns on little: cut off, NUTS diverges there.
-_STEEPEST = 100.0
 
 _FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
 
@@ -69,193 +62,25 @@ class Tempering(NamedTuple):
     log_evidence: Float[Array, ""]
 
 
-class Weighed[A](NamedTuple):
-    """What points are known by, in arrays of JAX or of NumPy.
+class Programs:
+    """The programs of a target, each compiled once.
 
     Args:
-        log_density: posterior, in w.
-        told: the model's unknowns, and what follows from them.
-        q: where coordinates take it.
-        missed: by what sheets and responses miss the rest poses.
+        target: what they compute.
     """
-
-    log_density: A
-    told: dict[str, A]
-    q: A
-    missed: A
-
-
-class Programs:
-    """Everything of a posterior that is compiled."""
 
     compile_seconds = 0.0  # of all structures: tracing, and waiting for the compiler
 
-    def __init__(self, structure: Structure) -> None:
-        self.structure = structure
-        self.rung = RUNGS[structure.rung]
-        self.model = self.rung.model
+    def __init__(self, target: Target) -> None:
+        self.target = target
+        self.structure = target.structure
         self._programs: dict[str, Future[Any]] = {}
         self._anew: dict[str, Callable[[], Future[Any]]] = {}
         # draws are weighed in threads: one traces, or waits for a compiler, and the others for it
         self._one_prepares = Lock()
 
-    # -- what is computed --------------------------------------------------------------------
-
-    def log_density(
-        self, w: Float[Array, " q"], data: Data, chart: coordinates.Chart
-    ) -> Float[Array, ""]:
-        """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
-
-        The value is exact; the gradient takes the run-outs' slopes from sheets and responses. Leapfrogs
-        keep volume and reverse under any field of forces, and NUTS weighs its points by the value, so
-        it samples the same density; how good these are decides only how many draws it is worth.
-        A run-out then never has to be differentiated: a gradient costs little more than a value,
-        and the sampler compiles in half the time. Only where rest poses do not pin the motion, and for
-        marks, run-outs are.
-        """
-        return self.weighed(w, data, chart).log_density
-
-    def weighed(
-        self,
-        w: Float[Array, " q"],
-        data: Data,
-        chart: coordinates.Chart,
-        missed: Float[Array, " aims"] | None = None,
-    ) -> Weighed[Array]:
-        """`log_density`, and what else a point is known by.
-
-        Args:
-            w: the point.
-            data: the scene's numbers.
-            chart: its coordinates.
-            missed: by what sheets and responses miss the rest poses, so that no run-out is asked; where
-                it is not given, or no number, run-outs tell.
-        """
-        sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
-        off = jnp.zeros((2, len(self.structure.rests)))
-
-        def rest_poses(
-            structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
-        ) -> Array:
-            nonlocal off
-            near = coordinates.likeness(structure, data, chart, q, after.reshape(2, -1))
-            exact = self.rung.run_out.rest_poses(
-                structure, data, *jax.lax.stop_gradient((x, after))
-            )
-            off = jax.lax.stop_gradient(exact - near)
-            if missed is not None:
-                known = missed.reshape(off.shape)
-                off = jnp.where(jnp.isnan(known), off, known)
-            return near + off
-
-        given = {} if self.structure.unpinned else {"rest_poses": rest_poses}
-        joint, trace = log_density(self.model, (self.structure, data), given, sites)
-        return Weighed(joint + log_det, sites | _told(trace), q, off.ravel())
-
-    def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
-        """Impact poses, k², friction and its scale of each row of deviates."""
-
-        def one(deviates: Array) -> tuple[Array, Array, Array, Array]:
-            x = parts.from_standard(self.structure, data, deviates)
-            friction = x[f"friction_{self.structure.surfaces[0]}"]
-            scale = coordinates.friction_scale(self.structure, data, x)
-            k2 = jnp.asarray(parts.cars(self.structure, x).k2)
-            return parts.impact_poses(x), k2, friction, scale
-
-        return jax.vmap(one)(xi)
-
-    def _reached(self, data: Data, separation: Array, xi: Array) -> Array:
-        """Where each motion comes to rest."""
-
-        def one(V: Array, deviates: Array) -> Array:
-            x = parts.from_standard(self.structure, data, deviates)
-            return self.rung.run_out.rest_poses(self.structure, data, x, V)
-
-        return jax.vmap(one)(separation, xi)
-
-    def _levels(self, data: Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
-        """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'.
-
-        Then the normal's sense from A to B as measured, which tells where the vehicles close in; 0 where
-        both stand on one side of the contact.
-        """
-
-        def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-            at = coordinates.separation_at(self.structure, data, chart, q)
-            both = quotients(self.rung.impact.levels, *at)
-            return both, both
-
-        slopes, values = jax.jacfwd(value, has_aux=True)(q)
-        as_measured = parts.from_standard(
-            self.structure, data, jnp.zeros(len(self.structure.uncertain))
-        )
-        by_z = coordinates.reduced(self.structure, chart, q)[1]
-        to = parts.bodies(as_measured)
-        return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
-
-    def _solve_back(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
-        """The model's unknowns at each row of q, without priors or bounds."""
-        return jax.vmap(lambda q: coordinates.solve_back(self.structure, data, chart, q))(q)
-
-    def _propagate(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
-        """The same by first derivatives at the measured values."""
-
-        def exact(q: Array) -> parts.Values:
-            return coordinates.solve_back(self.structure, data, chart, q)
-
-        def to_first_order(q: Array) -> parts.Values:
-            return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
-
-        return jax.vmap(to_first_order)(q)
-
-    def potential(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
-        """Minus the log density."""
-        return -self.log_density(w, data, chart)
-
-    def steered(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
-        """`potential`, without its gradient where that is steeper than a posterior's can be.
-
-        The run-out of a vehicle that rolls is stiff, and its differentiated steps blow up at points
-        here and there at which its value is smooth. NUTS samples the same density under any field of
-        forces, and is thrown far off by such a one: there it goes straight on.
-        """
-        value, slope = jax.value_and_grad(self.potential)(w, data, chart)
-        sound = jnp.sum(slope**2) < _STEEPEST**2 * w.size  # not so where it is no number
-        slope = jax.lax.stop_gradient(jnp.where(sound, slope, 0.0))
-        return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
-
-    def _simulate(self, data: Data, sites: parts.Values) -> dict[str, Array]:
-        def one(values: parts.Values) -> dict[str, Array]:
-            conditioned = handlers.substitute(self.model, values)
-            trace = handlers.trace(handlers.seed(conditioned, 0)).get_trace(self.structure, data)
-            return _told(trace)
-
-        return jax.vmap(one)(sites)
-
-    def _prior(self, keys: Array, data: Data) -> dict[str, Array]:
-        def one(key: Array) -> dict[str, Array]:
-            trace = handlers.trace(handlers.seed(self.model, key)).get_trace(self.structure, data)
-            return {
-                k: s["value"]
-                for k, s in trace.items()
-                if s["type"] == "sample" and not s["is_observed"]
-            }
-
-        return jax.vmap(one)(keys)
-
-    def _paths(self, data: Data, separation: Array, xi: Array) -> Array:
-        """How each motion comes to rest."""
-
-        def one(V: Array, deviates: Array) -> Array:
-            x = parts.from_standard(self.structure, data, deviates)
-            return self.rung.run_out.paths(self.structure, data, x, V)
-
-        return jax.vmap(one)(separation, xi)
-
-    # -- compiled, each once -----------------------------------------------------------------
-
     def __call__(self, name: str, *arguments: Any) -> Any:
-        """Run one of `functions`."""
+        """Run one of the target's `functions`."""
         with self._one_prepares:
             self.expect(name, *arguments)
             program = self._finished(name)
@@ -269,28 +94,9 @@ class Programs:
 
         def lower() -> jax.stages.Lowered:
             made = [a() if callable(a) else a for a in arguments]
-            return jax.jit(self.functions[name]).lower(*made)
+            return jax.jit(self.target.functions[name]).lower(*made)
 
         self._submit(name, lower)
-
-    @cached_property
-    def functions(self) -> dict[str, Callable[..., Any]]:
-        """What is compiled, by name."""
-        return {
-            "inputs": self._inputs,
-            "reached": self._reached,
-            "levels": self._levels,
-            "potential": jax.value_and_grad(self.potential),
-            "weigh": jax.vmap(
-                lambda data, chart, w, missed: self.weighed(w, data, chart, missed),
-                in_axes=(None, None, 0, 0),
-            ),
-            "solve_back": self._solve_back,
-            "propagate": self._propagate,
-            "simulate": self._simulate,
-            "prior": self._prior,
-            "paths": self._paths,
-        }
 
     def sampler(
         self, warmup: int, target_accept: float, *example: Any
@@ -309,7 +115,7 @@ class Programs:
 
         def potential_of(data: Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
             differentiated = self.structure.unpinned or self.structure.marks  # run-outs are
-            potential = self.steered if differentiated else self.potential
+            potential = self.target.steered if differentiated else self.target.potential
             return lambda w: potential(w, data, chart)
 
         initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")
@@ -382,7 +188,7 @@ class Programs:
             from blackjax.smc.tempered import TemperedSMCState
 
             def gain(w: Array) -> Array:
-                found = -self.potential(w, data, chart) - _log_tails(w)
+                found = -self.target.potential(w, data, chart) - _log_tails(w)
                 return jnp.where(jnp.isfinite(found), found, -1e6)
 
             moves = {
@@ -446,16 +252,6 @@ class Programs:
         return program
 
 
-def _told(trace: dict[str, Any]) -> dict[str, Array]:
-    """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
-    told = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
-    for k, s in trace.items():
-        if s["type"] == "sample" and s["is_observed"]:
-            told[f"predicted/{k}"] = s["fn"].mean
-            told[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
-    return told
-
-
 def _log_tails(w: Array) -> Array:
     """Log density of the Student-t that tempering starts from.
 
@@ -501,4 +297,4 @@ def programs_for(structure: Structure) -> Programs:
     known = programs_for.cache_info()
     if known.currsize == known.maxsize:
         gc.collect()  # those no longer kept hold on to themselves
-    return Programs(structure)
+    return Programs(Target(structure))

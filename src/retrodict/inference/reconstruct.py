@@ -151,7 +151,7 @@ def compile_ahead(
         xi = np.zeros((BATCH, len(structure.uncertain)))
         programs.expect("inputs", data, xi)
         programs.expect("reached", data, separation, xi)
-        if programs.rung.impact.levels:
+        if programs.target.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
     if structure.unpinned:
         programs.expect("potential", np.zeros(n), data, chart)
@@ -163,7 +163,7 @@ def compile_ahead(
     if pictured or structure.open:  # where a likely crash is sought among those of the prior
         prior = (prior_keys(0), data)
         programs.expect("prior", *prior)
-        sites = partial(jax.eval_shape, programs.functions["prior"], *prior)
+        sites = partial(jax.eval_shape, programs.target.functions["prior"], *prior)
         programs.expect("simulate", data, sites)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)

@@ -1,28 +1,30 @@
 """What physics says: pure JAX functions and small records, usable alone; no probability, no files."""
 
 import retrodict._precision  # noqa: F401
-from retrodict.mechanics.impact import (
+from retrodict.mechanics.contact import (
     Bodies,
+    against_barrier,
+    axes,
+    closing_speed,
+    contact_velocity,
+    either_side,
+    lever_arms,
+    towards_b,
+)
+from retrodict.mechanics.impact import (
     Capped,
     Coefficients,
     Undone,
-    against_barrier,
     approach_and_coefficients,
-    axes,
     capped,
-    closing_speed,
-    contact_velocity,
     critical_mu,
-    either_side,
     from_impulse,
     from_impulse_that_ends_sliding,
     impulse,
     inverse_log_det,
-    lever_arms,
     normal_impulse,
     printed_e_m,
     separation,
-    towards_b,
     undo,
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact

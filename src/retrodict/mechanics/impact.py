@@ -1,9 +1,8 @@
 """Planar impact of two vehicles with a moment impulse (SAE 770014, eqs 9-24), both ways.
 
-Lower case is before impact, upper case after. The normal of the contact line is
-n = (cos Gamma, sin Gamma), its tangent t = (-sin Gamma, cos Gamma). P acts on A and -P on B, M on A
-and -M on B. Two equations of the paper are misprinted and stand here corrected: in eq 21 the last
-term is m_a (d2 + d4)(V_ay - v_ay), and in eq 24 the bracket's sign is reversed, which makes it
+Lower case is before impact, upper case after. P acts on A and -P on B, M on A and -M on B. Two
+equations of the paper are misprinted and stand here corrected: in eq 21 the last term is
+m_a (d2 + d4)(V_ay - v_ay), and in eq 24 the bracket's sign is reversed, which makes it
 Omega_b - Omega_a = e_m [(omega_b + f_b/I_b) - (omega_a + f_a/I_a)]: the share of the relative spin
 left by the force impulse alone that survives the moment. The printed eq 24 is that equation with
 e_m / (2 e_m - 1) for e_m (`printed_e_m`); `moment_equation="as-printed"` uses it.
@@ -21,31 +20,9 @@ from typing import Literal, NamedTuple, get_args
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-Scalar = Float[Array, ""] | float
-State = Float[Array, "6"]  # (x, y, spin) of A, then of B: m/s, rad/s
+from retrodict.mechanics.contact import Bodies, Scalar, State, axes, contact_velocity
+
 MomentEquation = Literal["corrected", "as-printed"]
-
-
-class Bodies(NamedTuple):
-    """Two vehicles in contact.
-
-    Args:
-        m_a, m_b: masses, kg.
-        I_a, I_b: yaw inertias, kg m².
-        d1, d2: impact centre seen from B's centre of gravity: (d2, d1), m (eqs 15, 16).
-        d3, d4: impact centre seen from A's centre of gravity: (-d4, -d3), m (eqs 17, 18).
-        Gamma: angle of the contact line from the y axis, rad.
-    """
-
-    m_a: Scalar
-    m_b: Scalar
-    I_a: Scalar
-    I_b: Scalar
-    d1: Scalar
-    d2: Scalar
-    d3: Scalar
-    d4: Scalar
-    Gamma: Scalar
 
 
 class Coefficients(NamedTuple):
@@ -89,39 +66,6 @@ class Capped(NamedTuple):
     critical: Scalar
     ratio: Scalar
     cut: Bool[Array, ""]
-
-
-def lever_arms(
-    lever_a: Float[Array, "2"], lever_b: Float[Array, "2"]
-) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """The paper's d1..d4 from the two levers (eqs 15-18).
-
-    Args:
-        lever_a: from A's centre of gravity to the impact centre, road frame, m.
-        lever_b: from B's centre of gravity to the impact centre, road frame, m.
-
-    Returns:
-        (d1, d2, d3, d4) in m; eqs 11, 14 and 22 fix the signs: lever_b = (d2, d1), lever_a = (-d4, -d3).
-    """
-    return lever_b[1], lever_b[0], -lever_a[1], -lever_a[0]
-
-
-def against_barrier(m_a: Scalar, I_a: Scalar, d3: Scalar, d4: Scalar, Gamma: Scalar) -> Bodies:
-    """Vehicle A against a barrier or structure that nothing moves.
-
-    Args:
-        m_a: A's mass, kg.
-        I_a: A's yaw inertia, kg m².
-        d3, d4: impact centre seen from A's centre of gravity: (-d4, -d3), m (eqs 17, 18).
-        Gamma: angle of the barrier's face from the y axis, rad.
-
-    Returns:
-        Bodies with the barrier as B: m_b and I_b infinite. Its velocities must be given, zeros as a
-        rule; A must be the vehicle, since the inverse takes the impulse from A's change of motion.
-        That inverse gives e, mu and e_m, but of B only that it kept its velocity: an unmoved body
-        tells nothing about who hit it, so A's velocities cannot be had from B's.
-    """
-    return Bodies(m_a, jnp.inf, I_a, jnp.inf, 0.0, 0.0, d3, d4, Gamma)
 
 
 def printed_e_m(e_m: Scalar) -> Scalar:
@@ -356,34 +300,6 @@ def from_impulse_that_ends_sliding(
     return approach, e, jnp.log(jnp.abs(volume))
 
 
-def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
-    """Velocity of A relative to B at the impact centre (the brackets of eq 22), m/s.
-
-    Args:
-        state: six velocities, before or after.
-        bodies: lever arms.
-
-    Returns:
-        (x, y) components, m/s.
-    """
-    _, _, _, _, d1, d2, d3, d4, _ = bodies
-    v_ax, v_ay, w_a, v_bx, v_by, w_b = state
-    return jnp.stack([v_ax + d3 * w_a - v_bx + d1 * w_b, v_ay - d4 * w_a - v_by - d2 * w_b])
-
-
-def closing_speed(approach: State, bodies: Bodies) -> Float[Array, ""]:
-    """How fast two vehicles come together along the normal, each from its own side of the contact.
-
-    Args:
-        approach: six velocities before impact.
-        bodies: lever arms and Gamma.
-
-    Returns:
-        m/s; negative where they part, so that an impulse would have to pull.
-    """
-    return towards_b(bodies) * (contact_velocity(approach, bodies) @ axes(bodies)[0])
-
-
 def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scalar:
     """The mu at which sliding along the contact line just ends (the caution at eq 23).
 
@@ -498,50 +414,6 @@ def _without_force(approach: State, bodies: Bodies, response: _Response) -> tupl
     """The normal contact velocity before, and what the moment alone makes of the spins adds to it."""
     u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
     return u_n, response.shed * (approach[5] - approach[2]) * response.turn_n
-
-
-def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
-    """Normal and tangent of the contact line.
-
-    Args:
-        bodies: of which only Gamma matters.
-
-    Returns:
-        Two unit vectors in the road frame; the normal has no sense of its own.
-    """
-    c, s = jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)
-    return jnp.stack([c, s]), jnp.stack([-s, c])
-
-
-def towards_b(bodies: Bodies) -> Float[Array, ""]:
-    """Which sense of the normal leads from A to B, by where each has the impact centre.
-
-    Args:
-        bodies: lever arms and Gamma.
-
-    Returns:
-        1, or -1 where it is the normal turned round.
-    """
-    of_a, of_b = _sides(bodies)
-    return jnp.where(of_a - of_b < 0, -1.0, 1.0)
-
-
-def either_side(bodies: Bodies) -> Bool[Array, ""]:
-    """Whether the vehicles stand on either side of the contact, so that `towards_b` is beyond doubt.
-
-    Args:
-        bodies: lever arms and Gamma.
-    """
-    of_a, of_b = _sides(bodies)
-    return of_a * of_b < 0
-
-
-def _sides(bodies: Bodies) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """How far along the normal the impact centre lies from A and from B, over its distance."""
-    _, _, _, _, d1, d2, d3, d4, _ = bodies
-    normal = axes(bodies)[0]
-    to_a, to_b = jnp.stack([-d4, -d3]), jnp.stack([d2, d1])
-    return to_a @ normal / jnp.hypot(*to_a), to_b @ normal / jnp.hypot(*to_b)
 
 
 def _force_moments(P: Float[Array, "2"], bodies: Bodies) -> tuple[Scalar, Scalar]:

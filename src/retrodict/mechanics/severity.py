@@ -7,17 +7,8 @@ from typing import NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from retrodict.mechanics.impact import (
-    Bodies,
-    Coefficients,
-    Scalar,
-    State,
-    axes,
-    contact_velocity,
-    critical_mu,
-    impulse,
-    separation,
-)
+from retrodict.mechanics.contact import Bodies, Scalar, State, axes, contact_velocity
+from retrodict.mechanics.impact import Coefficients, critical_mu, impulse, separation
 
 REVERSAL = 1e-9  # by which |mu| may exceed |mu_c|, relative: the rounding of mu_c
 GAIN = 1e-12  # by which energy may rise, relative: the rounding of the audit

@@ -18,14 +18,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from retrodict.mechanics.contact import Bodies, axes, contact_velocity
 from retrodict.mechanics.impact import (
-    Bodies,
     Coefficients,
     MomentEquation,
     _force_moments,
     _is_printed,
-    axes,
-    contact_velocity,
     printed_e_m,
 )
 from retrodict.mechanics.severity import reverses_sliding

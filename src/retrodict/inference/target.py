@@ -1,0 +1,236 @@
+"""What is computed of a posterior: its density in sampled coordinates, and what goes with that.
+
+Pure functions of a rung and a scene's structure; a scene's numbers come in as arguments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from numpyro import handlers
+from numpyro.infer.util import log_density
+
+from retrodict.inference import coordinates
+from retrodict.mechanics import either_side, towards_b
+from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.impact import quotients
+
+# Slope of a potential, root of mean square: that of a standard normal is about 1, and true ones reach
+# tens where the rest of a rolling car turns on little: cut off, NUTS diverges there.
+_STEEPEST = 100.0
+
+
+class Weighed[A](NamedTuple):
+    """What points are known by, in arrays of JAX or of NumPy.
+
+    Args:
+        log_density: posterior, in w.
+        told: the model's unknowns, and what follows from them.
+        q: where coordinates take it.
+        missed: by what sheets and responses miss the rest poses.
+    """
+
+    log_density: A
+    told: dict[str, A]
+    q: A
+    missed: A
+
+
+class Target:
+    """The posterior of a rung and a scene's structure.
+
+    Args:
+        structure: which inputs are uncertain, and which evidence and surfaces there are.
+    """
+
+    def __init__(self, structure: Structure) -> None:
+        self.structure = structure
+        self.rung = RUNGS[structure.rung]
+
+    def log_density(
+        self, w: Float[Array, " q"], data: Data, chart: coordinates.Chart
+    ) -> Float[Array, ""]:
+        """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
+
+        The value is exact; the gradient takes the run-outs' slopes from sheets and responses. Leapfrogs
+        keep volume and reverse under any field of forces, and NUTS weighs its points by the value, so
+        it samples the same density; how good these are decides only how many draws it is worth.
+        A run-out then never has to be differentiated: a gradient costs little more than a value,
+        and the sampler compiles in half the time. Only where rest poses do not pin the motion, and for
+        marks, run-outs are.
+        """
+        return self.weighed(w, data, chart).log_density
+
+    def weighed(
+        self,
+        w: Float[Array, " q"],
+        data: Data,
+        chart: coordinates.Chart,
+        missed: Float[Array, " aims"] | None = None,
+    ) -> Weighed[Array]:
+        """`log_density`, and what else a point is known by.
+
+        Args:
+            w: the point.
+            data: the scene's numbers.
+            chart: its coordinates.
+            missed: by what sheets and responses miss the rest poses, so that no run-out is asked; where
+                it is not given, or no number, run-outs tell.
+        """
+        sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
+        off = jnp.zeros((2, len(self.structure.rests)))
+
+        def rest_poses(
+            structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+        ) -> Array:
+            nonlocal off
+            near = coordinates.likeness(structure, data, chart, q, after.reshape(2, -1))
+            exact = self.rung.run_out.rest_poses(
+                structure, data, *jax.lax.stop_gradient((x, after))
+            )
+            off = jax.lax.stop_gradient(exact - near)
+            if missed is not None:
+                known = missed.reshape(off.shape)
+                off = jnp.where(jnp.isnan(known), off, known)
+            return near + off
+
+        given = {} if self.structure.unpinned else {"rest_poses": rest_poses}
+        joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
+        return Weighed(joint + log_det, sites | _told(trace), q, off.ravel())
+
+    def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
+        """Impact poses, k², friction and its scale of each row of deviates."""
+
+        def one(deviates: Array) -> tuple[Array, Array, Array, Array]:
+            x = parts.from_standard(self.structure, data, deviates)
+            friction = x[f"friction_{self.structure.surfaces[0]}"]
+            scale = coordinates.friction_scale(self.structure, data, x)
+            k2 = jnp.asarray(parts.cars(self.structure, x).k2)
+            return parts.impact_poses(x), k2, friction, scale
+
+        return jax.vmap(one)(xi)
+
+    def _reached(self, data: Data, separation: Array, xi: Array) -> Array:
+        """Where each motion comes to rest."""
+
+        def one(V: Array, deviates: Array) -> Array:
+            x = parts.from_standard(self.structure, data, deviates)
+            return self.rung.run_out.rest_poses(self.structure, data, x, V)
+
+        return jax.vmap(one)(separation, xi)
+
+    def _levels(self, data: Data, chart: coordinates.Chart, q: Array) -> tuple[Array, ...]:
+        """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'.
+
+        Then the normal's sense from A to B as measured, which tells where the vehicles close in; 0 where
+        both stand on one side of the contact.
+        """
+
+        def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+            at = coordinates.separation_at(self.structure, data, chart, q)
+            both = quotients(self.rung.impact.levels, *at)
+            return both, both
+
+        slopes, values = jax.jacfwd(value, has_aux=True)(q)
+        as_measured = parts.from_standard(
+            self.structure, data, jnp.zeros(len(self.structure.uncertain))
+        )
+        by_z = coordinates.reduced(self.structure, chart, q)[1]
+        to = parts.bodies(as_measured)
+        return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
+
+    def _solve_back(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
+        """The model's unknowns at each row of q, without priors or bounds."""
+        return jax.vmap(lambda q: coordinates.solve_back(self.structure, data, chart, q))(q)
+
+    def _propagate(self, data: Data, chart: coordinates.Chart, q: Array) -> parts.Values:
+        """The same by first derivatives at the measured values."""
+
+        def exact(q: Array) -> parts.Values:
+            return coordinates.solve_back(self.structure, data, chart, q)
+
+        def to_first_order(q: Array) -> parts.Values:
+            return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
+
+        return jax.vmap(to_first_order)(q)
+
+    def potential(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
+        """Minus the log density."""
+        return -self.log_density(w, data, chart)
+
+    def steered(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
+        """`potential`, without its gradient where that is steeper than a posterior's can be.
+
+        The run-out of a vehicle that rolls is stiff, and its differentiated steps blow up at points
+        here and there at which its value is smooth. NUTS samples the same density under any field of
+        forces, and is thrown far off by such a one: there it goes straight on.
+        """
+        value, slope = jax.value_and_grad(self.potential)(w, data, chart)
+        sound = jnp.sum(slope**2) < _STEEPEST**2 * w.size  # not so where it is no number
+        slope = jax.lax.stop_gradient(jnp.where(sound, slope, 0.0))
+        return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
+
+    def _simulate(self, data: Data, sites: parts.Values) -> dict[str, Array]:
+        def one(values: parts.Values) -> dict[str, Array]:
+            conditioned = handlers.substitute(self.rung.model, values)
+            trace = handlers.trace(handlers.seed(conditioned, 0)).get_trace(self.structure, data)
+            return _told(trace)
+
+        return jax.vmap(one)(sites)
+
+    def _prior(self, keys: Array, data: Data) -> dict[str, Array]:
+        def one(key: Array) -> dict[str, Array]:
+            trace = handlers.trace(handlers.seed(self.rung.model, key)).get_trace(
+                self.structure, data
+            )
+            return {
+                k: s["value"]
+                for k, s in trace.items()
+                if s["type"] == "sample" and not s["is_observed"]
+            }
+
+        return jax.vmap(one)(keys)
+
+    def _paths(self, data: Data, separation: Array, xi: Array) -> Array:
+        """How each motion comes to rest."""
+
+        def one(V: Array, deviates: Array) -> Array:
+            x = parts.from_standard(self.structure, data, deviates)
+            return self.rung.run_out.paths(self.structure, data, x, V)
+
+        return jax.vmap(one)(separation, xi)
+
+    @cached_property
+    def functions(self) -> dict[str, Callable[..., Any]]:
+        """What is compiled, by name."""
+        return {
+            "inputs": self._inputs,
+            "reached": self._reached,
+            "levels": self._levels,
+            "potential": jax.value_and_grad(self.potential),
+            "weigh": jax.vmap(
+                lambda data, chart, w, missed: self.weighed(w, data, chart, missed),
+                in_axes=(None, None, 0, 0),
+            ),
+            "solve_back": self._solve_back,
+            "propagate": self._propagate,
+            "simulate": self._simulate,
+            "prior": self._prior,
+            "paths": self._paths,
+        }
+
+
+def _told(trace: dict[str, Any]) -> dict[str, Array]:
+    """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
+    told = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
+    for k, s in trace.items():
+        if s["type"] == "sample" and s["is_observed"]:
+            told[f"predicted/{k}"] = s["fn"].mean
+            told[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
+    return told
