@@ -12,7 +12,7 @@ import csv
 import gc
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -39,7 +39,8 @@ SLIDE = "momentum+slide"
 SIMPLEST = "planar-common"  # impact whose impulse is taken where momentum leaves it open
 # rungs whose crashes are drawn alike
 ALIKE = tuple((f"momentum+{run_out}", f"{SIMPLEST}+{run_out}") for run_out in ("spin", "wheels"))
-SHARES, FACTORS = (0.1, 0.25, 0.5, 1.0, 2.0), (1.25, 1.5, 2.0)  # other settings of the rule
+# other settings of the rule
+SHARES, FACTORS = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0), (1.25, 1.5, 2.0)
 POSITION, HEADING = 0.2, 4 * synthetic.DEGREE  # sd of a rest pose
 COLUMNS = (
     "scene", "truth", "rung", "speed_b", "chosen", "counts", "fit_probability",
@@ -146,11 +147,11 @@ def rows_of(
         yield row
 
 
-def same_answer(mine: Row, other: Row) -> bool:
+def same_answer(mine: Row, other: Row, share: float, factor: float) -> bool:
     """Whether an answer is that of the other, by the ladder's own measure."""
     shift = abs(float(mine["median"]) - float(other["median"])) / float(other["sd"])
     width = float(mine["sd"]) / float(other["sd"])
-    return shift <= SHARE and 1 / FACTOR <= width <= FACTOR
+    return shift <= share and 1 / factor <= width <= factor
 
 
 def covered(row: Row) -> bool:
@@ -158,8 +159,8 @@ def covered(row: Row) -> bool:
     return float(row["low"]) <= float(row["speed_b"]) <= float(row["high"])
 
 
-def kind_of(rows: list[Row]) -> str:
-    """What the choice on one scene is beside its truth."""
+def kind_of(rows: list[Row], share: float = SHARE, factor: float = FACTOR) -> str:
+    """What the choice on one scene is beside its truth; the same answer is so by share and factor."""
     truth = rows[0]["truth"]
     mine = next((row for row in rows if row["rung"] == truth), None)
     choice = next((row for row in rows if row["chosen"] == "1"), None)
@@ -167,15 +168,15 @@ def kind_of(rows: list[Row]) -> str:
         return "none"
     if choice["rung"] == truth:
         return "true"
-    same = bool(mine and mine["median"]) and same_answer(choice, mine)
-    if RUNGS[truth].above(RUNGS[choice["rung"]]):
-        return "lower, same answer" if same else "lower, other answer"
-    return "not lower, same answer" if same else "not lower, other answer"
+    same = bool(mine and mine["median"]) and same_answer(choice, mine, share, factor)
+    true, taken = RUNGS[truth], RUNGS[choice["rung"]]
+    side = "lower" if true.above(taken) else "fuller" if taken.above(true) else "beside"
+    return f"{side}, {'same' if same else 'other'} answer"
 
 
 KINDS = (
-    "true", "lower, same answer", "lower, other answer", "not lower, same answer",
-    "not lower, other answer", "none",
+    "true", "lower, same answer", "lower, other answer", "fuller, same answer",
+    "fuller, other answer", "beside, same answer", "beside, other answer", "none",
 )  # fmt: skip
 
 
@@ -191,7 +192,7 @@ def tables(rows: list[Row]) -> page.Parts:
     seconds = [sum(float(row["seconds"]) for row in mine) for mine in scenes.values()]
     true = [row for row in rows if row["rung"] == row["truth"] and row["median"]]
     moves = np.array(list(_moves_of_truth(rows, true)))
-    beside = [index for index, kind in kinds.items() if kind.startswith("not lower")]
+    beside = [index for index, kind in kinds.items() if kind.startswith(("fuller", "beside"))]
     moved = [any(m > SHARE for m in _moves_of_truth(scenes[index], true)) for index in beside]
     summary = [
         f"- Scenes: {len(scenes)}.",
@@ -212,14 +213,28 @@ def tables(rows: list[Row]) -> page.Parts:
     ]
     heading = ["true rung", "scenes", *KINDS, "chosen covers"]
     choice = page.table(heading, _choices(scenes, kinds))
+    heading = ["chosen, beside the true rung", "scenes", "90 % covers", "that of the true rung"]
+    heading += ["rms error, m/s", "that of the true rung", "width, of the true rung's"]
+    cost = page.table(heading, _costs(scenes, kinds))
     heading = ["rung", "scenes", "mean error, m/s", "rms error, m/s", "rms error, its sd"]
     heading += ["90 % covers", "refused by its fit", "left out: checks failed"]
     bias = page.table(heading, _biases(rows))
     settings = [(share, factor) for factor in FACTORS for share in SHARES]
-    heading = ["share", "factor", "true, or lower with the same answer", "chosen covers"]
-    heading += ["rms error, m/s", "width, of the fullest's"]
+    heading = ["share", "factor", "true, or lower with the same answer"]
+    heading += [
+        "the same by that share and factor",
+        "chosen covers",
+        "rms error, m/s",
+        "width, of the fullest's",
+    ]
     others = page.table(heading, (_setting(scenes, *setting) for setting in settings))
-    return {"summary": summary, "choices": choice, "settings": others, "biases": bias}
+    return {
+        "summary": summary,
+        "choices": choice,
+        "costs": cost,
+        "settings": others,
+        "biases": bias,
+    }
 
 
 def _seconds(rows: list[Row]) -> Iterator[str]:
@@ -264,7 +279,11 @@ def _chosen(rows: list[Row], name: str | None) -> list[Row]:
 
 def _told(rows: list[Row]) -> list[str]:
     """Rungs that have an answer."""
-    return [row["rung"] for row in rows if row["median"] not in ("", "nan")]
+    return [row["rung"] for row in rows if _answered(row)]
+
+
+def _answered(row: Row) -> bool:
+    return row["median"] not in ("", "nan")
 
 
 def _by_evidence(scenes: dict[str, list[Row]]) -> str:
@@ -317,12 +336,41 @@ def _choices(scenes: dict[str, list[Row]], kinds: dict[str, str]) -> Iterator[li
         yield [truth, str(len(mine)), *counts, f"{sum(map(covered, chosen))} of {len(chosen)}"]
 
 
+def _costs(scenes: dict[str, list[Row]], kinds: dict[str, str]) -> Iterator[list[str]]:
+    """Of each kind of choice: whether its answers are worse than the true rung's of the same scenes.
+
+    Without crashes on a straight slide, of which the fuller rungs are not true.
+    """
+    for kind in KINDS[:-1]:
+        pairs = []
+        for index, rows in scenes.items():
+            choice = [row for row in rows if row["chosen"] == "1"]
+            mine = [row for row in rows if row["rung"] == row["truth"] and _answered(row)]
+            if kinds[index] == kind and choice and mine and mine[0]["truth"] != SLIDE:
+                pairs.append((choice[0], mine[0]))
+        if pairs:
+            hits = [
+                f"{sum(map(covered, each))} of {len(pairs)}" for each in zip(*pairs, strict=True)
+            ]
+            errors = [f"{_rms_error(each):.2f}" for each in zip(*pairs, strict=True)]
+            width = np.median([float(one["sd"]) / float(other["sd"]) for one, other in pairs])
+            yield [kind, str(len(pairs)), *hits, *errors, f"{width:.2f}"]
+
+
+def _rms_error(rows: Iterable[Row]) -> float:
+    """Of medians, m/s."""
+    error = [float(row["median"]) - float(row["speed_b"]) for row in rows]
+    return float(np.sqrt(np.mean(np.square(error))))
+
+
 def _setting(scenes: dict[str, list[Row]], share: float, factor: float) -> list[str]:
     """What the rule would choose with another share and factor."""
     again = {index: rechosen(rows, share, factor) for index, rows in scenes.items()}
-    good = sum(kind_of(rows) in KINDS[:2] for rows in again.values())
+    rights = [
+        sum(kind_of(rows, *same) in KINDS[:2] for rows in again.values())
+        for same in ((SHARE, FACTOR), (share, factor))
+    ]
     choices = [row for rows in again.values() for row in rows if row["chosen"] == "1"]
-    error = [float(row["median"]) - float(row["speed_b"]) for row in choices]
     width = []
     for rows in again.values():
         mine = [row for row in rows if row["chosen"] == "1"]
@@ -332,10 +380,10 @@ def _setting(scenes: dict[str, list[Row]], share: float, factor: float) -> list[
     return [
         f"{share:g}",
         f"{factor:g}",
-        f"{good} of {len(scenes)} ({good / len(scenes):.0%})",
+        *(f"{right} of {len(scenes)} ({right / len(scenes):.0%})" for right in rights),
         f"{sum(map(covered, choices))} of {len(choices)} "
         f"({sum(map(covered, choices)) / max(1, len(choices)):.0%})",
-        f"{np.sqrt(np.mean(np.square(error))):.2f}",
+        f"{_rms_error(choices):.2f}",
         f"{np.median(width):.2f}",
     ]
 
@@ -358,7 +406,7 @@ def _biases(rows: list[Row]) -> Iterator[list[str]]:
     """Of each rung, where the truth stands on a fuller one."""
     for rung in RUNGS:
         below = [row for row in rows if RUNGS[row["truth"]].above(RUNGS[rung])]
-        told = [row for row in below if row["rung"] == rung and row["median"] not in ("", "nan")]
+        told = [row for row in below if row["rung"] == rung and _answered(row)]
         mine = [row for row in told if row["counts"] == "1" or _misfit(row)]
         if mine:
             error = np.array([float(row["median"]) - float(row["speed_b"]) for row in mine])
