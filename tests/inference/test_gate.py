@@ -41,6 +41,15 @@ def test_independent_draws_pass() -> None:
     assert checks.min_ess_bulk > 1000
 
 
+def test_evidence_that_says_little_is_told() -> None:
+    for kept, told in ((0.3, 1), (0.05, 0)):
+        draws = tree()
+        draws["prior"] = xr.DataTree(xr.Dataset(attrs={"kept": kept}))
+        checks = judge(draws, collision())
+        assert checks.passed
+        assert ["leaves 30% of crashes" in flag for flag in checks.flags] == [True] * told
+
+
 def test_one_divergence_fails() -> None:
     diverging = np.zeros((4, 500), bool)
     diverging[2, 17] = True

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
+from retrodict.models import RUNGS
 
 from benchmarks.atlas.maps import draw, faults, off, sites
 from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, told, vague, wrapped
 from benchmarks.atlas.scenes import made
+from benchmarks.synthetic import ASKED
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.programs import CHUNK, programs_for
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.scene.records import Scene
 from retrodict.studies.conflict import conflicts
 
 Ordinary = tuple[Posterior, dict[str, np.ndarray], np.ndarray]
@@ -29,6 +35,7 @@ def test_the_truth_is_inside_where_nothing_is_wrong() -> None:
     scene, truth = made()
     said, outcome = told(scene, "importance")
     assert said.startswith("passed")
+    assert "says little" not in " ".join(outcome.checks.flags)
     assert far_from_truth(outcome, truth) < 2
 
 
@@ -38,8 +45,42 @@ def test_a_thin_posterior_is_right_or_withheld() -> None:
     assert "withheld" in said or far_from_truth(outcome, truth) < 4
 
 
-def test_rest_poses_that_say_nothing_are_withheld() -> None:
-    assert told(vague(made()[0], 100.0), "importance")[0].startswith(("withheld", "refused"))
+def test_rest_poses_that_say_nothing_are_withheld_or_told() -> None:
+    """Which hangs on the machine. What passes lies about where crashes by the prior do.
+
+    Coordinates made for rest poses lose some 4 % of these crashes, in the tail of mu.
+    """
+    scene = vague(made()[0], 100.0)
+    said, outcome = told(scene, "importance")
+    if said.startswith(("withheld", "refused")):
+        return
+    crashes, weights = by_prior(scene)
+    kept = 1 / np.sum(weights**2) / weights.size
+    (little,) = (flag for flag in outcome.checks.flags if "says little" in flag)
+    assert int(re.search(r"(\d+)%", little)[1]) == pytest.approx(100 * kept, abs=10)
+    for name in ASKED:
+        draws = outcome.idata["posterior"][name].values
+        low, middle, high = np.quantile(
+            crashes[name], (0.05, 0.5, 0.95), weights=weights, method="inverted_cdf"
+        )
+        assert np.median(draws) == pytest.approx(middle, abs=0.25 * (high - low) / 3.29), name
+
+
+def by_prior(scene: Scene) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Crashes drawn from the prior, and their weights by the evidence."""
+    structure, data = RUNGS[DEFAULT_RUNG].of_scene(scene)
+    programs, crashes, fits = programs_for(structure), [], []
+    for seed in range(40):
+        keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
+        sites = programs("prior", keys, data)
+        of_crash = sites | programs("simulate", data, sites)
+        fit = sum(np.asarray(of_crash[f"log_likelihood/{item}"]) for item in structure.evidence)
+        fits.append(np.where(np.asarray(of_crash["closing_speed"]) > 0, fit, -np.inf))
+        crashes.append({name: np.asarray(of_crash[name]) for name in ASKED})
+    fit = np.nan_to_num(np.concatenate(fits), nan=-np.inf)
+    weights = np.exp(fit - fit.max())
+    columns = {name: np.concatenate([some[name] for some in crashes]) for name in ASKED}
+    return columns, weights / weights.sum()
 
 
 def test_an_outlier_is_believed() -> None:

@@ -19,6 +19,9 @@ MAX_RHAT = 1.01
 MIN_ESS = 400.0
 MIN_BFMI = 0.3
 _SURPRISE = 2.5  # standard deviations from what was measured
+_LITTLE = (
+    0.1  # share of crashes from the prior that the evidence leaves, from which on it says little
+)
 _OFTEN = 0.01  # share of draws from which on an odd outcome is told
 
 
@@ -30,7 +33,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
 
     Args:
         idata: with groups posterior, posterior_predictive, observed_data, constant_data and
-            sample_stats.
+            sample_stats; and prior, where it is told.
         scene: what was measured.
         reasons: faults already known; any makes the verdict negative.
 
@@ -115,6 +118,12 @@ def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
     """Findings about the scene: what was seldom meant, odd physics, and what disagrees with the rest."""
     posterior = idata["posterior"]
     flags = [*doubts(scene)]
+    kept = idata["prior"].attrs.get("kept", 0.0) if "prior" in idata.children else 0.0
+    if kept > _LITTLE:
+        flags.append(
+            f"what was measured after the impact says little: it leaves {kept:.0%} of crashes drawn "
+            "from the priors and inputs, so that the answer is mostly what these assume"
+        )
     if "mu" in posterior:
         reversed_ = float(np.mean(_draws(idata, "mu") / _draws(idata, "mu_critical") > 1))
         if reversed_ > _OFTEN:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import jax
@@ -69,10 +70,20 @@ def tree_of(solution: Solution, drawn: Draws, seed: int, pictured: bool) -> xr.D
     if pictured:
         prior = programs("prior", prior_keys(seed), data)
         prior |= programs("simulate", data, prior)
-        groups["prior"] = group(prior, "", once)
+        groups["prior"] = group(prior, "", once).assign_attrs(kept=_kept(prior, evidence))
         groups["prior_predictive"] = group(noisy(prior), "predicted/", once)
         groups["trajectories"] = _trajectories(posterior, told)
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
+
+
+def _kept(prior: dict[str, np.ndarray], evidence: Iterable[str]) -> float:
+    """The share of crashes from the prior that is left when they are weighed by the evidence."""
+    fits = np.sum([np.asarray(prior[f"log_likelihood/{name}"]) for name in evidence], axis=0)
+    if "closing_speed" in prior:  # vehicles that part are no crash
+        fits = np.where(np.asarray(prior["closing_speed"]) > 0, fits, -np.inf)
+    fits = np.nan_to_num(fits, nan=-np.inf)
+    weights = np.exp(fits - fits.max()) if fits.max() > -np.inf else np.ones(fits.size)
+    return float(weights.sum() ** 2 / np.sum(weights**2) / fits.size)
 
 
 def _errors(rng: np.random.Generator, shape: tuple[int, ...], robust: bool) -> np.ndarray:
