@@ -19,9 +19,7 @@ MAX_RHAT = 1.01
 MIN_ESS = 400.0
 MIN_BFMI = 0.3
 _SURPRISE = 2.5  # standard deviations from what was measured
-_LITTLE = (
-    0.1  # share of crashes from the prior that the evidence leaves, from which on it says little
-)
+_LITTLE = 0.1  # share of the prior's crashes that evidence leaves: from there on it says little
 _OFTEN = 0.01  # share of draws from which on an odd outcome is told
 
 
