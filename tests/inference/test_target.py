@@ -1,4 +1,6 @@
-"""The density: exact in its value, near enough in its gradient to steer by."""
+"""The density: exact in its value, near enough in its gradient to steer by; compiled once."""
+
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -6,6 +8,7 @@ import numpy as np
 import pytest
 from numpyro.infer.util import log_density
 from retrodict.models import RUNGS
+from retrodict.models.arrays import steps_of
 
 from retrodict.inference import coordinates
 from retrodict.inference.posterior import Posterior, prepare
@@ -95,3 +98,12 @@ def test_slopes_and_curvatures_by_differences_are_the_gradients(posterior: Poste
         ]
         rows = (np.array(ends[0]) - np.array(ends[1])) / (2 * h)
         np.testing.assert_allclose(posterior.potential.curvature(w), (rows + rows.T) / 2, atol=0.1)
+
+
+def test_a_scene_that_takes_more_steps_compiles_nothing(posterior: Posterior) -> None:
+    scene = collision(share=0.0)
+    sharp = {v: replace(p, x=replace(p.x, sd=p.x.sd / 30)) for v, p in scene.rest.items()}
+    other = prepare(replace(scene, rest=sharp), RUNG)
+    steps = [steps_of(p.programs.structure, p.data) for p in (posterior, other)]
+    assert steps[0] < steps[1]
+    assert other.programs is posterior.programs
