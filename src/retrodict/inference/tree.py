@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from retrodict.inference.methods import Draws
+from retrodict.inference.methods.weights import log_mean
 from retrodict.inference.modes import Solution
 from retrodict.inference.posterior import Posterior, run_outs_of
 from retrodict.inference.programs import CHUNK
@@ -81,9 +82,8 @@ def _kept(prior: dict[str, np.ndarray], evidence: Iterable[str]) -> float:
     fits = np.sum([np.asarray(prior[f"log_likelihood/{name}"]) for name in evidence], axis=0)
     if "closing_speed" in prior:  # vehicles that part are no crash
         fits = np.where(np.asarray(prior["closing_speed"]) > 0, fits, -np.inf)
-    fits = np.nan_to_num(fits, nan=-np.inf)
-    weights = np.exp(fits - fits.max()) if fits.max() > -np.inf else np.ones(fits.size)
-    return float(weights.sum() ** 2 / np.sum(weights**2) / fits.size)
+    error = log_mean(np.where(np.isnan(fits), -np.inf, fits))[1]
+    return float(1 / (1 + fits.size * error**2))  # effective sample size over size
 
 
 def _errors(rng: np.random.Generator, shape: tuple[int, ...], robust: bool) -> np.ndarray:
