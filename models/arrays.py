@@ -18,7 +18,6 @@ from retrodict.scene.records import VEHICLES, Measured, Scene
 OF_B = ("direction_b", "omega_b", "speed_b")
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
-ROLLING_STEPS = 192  # where little holds a vehicle back, and its clock runs stiff
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,17 +159,17 @@ def of_scene(
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
     )
-    steps = ROLLING_STEPS if structure.rolling else STEPS
     data = Data(
         inputs=numbers,
         evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
         marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
-        steps=fixed_steps(steps),
+        steps=fixed_steps(STEPS),
     )
-    if structure.unpinned or structure.marks:  # run-outs that are differentiated in reverse
-        structure = replace(structure, steps=steps)
+    # run-outs that are differentiated in reverse; those of rolling wheels never are
+    if (structure.unpinned or structure.marks) and not structure.rolling:
+        structure = replace(structure, steps=STEPS)
     return structure, data
 
 

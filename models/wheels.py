@@ -5,34 +5,35 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 from retrodict.models import parts
-from retrodict.models.arrays import Data, Structure
+from retrodict.models.arrays import STEPS, Data, Structure
 from retrodict.models.card import Card
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
-from retrodict.mechanics import rest, run_out
-from retrodict.mechanics.runout import ROWS
-
-_FINER = 8
+from retrodict.mechanics import Car, Ground, rest, run_out
+from retrodict.mechanics.runout import ROWS, Paced
+from retrodict.scene.records import VEHICLES
 
 
 def rest_poses(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 3"]:
     """Where both vehicles come to rest after separating with these velocities."""
-    steps = structure.steps or data.steps
-    return _both(partial(rest, steps=steps), structure, data, x, after)
+    return _both(rest, structure, data, x, after)
 
 
 def paths(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 steps 3"]:
     """How they get there: x, y and heading at each step."""
-    # where wheels roll the clock runs stiff: finer steps, of which as many are told
-    every = _FINER if structure.rolling and not structure.steps else 1
-    follow = partial(run_out, steps=structure.steps or every * ROWS)
-    return _both(lambda *at: follow(*at).pose[::every], structure, data, x, after)
+
+    def follow(pose: Array, velocity: Array, car: Car, on: Ground, steps: object) -> Array:
+        return run_out(pose, velocity, car, on, steps if isinstance(steps, int | Paced) else ROWS).pose
+
+    return _both(follow, structure, data, x, after)
 
 
 def _both(
@@ -42,13 +43,23 @@ def _both(
     x: parts.Values,
     after: Float[Array, "6"],
 ) -> Array:
-    """What `follow` makes of pose, velocity, car and ground of each vehicle."""
-    return parts.each_vehicle(
-        follow,
-        *(parts.impact_poses(x), after.reshape(2, 3)),
-        car=parts.cars(structure, x),
-        on=parts.ground(structure, data, x),
-    )
+    """What `follow` makes of pose, velocity, car, ground and steps of each vehicle."""
+    where = (parts.impact_poses(x), after.reshape(2, 3))
+    on = parts.ground(structure, data, x)
+    steps = structure.steps or data.steps
+    if structure.steps or not structure.rolling:
+        car = parts.cars(structure, x)
+        return parts.each_vehicle(partial(follow, steps=steps), *where, car=car, on=on)
+    # one after the other: abreast, the sooner at rest would wait for the other at every step
+    paced = Paced(data.steps.number / STEPS)
+    ends = []
+    for i, v in enumerate(VEHICLES):
+        rolls = v in structure.rolling
+        car = jax.tree.map(lambda own: own[i], parts.cars(structure, x))  # noqa: B023
+        ground = on._replace(coefficients=on.coefficients[i])
+        car = car if rolls else car._replace(wheels=None)
+        ends.append(follow(where[0][i], where[1][i], car, ground, steps=paced if rolls else steps))
+    return jnp.stack(ends)
 
 
 RUN_OUT = RunOut(

@@ -17,7 +17,7 @@ from jaxtyping import Array, Float, Int
 
 from retrodict.mechanics.rotation import cos_sin
 from retrodict.mechanics.surface import Polygon, Zone, friction
-from retrodict.mechanics.tyre import Wheels, force
+from retrodict.mechanics.tyre import SLIP, SLOW, Wheels, force
 
 GRAVITY = 9.80665  # m/s²
 
@@ -40,6 +40,12 @@ _CLUSTER = (
     0.85  # W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
 )
 
+# Of paced steps, least error at equal cost (measured): share of the time in which friction would end
+# a wheel's slip, where much of it is left and where it is near its balance; of a radian; of the time
+# to a stop. Slip counts as near its balance below a tangent of `_BALANCED` times SLIP.
+_OF_SLIP, _OF_BALANCE, _OF_TURN, _OF_STOP, _BALANCED = 0.5, 2.2, 0.1, 0.3, 0.15
+_MOST_PACED = 6000  # of them: a car that rolls 700 m on the least drag takes 1100
+
 Pose = Float[Array, "3"]  # x, y, heading: m, rad
 Velocity = Float[Array, "3"]  # Vx, Vy, Omega: m/s, rad/s
 
@@ -53,7 +59,7 @@ class Car(NamedTuple):
         rear_axle: centre of gravity to rear axle, m.
         track: between the wheels of an axle, m.
         wheels: how they turn; None where all four are locked. Rolling wheels dissipate little, so
-            the clock runs stiff: fixed steps are then to be some 50 over the least drag.
+            clock W runs stiff: steps in time, placed by the motion (`Paced`), follow it.
         height: of the centre of gravity, m, where load moves to the wheels that brake the most; None
             for static loads. Where a wheel lifts there is no rest pose; sideways transfer is shared
             between the axles as they share the weight.
@@ -90,6 +96,22 @@ class Steps(NamedTuple):
     lengths: Float[Array | np.ndarray, " most"]
 
 
+class Paced(NamedTuple):
+    """Steps in time whose lengths the motion sets: for vehicles of which some wheel rolls.
+
+    A rolling tyre pulls its wheel's sideways slip to a balance at a rate that a step of order four must
+    not outrun (above 2.8 over it, errors grow, and derivatives by far the more). That rate is known in
+    closed form along the path, and so is how fast the vehicle turns and stops.
+
+    Without derivatives in reverse mode.
+
+    Args:
+        fineness: how many times shorter than `_OF_SLIP`, `_OF_BALANCE`, `_OF_TURN` and `_OF_STOP` say.
+    """
+
+    fineness: Float[Array | np.ndarray, ""] | float = 1.0
+
+
 class Path(NamedTuple):
     """A run-out, one row a step: poses, velocities and the time of each."""
 
@@ -107,7 +129,11 @@ def fixed_steps(count: int) -> Steps:
 
 
 def rest(
-    pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int | Steps | None = None
+    pose: Pose,
+    velocity: Velocity,
+    car: Car,
+    ground: Ground,
+    steps: int | Steps | Paced | None = None,
 ) -> Pose:
     """Where a skidding vehicle comes to rest.
 
@@ -118,8 +144,8 @@ def rest(
         ground: friction of the surfaces and where they lie.
         steps: None for as many as it takes, of order eight (diffrax), with derivatives in reverse
             mode only; or a number, of order four, which compiles and runs several times faster, and
-            in batches the more so, and misses by what `step_error` tells; or such a number as an
-            argument of a compiled program.
+            in batches the more so, and misses by what `step_error` gives; or such a number as an
+            argument of a compiled program; or steps that a rolling vehicle's motion places.
 
     Returns:
         x, y and heading at rest; the heading is not wrapped, so turns can be counted. Not numbers
@@ -130,6 +156,8 @@ def rest(
         SAE 770014 cites for its run-out.
     """
     start = _start(pose, velocity)
+    if isinstance(steps, Paced):
+        return jnp.stack(_paced(start, car, ground, steps, rows=1)[1][:3])
     last = _last(steps, start, car)
     if steps is None:
         end = tuple(v[-1] for v in _adaptive(start, car, ground, last, rows=1))
@@ -158,16 +186,23 @@ def step_error(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: 
 
 
 def run_out(
-    pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int | None = None
+    pose: Pose,
+    velocity: Velocity,
+    car: Car,
+    ground: Ground,
+    steps: int | Paced | None = None,
 ) -> Path:
     """The whole run-out of a skidding vehicle, from its start to rest; arguments as in `rest`."""
     start = _start(pose, velocity)
-    last = _last(steps, start, car)
-    if steps is None:
-        states = _adaptive(start, car, ground, last, rows=ROWS)
+    if isinstance(steps, Paced):
+        states, halt = _paced(start, car, ground, steps, rows=ROWS)
     else:
-        _, states = _fixed(start, car, ground, steps, keep=True)
-    halt = _halt(tuple(v[-1] for v in states), start, car, ground, last)
+        last = _last(steps, start, car)
+        if steps is None:
+            states = _adaptive(start, car, ground, last, rows=ROWS)
+        else:
+            _, states = _fixed(start, car, ground, steps, keep=True)
+        halt = _halt(tuple(v[-1] for v in states), start, car, ground, last)
     rows = [
         jnp.concatenate([first[None], between, end[None]])
         for first, between, end in zip(start, states, halt, strict=True)
@@ -295,6 +330,79 @@ def _adaptive(
     )
     arrived = solution.result == diffrax.RESULTS.successful
     return tuple(jnp.where(arrived, v, jnp.nan) for v in solution.ys)
+
+
+def _paced(
+    start: State, car: Car, ground: Ground, steps: Paced, rows: int
+) -> tuple[State, State]:
+    """Runge-Kutta steps of order four in time, each as long as the motion at its start allows.
+
+    Returns:
+        States, of which each is the first to have lost as much of W as so many fixed steps lose; and
+        the vehicle at rest. Not numbers where the motion took too many steps.
+    """
+    by_W, longest = slope(car, ground), _longest_step(car, ground)
+    W_0 = _speed(start[3:6], car.k2)
+    Carry = tuple[State, Int[Array, ""]]
+
+    def rate(state: State) -> tuple[State, Array]:
+        """d(state)/dt, and dW/dt."""
+        slopes = by_W(state)
+        return tuple(k / slopes[6] for k in slopes), 1 / slopes[6]
+
+    def along(state: State, slopes: State, time: Array) -> State:
+        return tuple(a + time * b for a, b in zip(state, slopes, strict=True))
+
+    def step(carry: Carry) -> Carry:
+        state, count = carry
+        first, dW = rate(state)
+        h = jax.lax.stop_gradient(longest(state, dW) / steps.fineness)
+        second = rate(along(state, first, h / 2))[0]
+        third = rate(along(state, second, h / 2))[0]
+        last = rate(along(state, third, h))[0]
+        mean = (a / 6 + b / 3 + c / 3 + d / 6 for a, b, c, d in zip(first, second, third, last))
+        return along(state, tuple(mean), h), count + 1
+
+    def to_level(carry: Carry, W: Array) -> tuple[Carry, State]:
+        def above(carry: Carry) -> Array:
+            return (_speed(carry[0][3:6], car.k2) > W) & (carry[1] < _MOST_PACED)
+
+        carry = jax.lax.while_loop(above, step, carry)
+        return carry, carry[0]
+
+    levels = W_0 * (1 - jnp.asarray(_levels(rows, _LAST_FIXED))[1:])
+    (end, count), states = jax.lax.scan(to_level, (start, jnp.zeros((), int)), levels)
+    slopes, dW = rate(end)
+    left = -_speed(end[3:6], car.k2) / dW  # until rest, if it slows down evenly
+    moved = (a + left / 2 * b for a, b in zip(end[:3], slopes[:3], strict=True))
+    halt = (*moved, *(jnp.zeros_like(left),) * 3, end[6] + left)
+    return states, tuple(jnp.where(count < _MOST_PACED, v, jnp.nan) for v in halt)
+
+
+def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
+    """How long a step in time may be, of state and dW/dt, s."""
+    wheel_u, wheel_v = _wheels(car)
+    assert car.wheels is not None, "only where a wheel rolls do steps have to be paced"
+    steer = cos_sin(car.wheels.steer)
+    # friction times how much of it a rolling wheel has for sideways forces; in yaw it acts on k²
+    grip = GRAVITY * jnp.asarray(ground.coefficients).max()
+    grip *= jnp.sqrt(jnp.clip(1 - car.wheels.drag**2, 0.0))
+    grip *= jnp.maximum(1.0, car.front_axle * car.rear_axle / car.k2)
+
+    def longest(state: State, dW: Array) -> Array:
+        _, _, heading, Vx, Vy, Omega, _ = state
+        c, s = cos_sin(heading)
+        u, v = c * Vx + s * Vy - Omega * wheel_v, c * Vy - s * Vx + Omega * wheel_u
+        ahead, across = steer[0] * u + steer[1] * v, steer[0] * v - steer[1] * u
+        soft2 = SLIP**2 * (ahead**2 + SLOW**2)
+        rate = grip / jnp.sqrt(across**2 + soft2)  # at which slip goes
+        near = 1 / (1 + across**2 / (_BALANCED**2 * soft2))
+        per_time = rate / (_OF_SLIP + (_OF_BALANCE - _OF_SLIP) * near)
+        stop = -dW / _speed((Vx, Vy, Omega), car.k2)
+        turn = jnp.abs(Omega)
+        return 1 / jnp.maximum(per_time.max(), jnp.maximum(turn / _OF_TURN, stop / _OF_STOP))
+
+    return longest
 
 
 def _halt(
