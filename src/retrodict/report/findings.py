@@ -85,8 +85,8 @@ def assumptions(outcome: Outcome) -> tuple[str, ...]:
         )
         found += [
             f"beyond what its inputs explain, the run-out misses {what} by "
-            f"{told(m.value / worth, decimals_of(m.value))} {unit} from the impact (one standard "
-            f"deviation; {m.source or 'source not given'})"
+            f"{told(m.value / worth, decimals_of(m.value / worth))} {unit} from the impact (one "
+            f"standard deviation; {m.source or 'source not given'})"
             for m, what, worth, unit in of_each
             if m.value
         ]
