@@ -75,20 +75,32 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
 def assumptions(outcome: Outcome) -> tuple[str, ...]:
     """What is taken for granted: by the model, and how far its run-out is taken to miss a car."""
     vehicles, found = outcome.scene.vehicles, list(outcome.card.assumptions)
-    on_the_way = {name[-1] for name, m in outcome.scene.evidence().items() if m.model_sd}
-    for v in sorted(on_the_way):
+    missing = {name for name, m in outcome.scene.evidence().items() if m.model_sd}
+    for v in sorted({name[-1] for name in missing}):
         missed = vehicles[v].run_out_error
         long = f"{DEFAULTS['run_out_settled'].of(0.0):g} m"
         of_each = (
-            (missed.position, f"each coordinate of {v.upper()}'s place", 0.01, "% of its way"),
-            (missed.heading, f"{v.upper()}'s heading", math.radians(1), f"deg after {long} of it"),
+            (
+                missed.position,
+                False,
+                f"each coordinate of {v.upper()}'s place",
+                0.01,
+                "% of its way",
+            ),
+            (
+                missed.heading,
+                True,
+                f"{v.upper()}'s heading",
+                math.radians(1),
+                f"deg after {long} of it",
+            ),
         )
         found += [
             f"beyond what its inputs explain, the run-out misses {what} by "
             f"{told(m.value / worth, decimals_of(m.value / worth))} {unit} from the impact (one "
             f"standard deviation; {m.source or 'source not given'})"
-            for m, what, worth, unit in of_each
-            if m.value
+            for m, turns, what, worth, unit in of_each
+            if any(n[-1] == v and ("heading" in n) == turns for n in missing)
         ]
     return tuple(found)
 
