@@ -143,10 +143,16 @@ def hold(structure: Structure, x: Values) -> Float[Array, "2"]:
 
 def _wheels(x: Values) -> Wheels:
     """How both vehicles' wheels turn; locked where nothing else is said."""
-    drag = [[x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in WHEELS] for v in VEHICLES]
+    drag = []
+    for v in VEHICLES:
+        own = jnp.stack([x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in WHEELS])
+        if f"drag_factor_{v}" in x:  # of the odds: shares stay below 1, and what is locked locked
+            times = x[f"drag_factor_{v}"] * own
+            own = times / (1 - own + times)
+        drag.append(own)
     steer = [x.get(f"steer_{v}", jnp.zeros(())) for v in VEHICLES]
     front = jnp.array([1.0, 1.0, 0.0, 0.0])
-    return Wheels(jnp.stack([jnp.stack(row) for row in drag]), jnp.stack(steer)[:, None] * front)
+    return Wheels(jnp.stack(drag), jnp.stack(steer)[:, None] * front)
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:

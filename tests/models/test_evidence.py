@@ -10,7 +10,7 @@ from numpyro.infer.util import log_density
 from retrodict.models import RUNGS, evidence, parts
 from scipy import stats
 
-from retrodict.scene.records import Departure, Mark, Measured, Scene
+from retrodict.scene.records import Departure, Mark, Measured, RunOutError, Scene
 from tests.scenes import DEGREE, collision, rolls
 
 RUNG = RUNGS["planar-moment+spin"]
@@ -68,6 +68,27 @@ def test_a_mark_is_as_far_as_the_nearest_of_many_points_of_the_path(of: str) -> 
     apart = line[:-1] + share * np.diff(line, axis=0) - [3.0, -4.0]
     predicted = float(trace["mark_1_b"]["fn"].mean)
     assert abs(predicted) == pytest.approx(np.linalg.norm(apart, axis=-1).min(), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["momentum+slide", "planar+spin", "planar-moment+wheels"])
+def test_every_rung_weighs_what_lies_on_the_way_by_the_run_out_s_error_too(name: str) -> None:
+    """Also those that take every wheel as locked."""
+    error = RunOutError(position=Measured(0.05), heading=Measured(10 * DEGREE))
+    scene = rolls(collision(share=0.0, berm=False), "b", (0.1,) * 4)
+    b = replace(scene.vehicles["b"], run_out_error=error)
+    mark = {"b": (Mark(3.0, -4.0, 0.2, "centre"),)}
+    scene = replace(scene, vehicles=scene.vehicles | {"b": b}, marks=mark)
+    data = RUNGS[name].of_scene(scene)[1]
+    expected = {
+        "rest_x_b": np.hypot(0.15, 0.05 * scene.way_to("b", 8.968, -12.896)),
+        "mark_1_b": np.hypot(0.2, 0.05 * scene.way_to("b", 3.0, -4.0)),
+        "rest_x_a": 0.15,
+        "rest_heading_b": np.hypot(3, 10 * scene.way_to("b", 8.968, -12.896) / 20) * DEGREE,
+    }
+    for item, sd in expected.items():
+        if item in data.evidence:
+            assert data.evidence[item][1] == pytest.approx(sd), item
+    assert {"rest_x_b", "rest_x_a", "mark_1_b"} <= set(data.evidence)
 
 
 def test_a_robust_scene_errs_by_students_t() -> None:

@@ -1,6 +1,7 @@
 """The fullest rung's density against one written out with SciPy, and the parts of all."""
 
 import math
+from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +11,8 @@ from retrodict.models import RUNGS, parts
 from scipy import stats
 
 from retrodict.mechanics import Coefficients, contact_velocity, critical_mu, separation
-from tests.scenes import collision
+from retrodict.scene.records import Measured, Scene
+from tests.scenes import collision, rolls
 
 RUNG = RUNGS["planar-moment+wheels"]
 
@@ -79,3 +81,48 @@ def test_scenes_that_differ_in_numbers_share_a_structure() -> None:
     assert RUNG.of_scene(collision())[0] == RUNG.of_scene(other)[0]
     assert RUNG.of_scene(collision())[0] != RUNG.of_scene(collision(share=0.0))[0]
     assert hash(RUNG.of_scene(collision())[0]) == hash(RUNG.of_scene(other)[0])
+
+
+def shares(factor: Measured | None, at: float = 0.0) -> tuple[Scene, np.ndarray, np.ndarray, float]:
+    """B rolling on drags of all kinds, with what the model makes of them and of the whole car.
+
+    Args:
+        factor: common to them.
+        at: how many deviations above its median it lies.
+    """
+    scene = rolls(collision(share=0.0), "b", (1.0, 0.0, 0.3, 0.9))
+    b = scene.vehicles["b"]
+    assert b.wheels is not None
+    exact = {k: replace(getattr(b.wheels, k), sd=0.0) for k in ("front_left", "front_right")}
+    wheels = replace(b.wheels, **exact, factor=factor)
+    scene = replace(scene, vehicles=scene.vehicles | {"b": replace(b, wheels=wheels)})
+    structure, data = RUNG.of_scene(scene)
+    xi = jnp.array([at * (name == "drag_factor_b") for name in structure.names])
+    x = parts.from_standard(structure, data, xi)
+    drags = np.array(parts.cars(structure, x).wheels.drag)
+    return scene, *drags, float(parts.hold(structure, x)[1] / x["friction_road"])
+
+
+def test_a_factor_of_the_drags_multiplies_their_odds_and_leaves_them_shares() -> None:
+    written, spread = np.array([1.0, 0.0, 0.3, 0.9]), math.sqrt(math.log1p(0.3**2))
+    for deviates in (-30.0, -1.0, 0.0, 2.0, 30.0):
+        scene, of_a, of_b, held = shares(Measured(1.0, 0.3, "lognormal"), deviates)
+        factor = math.exp(spread * deviates - spread**2 / 2)
+        assert of_b[:2] == pytest.approx([1.0, 0.0], abs=0)  # locked and free stay so
+        assert of_b[2:] / (1 - of_b[2:]) == pytest.approx(
+            factor * written[2:] / (1 - written[2:]), rel=1e-9
+        )
+        assert np.all((of_b >= 0) & (of_b <= 1))
+        np.testing.assert_array_equal(of_a, 1.0)  # locked, of which nothing is written
+        front = 1.45 / 2.8
+        load = np.array([front, front, 1 - front, 1 - front]) / 2
+        assert held == pytest.approx(load @ of_b)
+    assert scene.inputs()["drag_factor_b"].sd == 0.3
+    assert "drag_factor_a" not in scene.inputs()
+
+
+def test_without_a_factor_drags_are_as_they_were_written() -> None:
+    for factor in (None, Measured(1.0, 0.0, "lognormal")):
+        of_b = shares(factor)[2]
+        np.testing.assert_allclose(of_b, [1.0, 0.0, 0.3, 0.9], rtol=1e-15)
+    assert "drag_factor_b" not in shares(None)[0].inputs()

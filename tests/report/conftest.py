@@ -22,6 +22,7 @@ from retrodict.scene.records import (
     Mark,
     Measured,
     Rest,
+    RunOutError,
     Scene,
     Surface,
     Vehicle,
@@ -265,6 +266,17 @@ def outcome() -> Outcome:
 @pytest.fixture(scope="session")
 def sparse() -> Outcome:
     return make_outcome(make_sparse_scene())
+
+
+@pytest.fixture(scope="session")
+def rolled() -> Outcome:
+    """An outcome whose run-out is taken to miss B by 4 % of its way, and its heading by 8 deg."""
+    scene = make_sparse_scene()
+    error = RunOutError(
+        Measured(0.04, source="judgement", assumed="value"), Measured(8 * DEGREE, source="tests")
+    )
+    b = replace(scene.vehicles["b"], run_out_error=error)
+    return make_outcome(replace(scene, vehicles=scene.vehicles | {"b": b}))
 
 
 @pytest.fixture(scope="session")

@@ -108,6 +108,18 @@ def test_the_report_holds_what_a_court_asks_for(good, wanted):
     assert wanted in flat(good)
 
 
+@pytest.mark.usefixtures("no_figures")
+def test_a_run_out_s_own_error_has_a_column_and_a_line_where_there_is_one(good, rolled):
+    page = report_html(rolled)
+    text, missed = flat(page), rolled.scene.evidence()["rest_x_b"].model_sd
+    assert "Model ± sd" in text
+    assert f"<td>± {missed:.2f}</td>" in page
+    assert "the run-out misses each coordinate of B&#39;s place by 4.0 %" in text
+    assert "Model ± sd" not in flat(good)
+    assert "run-out misses" not in flat(good)
+    assert f"6.60 ± 0.30 (a run-out misses ± {missed:.2f})" in flat(scene_html(rolled.scene))
+
+
 def test_the_scene_file_is_given_verbatim_with_its_hash(outcome, good):
     text = outcome.scene.text
     assert hashlib.sha256(text.encode()).hexdigest() in good

@@ -8,6 +8,7 @@ import xarray as xr
 from retrodict.inference.outcome import Checks
 from retrodict.report.findings import (
     DERIVED,
+    assumptions,
     inputs_table,
     statistics,
     summarise,
@@ -35,8 +36,8 @@ def with_posterior(outcome, **variables):
 def test_summary_has_exactly_the_agreed_structure(outcome):
     found = summarise(outcome)
     assert list(found) == [
-        "scene", "model", "parameters", "checks", "seconds", "versions", "seed", "settings",
-        "complete", "ladder", "left_out", "narrowing",
+        "scene", "model", "assumptions", "parameters", "checks", "seconds", "versions", "seed",
+        "settings", "complete", "ladder", "left_out", "narrowing",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"
@@ -114,6 +115,31 @@ def test_inputs_table_holds_every_input_and_item_of_evidence(outcome):
     rows = inputs_table(outcome)
     assert [r.name for r in rows if r.kind == "input"] == list(outcome.scene.inputs())
     assert [r.name for r in rows if r.kind == "evidence"] == list(outcome.scene.evidence())
+
+
+def test_a_run_out_s_own_error_is_told_apart_and_counts_in_every_shift(rolled):
+    evidence = rolled.scene.evidence()
+    rows = {row.name: row for row in inputs_table(rolled) if row.kind == "evidence"}
+    missed = 0.04 * rolled.scene.way_to("b", 6.6, -9.4)
+    assert 0.4 < missed < 0.6
+    of_rest = rows["rest_x_b"]
+    assert of_rest.told_measured("si") == "6.60 ± 0.30"
+    assert of_rest.told_model("si") == f"± {missed:.2f}"
+    assert of_rest.told_model("us") == f"± {missed / 0.3048:.1f}"
+    assert of_rest.shift == pytest.approx((of_rest.mean - 6.6) / np.hypot(0.3, missed))
+    assert rows["departure_direction_a"].told_model("si") == ""
+    assert {name[-1] for name, m in evidence.items() if m.model_sd} == {"b"}
+
+
+def test_what_a_run_out_misses_is_an_assumption(outcome, rolled):
+    assert assumptions(outcome) == outcome.card.assumptions
+    (place,) = assumptions(rolled)[len(rolled.card.assumptions) :]  # no heading was measured
+    assert "each coordinate of B's place by 4.0 % of its way from the impact" in place
+    assert "judgement" in place
+    assert summarise(rolled)["assumptions"] == list(assumptions(rolled))
+    whole = replace(rolled.scene, rest=outcome.scene.rest)
+    heading = assumptions(replace(rolled, scene=whole))[-1]
+    assert "B's heading by 8.0 deg after 20 m of it" in heading
 
 
 def test_evidence_of_every_kind_is_told_with_label_value_unit_and_source(sparse):

@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from retrodict.scene import parse_scene
 from retrodict.scene.doubts import doubts
 from retrodict.scene.load import load_scene
 from retrodict.scene.records import Measured, Scene
+from tests.scene.example import changed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = load_scene(EXAMPLES / "brach-1977" / "scene.toml")
@@ -62,3 +64,15 @@ def test_a_vehicle_that_travels_backwards_is_doubted() -> None:
     )
     assert len(odd) == 1
     assert odd[0].startswith("vehicles.A.approach.direction: 180 deg off")
+
+
+def test_a_rest_far_sharper_than_a_run_out_can_follow_is_doubted() -> None:
+    rolled = changed(('front_left = "locked"', 'front_left = "rolling"'))
+    near, far = (rolled.replace('"-5.1 ± 0.15 m"', f'"{x} ± 0.15 m"') for x in (-15.1, -105.1))
+    assert not doubts(parse_scene(near, "bend"))
+    scene = parse_scene(far, "bend")
+    (odd,) = doubts(scene)
+    missed = scene.evidence()["rest_x_a"].model_sd
+    assert odd.startswith("vehicles.A.rest.position: measured to 0.15 m, but A rolled 107 m, ")
+    assert f"misses it by about {missed:.2g} m" in odd
+    assert not doubts(parse_scene(far.replace("105.1 ± 0.15", "105.1 ± 5"), "bend"))

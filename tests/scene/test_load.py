@@ -6,7 +6,9 @@ import math
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from scipy import special, stats
 
 from retrodict.scene import SceneError, load_scene, parse_scene
 from retrodict.scene.quantities import describe, unit_of
@@ -17,7 +19,7 @@ DEGREE = math.pi / 180
 
 
 def close(measured: Measured, value: float, sd: float) -> bool:
-    return measured.value == pytest.approx(value) and measured.sd == pytest.approx(sd)
+    return measured.value == pytest.approx(value) and measured.measured_sd == pytest.approx(sd)
 
 
 def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
@@ -128,7 +130,8 @@ def test_missing_uncertainties_and_values_are_assumed_and_say_so():
         "heading_b": (8 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
         "direction_a": (math.pi, 0, "value", "heading at impact"),
         "grip_b": (1, 0.05, "value", "5 % (grade B"),
-        "drag_front_right_a": (0.03, 0.02, "value", "0.03 of the friction (grade B"),
+        "drag_front_right_a": (0.014 / 0.75, 0.007 / 0.75, "value", "0.014 of the load (grade B"),
+        "drag_factor_a": (1, 0.3, "value", "30 % (grade B"),
         "steer_a": (0, 0, "value", "straight ahead"),
         "friction_road": (0.75, 0.07, "value", "dry asphalt: 0.75 ± 0.07 (grade B"),
         "omega_a": (0, 2 * DEGREE, "value", "2 deg/s"),
@@ -153,6 +156,53 @@ def test_a_vehicle_whose_wheels_are_locked_has_no_inputs_for_them():
     assert not [n for n in scene.inputs() if n.endswith("_b") and n.startswith(("drag", "steer"))]
     said = changed(('mass = "1778 kg"', 'mass = "1778 kg"\nwheels = "locked"'))
     assert parse_scene(said, "bend").inputs() == scene.inputs()
+
+
+def drags(*changes: tuple[str, str], surface: str = "0.50 ± 0.03") -> dict[str, Measured]:
+    """Inputs of A's wheels where the example's front left one, which is locked, is written so."""
+    text = changed(*changes).replace('friction = "0.50 ± 0.03"', f'friction = "{surface}"')
+    return {k: m for k, m in parse_scene(text, "bend").inputs().items() if k.startswith("drag")}
+
+
+@pytest.mark.parametrize(
+    ("word", "share", "sd"),
+    [
+        ("locked", 1.0, 0.0),
+        ("rolling", 0.014 / 0.5, 0.007 / 0.5),
+        ("rolling, in gear", 0.2 / 0.5, 0.08 / 0.5),
+        ("damaged", 0.5, 0.425),
+    ],
+)
+def test_a_word_gives_a_wheel_its_share_of_the_friction_of_the_road(word, share, sd):
+    drag = drags(('front_left = "locked"', f'front_left = "{word}"'))["drag_front_left_a"]
+    assert close(drag, share, sd)
+    assert drag.law == "logitnormal"
+    assert drag.assumed == ("" if word == "locked" else "value")
+    assert word in drag.source
+
+
+def test_an_engine_that_all_but_locks_a_wheel_on_ice_leaves_a_share():
+    gear = ('front_left = "locked"', 'front_left = "rolling, in gear"')
+    assert close(drags(gear, surface="0.12 ± 0.05")["drag_front_left_a"], 0.8, 0.16)
+
+
+def test_a_damaged_wheel_is_anywhere_between_free_and_locked():
+    drag = drags(('front_left = "locked"', 'front_left = "damaged"'))["drag_front_left_a"]
+    scale = drag.sd / (drag.value * (1 - drag.value))
+    shares = np.linspace(0.001, 0.999, 999)
+    below = stats.norm.cdf((special.logit(shares) - special.logit(drag.value)) / scale)
+    np.testing.assert_allclose(below, shares, atol=0.01)
+
+
+def test_drags_share_a_factor_where_a_word_gives_one_and_no_other_is_written():
+    by_word = ('front_right = "rolling"', 'front_right = "0.02 ± 0.01"')
+    wheels = 'steer = "3 ± 2 deg"'
+    assert close(drags()["drag_factor_a"], 1.0, 0.3)
+    assert "drag_factor_a" not in drags(by_word)  # numbers are as they were written
+    written = drags((wheels, f'{wheels}\ndrag_factor = "1.1 ± 0.2"'))["drag_factor_a"]
+    assert (written.law, written.assumed) == ("lognormal", "")
+    assert close(written, 1.1, 0.2)
+    assert close(drags((wheels, f"{wheels}\ndrag_factor = 1"))["drag_factor_a"], 1.0, 0.0)
 
 
 def test_the_question_is_told_in_one_order_and_is_all_unless_written():

@@ -51,9 +51,18 @@ def test_suggested_units_are_worth_what_pint_says():
     assert {unit for d in dimensions for unit in d.units} == set(units._WORTH)
     for dimension in dimensions:
         for unit in dimension.units:
-            by_pint, base = units._base(unit.replace("lb ft s", "lbf ft s"))  # there a force
+            # there a force
+            by_pint, base = units._base(unit.replace("lb ft s", "lbf ft s").replace("%", "percent"))
             assert units._WORTH[unit] == pytest.approx(by_pint, rel=1e-15), unit
-            assert base == units._base(dimension.units[0])[1], unit
+            assert base == units._base(dimension.units[0].replace("%", "percent"))[1], unit
+
+
+def test_a_share_is_per_cent():
+    assert read_quantity("4 %", units.SHARE, "").value == pytest.approx(0.04)
+    both = read_quantity("4 ± 1 %", units.SHARE, "")
+    assert (both.value, both.sd) == pytest.approx((0.04, 0.01))
+    with pytest.raises(units.QuantityError, match=r'write "4 %"$'):
+        read_quantity(4, units.SHARE, "")
 
 
 @pytest.mark.parametrize(

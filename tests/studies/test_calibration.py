@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from retrodict.models import RUNGS
 
-from retrodict.scene.records import Departure, Measured
+from retrodict.scene.records import Departure, Measured, RunOutError
 from retrodict.studies import calibration as study
 from retrodict.studies.calibration import Calibration, Row, calibrate
 from retrodict.studies.uniformity import uniformity
@@ -70,6 +70,24 @@ def test_what_is_plausible_hangs_on_the_unknowns_alone() -> None:
     again = study.plausible(structure, other, sites, programs("simulate", other, sites))
     np.testing.assert_array_equal(good, again)
     assert 0.1 < good.mean() < 0.9
+
+
+def test_simulated_rests_err_by_the_run_out_s_error_too_and_are_weighed_by_it() -> None:
+    """Noise and likelihood have one sd, the design's, however far a simulated crash goes."""
+    design = study.design()
+    error = RunOutError(position=Measured(0.3), heading=Measured(0.2))
+    b = replace(design.vehicles["b"], run_out_error=error)
+    design = replace(design, vehicles=design.vehicles | {"b": b})
+    structure, _ = RUNGS["planar+wheels"].of_scene(design)
+    asked = {k: m.sd for k, m in design.evidence().items()}
+    assert asked["rest_x_b"] > 2 * design.rest["b"].x.sd
+    told = {f"predicted/{name}": np.array(100.0) for name in structure.evidence}
+    rng = np.random.default_rng(0)
+    crashes = [study._measured(design, structure, told, rng).evidence() for _ in range(2000)]
+    for name in structure.evidence:
+        assert {crash[name].sd for crash in crashes} == {asked[name]}
+        noise = np.array([crash[name].value for crash in crashes]) - 100.0
+        assert noise.std() == pytest.approx(asked[name], rel=0.07)
 
 
 def outside(found: Calibration) -> set[str]:

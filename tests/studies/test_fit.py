@@ -1,14 +1,18 @@
 """How a reconstruction explains what was measured."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.special import expit
 from scipy.stats import chi2
 
+from retrodict.scene.records import Measured, Wheels
 from retrodict.studies.fit import fit
 from tests.report.conftest import make_outcome, make_scene
+from tests.scenes import rolls
 
 
 def test_fit_of_a_linear_model_is_the_chi_square_of_least_squares() -> None:
@@ -61,3 +65,21 @@ def test_evidence_that_a_rung_does_not_use_is_told_but_not_counted() -> None:
     assert fewer.items[4].residual == all_of_it.items[4].residual
     y, heading = all_of_it.items[4].residual, all_of_it.items[5].residual
     assert fewer.chi_square == pytest.approx(all_of_it.chi_square - y**2 - heading**2)
+
+
+def test_a_wheel_of_which_nothing_is_known_or_learnt_frees_nothing() -> None:
+    """Draws of its law alone, which only in logits is normal, are no degree of freedom."""
+    bare, scene = make_outcome(), rolls(make_scene(), "b", (0.5,) * 4)
+    b = scene.vehicles["b"]
+    damaged = Measured(0.5, 0.425, "logitnormal")
+    wheels = Wheels(damaged, *[Measured(1.0, 0.0, "logitnormal")] * 3, Measured(0.0))
+    scene = replace(scene, vehicles=scene.vehicles | {"b": replace(b, wheels=wheels)})
+    posterior = bare.idata["posterior"].to_dataset()
+    draws = expit(1.7 * np.random.default_rng(0).normal(size=posterior["e"].shape))
+    tree = bare.idata.copy()
+    tree["posterior"] = xr.DataTree(
+        posterior.assign(drag_front_left_b=(posterior["e"].dims, draws))
+    )
+    found, without = fit(replace(bare, scene=scene, idata=tree)), fit(bare)
+    assert found.freedom == pytest.approx(without.freedom, abs=0.1)
+    assert found.chi_square == pytest.approx(without.chi_square, abs=0.01)

@@ -18,6 +18,7 @@ from retrodict.report.findings import (
     LEVELS,
     NOT_TO_BE_RELIED_ON,
     InputRow,
+    assumptions,
     inputs_table,
     narrowed,
     reported,
@@ -87,6 +88,7 @@ def report_html(
         "derived": _side_by_side(outcome, system_order, reported(outcome, DERIVED)),
         "inputs": _input_cells(outcome, units, "input"),
         "evidence": _input_cells(outcome, units, "evidence"),
+        "assumptions": assumptions(outcome),
         "marks": _marks(outcome.scene, units),
         "left_out": _left_out(outcome, units),
         "doubt": DOUBT,
@@ -154,9 +156,10 @@ def scene_html(scene: Scene, units: Units = "si") -> str:
     """
     rows = []
     for name, m in (scene.inputs() | scene.evidence()).items():
-        label, unit = told_as(name, units)
-        measured = told_with_sd(m.value / unit.worth, m.sd / unit.worth)
-        rows.append((label, measured, unit.symbol, m.source, _ASSUMED[m.assumed]))
+        row = InputRow(name, "input", m, None, None, None)
+        of_model = f" (a run-out misses {row.told_model(units)})" if m.model_sd else ""
+        measured = f"{row.told_measured(units)}{of_model}"
+        rows.append((row.label, measured, row.unit(units), m.source, _ASSUMED[m.assumed]))
     return _template("scene.html.j2").render(scene=scene, rows=rows, vehicles=VEHICLES)
 
 
@@ -209,6 +212,7 @@ def _input_cells(outcome: Outcome, units: Units, kind: str) -> list[dict[str, st
             "label": row.label,
             "unit": row.unit(units),
             "measured": row.told_measured(units),
+            "model": row.told_model(units),
             "law": _law(outcome.scene, row),
             "found": "" if row.mean is None else marked(outcome, row.told_found(units)),
             "shift": "" if row.shift is None else marked(outcome, row.told_shift()),

@@ -21,11 +21,13 @@ if TYPE_CHECKING:
 
 CAPTION = (
     "Top: for each item of evidence, what the model predicts for a measurement like it, as "
-    "distance from the measured value in its standard deviations. Bottom: for each measured "
+    "distance from the measured value in its standard deviations, which hold how far the run-out is "
+    "taken to miss a car. Bottom: for each measured "
     "input, its posterior, likewise. Bars hold the middle 50 % (thick) and 95 % (thin) of the "
     "draws; dots are medians, filled where they lie more than two standard deviations from the "
     "measured value. Bands reach one and two measured standard deviations. At the right, what was "
-    "measured; * marks a default uncertainty, ** a default value."
+    "measured, and after a comma how far the run-out is taken to miss; * marks a default uncertainty, "
+    "** a default value."
 )
 _STARS = {"": "", "sd": " *", "value": " **"}
 _ROW = 0.19  # inches
@@ -102,13 +104,18 @@ def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units
     right = axes.secondary_yaxis("right")
     right.set_yticks(
         range(len(rows)),
-        [f"{row.told_measured(units)} {row.unit(units)}{_STARS[row.assumed]}" for row in rows],
+        [_told(row, units) for row in rows],
     )
     right.tick_params(length=0, labelsize=7.5)
     for spine in ("left", "right"):
         axes.spines[spine].set_visible(False)
         right.spines[spine].set_visible(False)
     return reach
+
+
+def _told(row: InputRow, units: Units) -> str:
+    missed = f", {row.told_model(units)}" if row.measured.model_sd else ""
+    return f"{row.told_measured(units)}{missed} {row.unit(units)}{_STARS[row.assumed]}"
 
 
 def _legend() -> list[Patch | Line2D]:

@@ -26,11 +26,12 @@ CAPTION = (
     "The scene from above, to scale, in the scene's own axes. Dashed outlines: the vehicles at "
     "impact as measured, each centre of gravity (+) placed by its lever from the impact centre. "
     "Solid outlines: the measured rest poses, with ellipses of two standard deviations in x and "
-    "y; an ellipse alone where no heading was measured. Numbered crosses: marks on the way to "
-    "rest. Wedges at the centres of gravity: measured directions of travel after impact, within "
-    "two standard deviations. Thin lines: paths of the centres of gravity in run-outs of "
-    "posterior draws, with the outlines at the end of a dozen of them. A dark triangle marks a "
-    "vehicle's front; an outline's middle is taken to lie midway between the axles."
+    "y, a run-out's own error included; an ellipse alone where no heading was measured. Numbered "
+    "crosses: marks on the way to rest. Wedges at the centres of gravity: measured directions of "
+    "travel after impact, within two standard deviations. Thin lines: paths of the centres of "
+    "gravity in run-outs of posterior draws, with the outlines at the end of a dozen of them. A "
+    "dark triangle marks a vehicle's front; an outline's middle is taken to lie midway between the "
+    "axles."
 )
 _ENDS = 12  # outlines drawn at the end of run-outs
 _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
@@ -208,12 +209,12 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
 
 
 def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    ink = drawing.INK
+    ink, evidence = drawing.INK, scene.evidence()
     for v in VEHICLES:
         _outlined(axes, scene.vehicles[v], v, "impact", impact_pose(scene, v), worth)
     for v, rest in scene.rest.items():
         x, y = rest.x.value, rest.y.value
-        size = (4 * rest.x.sd / worth, 4 * rest.y.sd / worth)
+        size = [4 * evidence[f"rest_{axis}_{v}"].sd / worth for axis in "xy"]
         ellipse = Ellipse(
             (x / worth, y / worth), *size, fc=(1, 1, 1, 0.45), ec=ink, lw=1.1, zorder=5.5
         )

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import xarray as xr
 
-from retrodict.inference.digits import monte_carlo_error
+from retrodict.inference.digits import decimals_of, monte_carlo_error
 from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
+from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.quantities import Unit, Units, describe, unit_of
 from retrodict.studies.conflict import conflicts
 from retrodict.studies.narrowing import Narrowed, narrowing
@@ -71,6 +72,39 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
     return label, unit_of(dimension, units)
 
 
+def assumptions(outcome: Outcome) -> tuple[str, ...]:
+    """What is taken for granted: by the model, and how far its run-out is taken to miss a car."""
+    vehicles, found = outcome.scene.vehicles, list(outcome.card.assumptions)
+    missing = {name for name, m in outcome.scene.evidence().items() if m.model_sd}
+    for v in sorted({name[-1] for name in missing}):
+        missed = vehicles[v].run_out_error
+        long = f"{DEFAULTS['run_out_settled'].of(0.0):g} m"
+        of_each = (
+            (
+                missed.position,
+                False,
+                f"each coordinate of {v.upper()}'s place",
+                0.01,
+                "% of its way",
+            ),
+            (
+                missed.heading,
+                True,
+                f"{v.upper()}'s heading",
+                math.radians(1),
+                f"deg after {long} of it",
+            ),
+        )
+        found += [
+            f"beyond what its inputs explain, the run-out misses {what} by "
+            f"{told(m.value / worth, decimals_of(m.value / worth))} {unit} from the impact (one "
+            f"standard deviation; {m.source or 'source not given'})"
+            for m, turns, what, worth, unit in of_each
+            if any(n[-1] == v and ("heading" in n) == turns for n in missing)
+        ]
+    return tuple(found)
+
+
 def narrowed(outcome: Outcome) -> dict[str, tuple[Narrowed, ...]]:
     """What would narrow each speed that was sought; nothing where checks failed."""
     if not outcome.checks.passed:
@@ -104,8 +138,8 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
         ladder: what the other models say, where the ladder chose this one.
 
     Returns:
-        scene, model, parameters (statistics of each reported quantity, with `passed` for the
-        checks of its own), checks, seconds, versions, seed, settings, complete, ladder,
+        scene, model, assumptions, parameters (statistics of each reported quantity, with `passed`
+        for the checks of its own), checks, seconds, versions, seed, settings, complete, ladder,
         left_out: what all else says of each item of evidence, and narrowing: the sd of each speed
         that was sought, were a quantity known exactly. What is not finite is None.
     """
@@ -119,6 +153,7 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
     return {
         "scene": {"title": outcome.scene.title, "name": outcome.scene.name},
         "model": outcome.card.name,
+        "assumptions": list(assumptions(outcome)),
         "parameters": parameters,
         "checks": {
             "divergences": checks.divergences,
@@ -271,7 +306,8 @@ class InputRow:
         measured: as in the scene.
         mean: posterior mean of an input, posterior-predictive mean of an item of evidence.
         sd: likewise.
-        shift: mean less measured, in measured standard deviations; None for an exact input.
+        shift: mean less measured, in standard deviations, the model's error included; None for an
+            exact input.
     """
 
     name: str
@@ -301,9 +337,14 @@ class InputRow:
         return told_as(self.name, units)[1].symbol
 
     def told_measured(self, units: Units) -> str:
-        """Measured value ± sd, rounded."""
+        """Measured value ± sd of the measurement, rounded."""
         worth = told_as(self.name, units)[1].worth
-        return told_with_sd(self.measured.value / worth, self.measured.sd / worth)
+        return told_with_sd(self.measured.value / worth, self.measured.measured_sd / worth)
+
+    def told_model(self, units: Units) -> str:
+        """By how much the model is taken to miss it, one sd, rounded; empty for none."""
+        sd = self.measured.model_sd / told_as(self.name, units)[1].worth
+        return f"± {told(sd, decimals_of(sd))}" if sd else ""
 
     def told_found(self, units: Units) -> str:
         """Posterior or predictive mean ± sd, rounded."""

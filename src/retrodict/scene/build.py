@@ -6,10 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from retrodict.scene.defaults import DEFAULTS, FRICTION
+from retrodict.scene import discrepancy
+from retrodict.scene.defaults import DEFAULTS, FRICTION, MOST_ROLLING
 from retrodict.scene.priors import Prior, default_priors, overridden
 from retrodict.scene.records import (
     UNKNOWNS,
+    WHEELS,
     Approach,
     Contact,
     Departure,
@@ -17,6 +19,7 @@ from retrodict.scene.records import (
     Mark,
     Measured,
     Rest,
+    RunOutError,
     Scene,
     Surface,
     Vehicle,
@@ -52,13 +55,15 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
     # the schema sees to it that nothing slides where none is written; still a scene has a road
     written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
     # surfaces keep their order, but for the one without an edge
-    surfaces = sorted(written.items(), key=lambda item: item[1].edge is not None)
+    in_order = sorted(written.items(), key=lambda item: item[1].edge is not None)
+    surfaces = tuple(_surface(*item) for item in in_order)
+    friction = surfaces[0].friction.value
     speed_of_a_is_known = entry.vehicles.A.approach.speed is not None
     return Scene(
         title=entry.title,
         name=name,
         text=text,
-        vehicles={v.lower(): _vehicle(v, entries[v], complain) for v in entries},
+        vehicles={v.lower(): _vehicle(v, entries[v], friction, complain) for v in entries},
         approach={
             "a": _approach_a(entry.vehicles.A.approach, entry.vehicles.A.impact.heading),
             "b": Approach(**dict(entry.vehicles.B.approach)),
@@ -69,7 +74,7 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
             if each.rest
         },
         contact=Contact(*entry.impact.point, entry.impact.contact_line),
-        surfaces=tuple(_surface(*item) for item in surfaces),
+        surfaces=surfaces,
         notes=tuple(entry.notes),
         question=entry.question or UNKNOWNS[speed_of_a_is_known:],
         priors=_priors(entry.priors),
@@ -85,7 +90,7 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
     )
 
 
-def _vehicle(letter: str, entry: VehicleEntry, complain: Complain) -> Vehicle:
+def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Complain) -> Vehicle:
     front, rear = _axle_distances(letter, entry, complain)
     wheelbase = entry.wheelbase.value if entry.wheelbase else front.value + rear.value
     overhang, margin = DEFAULTS["length"].value, DEFAULTS["width"].value
@@ -103,6 +108,7 @@ def _vehicle(letter: str, entry: VehicleEntry, complain: Complain) -> Vehicle:
             f"outside the vehicle; write a distance from its centre of gravity of at most "
             f"{reach:.2f} m (half its diagonal and 0.5 m), or mend its length and width",
         )
+    wheels = _wheels(entry, friction)
     return Vehicle(
         name=entry.name or f"vehicle {letter}",
         mass=entry.mass,
@@ -116,7 +122,8 @@ def _vehicle(letter: str, entry: VehicleEntry, complain: Complain) -> Vehicle:
         length=length,
         width=width,
         grip=entry.grip or _assumed_grip(),
-        wheels=_wheels(entry),
+        wheels=wheels,
+        run_out_error=_run_out_error(entry, front.value, rear.value, wheels),
     )
 
 
@@ -125,17 +132,50 @@ def _assumed_grip() -> Measured:
     return Measured(1.0, spread.of(1.0), "lognormal", f"assumed: 1 ± {spread}", "value")
 
 
-def _wheels(entry: VehicleEntry) -> Wheels | None:
-    wheels = entry.wheels
-    if wheels is None:
+def _wheels(entry: VehicleEntry, friction: float) -> Wheels | None:
+    if entry.wheels is None:
         return None
+    written = dict(entry.wheels)
+    drags = {
+        wheel: _told_by(told, friction) if isinstance(told, str) else told
+        for wheel, told in written.items()
+    }
     ahead = Measured(0.0, source="assumed: the front wheels point straight ahead", assumed="value")
-    return Wheels(
-        front_left=wheels.front_left,
-        front_right=wheels.front_right,
-        rear_left=wheels.rear_left,
-        rear_right=wheels.rear_right,
-        steer=entry.steer or ahead,
+    factor = entry.drag_factor
+    if factor is None and any(drag.assumed for drag in drags.values()):
+        spread = DEFAULTS["drag_factor"]
+        factor = Measured(1.0, spread.of(1.0), "lognormal", f"assumed: 1 ± {spread}", "value")
+    return Wheels(**drags, steer=entry.steer or ahead, factor=factor)
+
+
+def _told_by(word: str, friction: float) -> Measured:
+    """The drag of a wheel of which a word tells: some of its force does not grow with the friction."""
+    if word == "locked":
+        return Measured(1.0, 0.0, "logitnormal", word)
+    key = word.replace(", ", "_").replace(" ", "_")
+    drag, spread = DEFAULTS[key], DEFAULTS[f"{key}_sd"]
+    value, sd = drag.of(friction), spread.of(friction)
+    if value > MOST_ROLLING:
+        value, sd = MOST_ROLLING, MOST_ROLLING * (1 - MOST_ROLLING)
+    source = f"{word}; assumed: {drag}; uncertainty assumed: {spread}"
+    return Measured(value, sd, "logitnormal", source, "value")
+
+
+def _run_out_error(
+    entry: VehicleEntry, front: float, rear: float, wheels: Wheels | None
+) -> RunOutError:
+    """How far a run-out model misses a vehicle: as written, or by how freely it rolled."""
+    drags = [getattr(wheels, wheel).value for wheel in WHEELS] if wheels else [1.0] * 4
+    free = discrepancy.freedom(front, rear, drags)
+
+    def assumed(key: str) -> Measured:
+        most = DEFAULTS[key]
+        source = f"assumed: {free:.2g} (1 less the mean drag of its wheels) times {most}"
+        return Measured(free * most.of(1.0), source=source, assumed="value")
+
+    return RunOutError(
+        position=entry.run_out_error.position or assumed("run_out_position"),
+        heading=entry.run_out_error.heading or assumed("run_out_heading"),
     )
 
 

@@ -16,7 +16,7 @@ class Default:
     Args:
         quantity: what it is for, in words.
         value: the figure: one standard deviation, unless `quantity` says otherwise.
-        unit: "%", "m", "deg", "deg/s", "wheelbases", or "of the friction".
+        unit: "%", "m", "deg", "deg/s", "wheelbases", "of the friction", or "of the load".
         grade: A, read in a source; B, derived from figures read; C, judgement.
         source: where it comes from and why.
     """
@@ -31,7 +31,14 @@ class Default:
         return f"{self.value:g} {self.unit} (grade {self.grade}: {self.source})"
 
     def of(self, value: float) -> float:
-        """The figure in SI units or radians; `value` is what a percent is of, or the wheelbase."""
+        """The figure in SI units or radians.
+
+        Args:
+            value: what a percent is of, the wheelbase, or the friction that the force of a wheel is
+                a share of.
+        """
+        if self.unit == "of the load":
+            return self.value / value
         worth = {
             "%": abs(value) / 100,
             "wheelbases": value,
@@ -62,6 +69,9 @@ class SurfaceFriction:
     def __str__(self) -> str:
         return f"{self.value:g} ± {self.sd:g} (grade {self.grade}: {self.source})"
 
+
+# a share of the friction that a word may tell: on ice the engine can all but lock a wheel
+MOST_ROLLING = 0.8
 
 _HEADING = "judgement: with tyre marks; allow 8 deg without marks"
 
@@ -180,21 +190,88 @@ DEFAULTS: dict[str, Default] = {
         "between vehicles on one surface the friction's standard deviation is about 0.04, on 0.75: "
         "derived from the averages of skid tests, 0.72 to 0.78 on dry asphalt",
     ),
-    "rolling_drag": Default(
+    "rolling": Default(
         "braking force of a rolling wheel (a value)",
-        0.03,
+        0.014,
+        "of the load",
+        "B",
+        "between 0.010 (a tyre in EDCRASH's manual, which has 0.013 of one with little air; 0.010 to "
+        "0.015 on new asphalt or concrete, The Engineering ToolBox) and 0.020 (worn asphalt, Carvill, "
+        "Mechanical Engineer's Data Handbook)",
+    ),
+    "rolling_sd": Default(
+        "braking force of a rolling wheel, uncertainty",
+        0.007,
+        "of the load",
+        "C",
+        "judgement: half the value, for a dragging brake or bearing",
+    ),
+    "rolling_in_gear": Default(
+        "braking force of a rolling wheel that is driven and left in gear (a value)",
+        0.2,
+        "of the load",
+        "B",
+        "where the ranges of EDCRASH's manual for engine braking meet: 0.15 to 0.20 in high gear, 0.20 "
+        "to 0.40 in low gear",
+    ),
+    "rolling_in_gear_sd": Default(
+        "braking force of a rolling wheel that is driven and left in gear, uncertainty",
+        0.08,
+        "of the load",
+        "C",
+        "judgement: 0.40 lies 2.5 of it above, and below is room for a torque converter or a clutch "
+        "that slips",
+    ),
+    "damaged": Default(
+        "braking force of a damaged wheel, rubbing or bent (a value: the median)",
+        0.5,
         "of the friction",
         "B",
-        "rolling resistance of 0.01 (new) to 0.02 (worn) of the load on asphalt (Carvill, Mechanical "
-        "Engineer's Data Handbook), over friction of 0.5 to 0.8",
+        "anything from 0 to 1 (EDCRASH's manual)",
     ),
-    "rolling_drag_sd": Default(
-        "braking force of a rolling wheel, uncertainty",
-        0.02,
+    "damaged_sd": Default(
+        "braking force of a damaged wheel, uncertainty: that of its logit is four times this",
+        0.425,
         "of the friction",
+        "B",
+        "makes everything from 0 to 1 as probable, to within 0.01 of the distribution function, after "
+        "EDCRASH's manual",
+    ),
+    "drag_factor": Default(
+        "factor of what the drags of one vehicle's wheels have in common, where a word gives one of "
+        "them (that factor is assumed to be 1)",
+        30,
+        "%",
+        "B",
+        "tyres differ from 0.007 to 0.017 of the load about 0.010 (a survey quoted at ecomodder.com), "
+        "new and worn asphalt by a factor of two (as for a rolling wheel): each taken as 95 %, that is "
+        "22 % and 17 %, together 28 %",
+    ),
+    "run_out_position": Default(
+        "what a run-out misses of where a vehicle went, each coordinate, in per cent of its way from "
+        "the impact, were its wheels free; times 1 less their mean drag",
+        4,
+        "%",
         "C",
-        "judgement: a dragging brake or bearing; write your own for a wheel in gear or rubbing on "
-        "bent metal",
+        "judgement: a grade of 0.4 %, which the model leaves out, alters by so much the way of a car "
+        "that rolls at 0.1 g. Published validations (of SMAC, EDSMAC, PC-Crash) compare paths with "
+        "staged crashes, but no figure by length of way could be read. On locked wheels 0: friction and "
+        "grip are unknowns already",
+    ),
+    "run_out_heading": Default(
+        "what a run-out misses of the heading after a long way, were the wheels free; times 1 less "
+        "their mean drag",
+        8,
+        "deg",
+        "C",
+        "judgement: as of a heading without tyre marks; no published figure could be read",
+    ),
+    "run_out_settled": Default(
+        "way on which what a run-out misses of the heading grows to that (a value)",
+        20,
+        "m",
+        "C",
+        "judgement: some car lengths, after which a rolling car points along its course",
     ),
     "length": Default(
         "overhang beyond both axles, for drawing (a value)",

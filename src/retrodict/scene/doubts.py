@@ -9,6 +9,8 @@ from retrodict.scene.records import VEHICLES, Scene
 
 # of the way between the centres of gravity: two cars side by side, a length apart, have two fifths
 _ACROSS = 1 / 3
+# a measuring error by this factor below the run-out's adds less than 2 % to it
+_SHARPER = 5
 _RADIUS = (0.35, 0.65)  # of gyration in yaw, in wheelbases; the default's sources have 0.47 to 0.50
 
 
@@ -21,7 +23,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     Returns:
         A line each: the key, what is odd and what to look at.
     """
-    return (*_sides(scene), *_inertias(scene), *_courses(scene))
+    return (*_sides(scene), *_inertias(scene), *_courses(scene), *_rolls(scene))
 
 
 def _sides(scene: Scene) -> list[str]:
@@ -81,4 +83,22 @@ def _courses(scene: Scene) -> list[str]:
                 f"vehicles.{v.upper()}.approach.direction: {abs(math.degrees(off)):.0f} deg off the "
                 "heading at impact, so that the vehicle travels backwards: look at both"
             )
+    return found
+
+
+def _rolls(scene: Scene) -> list[str]:
+    """Rest positions much sharper than any run-out can follow a rolling vehicle."""
+    found, evidence = [], scene.evidence()
+    for v, rest in scene.rest.items():
+        missed = evidence[f"rest_x_{v}"].model_sd
+        measured = math.hypot(rest.x.sd, rest.y.sd) / math.sqrt(2)
+        if missed <= _SHARPER * measured:
+            continue
+        way = scene.way_to(v, rest.x.value, rest.y.value)
+        found.append(
+            f"vehicles.{v.upper()}.rest.position: measured to {measured:.2g} m, but {v.upper()} rolled "
+            f"{way:.0f} m, after which a run-out model misses it by about {missed:.2g} m "
+            "(run_out_error), which makes it weak evidence: marks along its way, or a direction or "
+            "speed after the impact, would add more"
+        )
     return found

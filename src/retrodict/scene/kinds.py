@@ -200,26 +200,33 @@ Friction = Annotated[
 Grip = Annotated[Measured, Kind(units.NUMBER, 0.2, 2, "1 ± 0.05", "lognormal", default="grip")]
 
 
-def _wheel(raw: object, read: ValidatorFunctionWrapHandler) -> Measured:
-    if raw == "locked":
-        return Measured(1.0, 0.0, "logitnormal", "locked")
-    if raw == "rolling":
-        drag, spread = DEFAULTS["rolling_drag"], DEFAULTS["rolling_drag_sd"]
-        source = f"rolling; assumed: {drag}; uncertainty assumed: {spread}"
-        return Measured(drag.value, spread.value, "logitnormal", source, "value")
+WHEEL_WORDS = ("locked", "rolling", "rolling, in gear", "damaged")
+
+
+def _wheel(raw: object, read: ValidatorFunctionWrapHandler) -> Measured | str:
+    if isinstance(raw, str) and raw in WHEEL_WORDS:
+        return raw
     if isinstance(raw, str) and not any(c.isdigit() for c in raw):
-        raise fault(
-            'write "locked", "rolling", or its braking force over the friction, like "0.3 ± 0.1"'
-        )
+        words = ", ".join(f'"{word}"' for word in WHEEL_WORDS)
+        raise fault(f'write {words}, or its braking force over the friction, like "0.3 ± 0.1"')
     measured: Measured = read(raw)
     return measured
 
 
+# a word stays one: what it means hangs on the road's friction
 Wheel = Annotated[
-    Measured,
+    Measured | str,
     Kind(units.NUMBER, 0, 1, "0.3 ± 0.1", "logitnormal"),
     WrapValidator(_wheel),
     Field(examples=['"locked"']),
+]
+DragFactor = Annotated[Measured, Kind(units.NUMBER, 0.1, 10, "1 ± 0.3", "lognormal")]
+_ERROR = "it is itself one standard deviation"
+RunOutPosition = Annotated[
+    Measured, Kind(units.SHARE, 0, 50, "4 %", uncertainty="refused", advice=_ERROR)
+]
+RunOutHeading = Annotated[
+    Measured, Kind(units.ANGLE, 0, 90, "8 deg", uncertainty="refused", advice=_ERROR)
 ]
 Steer = Annotated[Measured, Kind(units.ANGLE, -90, 90, "0 ± 2 deg")]
 SpeedDependence = Annotated[Measured, Kind(units.INVERSE_SPEED, 0, 0.2, "0.002 s/m")]

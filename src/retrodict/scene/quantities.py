@@ -77,6 +77,7 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "drag_front_right": ("braking of {}'s front right wheel over friction", "number"),
     "drag_rear_left": ("braking of {}'s rear left wheel over friction", "number"),
     "drag_rear_right": ("braking of {}'s rear right wheel over friction", "number"),
+    "drag_factor": ("factor common to the drags of {}'s wheels", "number"),
     "steer": ("steer angle of {}'s front wheels", "angle"),
     "heading": ("heading of {} at impact", "angle"),
     "speed": ("speed of {} before impact", "speed"),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+import math
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
+from retrodict.scene import discrepancy
 from retrodict.scene.priors import Prior, default_priors
 from retrodict.scene.quantities import REPORTED
 
@@ -27,6 +29,8 @@ class Measured:
             the law to first order. A share without an uncertainty may be exactly 0 or 1.
         source: who measured it and how, or where an assumed uncertainty comes from.
         assumed: "sd" where the uncertainty is a default, "value" where the value is one too.
+        model_sd: what of `sd` is not the measurement's but how far the model that predicts it
+            misses; same unit.
     """
 
     value: float
@@ -34,6 +38,18 @@ class Measured:
     law: Law = "normal"
     source: str = ""
     assumed: Literal["", "sd", "value"] = ""
+    model_sd: float = 0.0
+
+    @property
+    def measured_sd(self) -> float:
+        """What of `sd` is the measurement's own."""
+        return math.sqrt(self.sd**2 - self.model_sd**2) if self.model_sd else self.sd
+
+    def with_model_sd(self, model_sd: float) -> Measured:
+        """The same with a model's error beside the measurement's, independent of it."""
+        if not model_sd:
+            return self
+        return replace(self, sd=math.hypot(self.sd, model_sd), model_sd=model_sd)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +62,8 @@ class Wheels:
         rear_left: likewise.
         rear_right: likewise.
         steer: angle of the front wheels from the heading, counter-clockwise, rad.
+        factor: of drag / (1 - drag) of every wheel, for what their drags have in common, so that a
+            share stays one and a locked wheel locked; None for 1.
     """
 
     front_left: Measured
@@ -53,6 +71,28 @@ class Wheels:
     rear_left: Measured
     rear_right: Measured
     steer: Measured
+    factor: Measured | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RunOutError:
+    """How far a run-out model misses where a vehicle went, beyond what its inputs' errors explain.
+
+    Args:
+        position: standard deviation of each coordinate over the length of the way from the impact.
+        heading: that of the heading, rad, after a way on which it settles.
+    """
+
+    position: Measured = Measured(0.0)
+    heading: Measured = Measured(0.0)
+
+    def of_position(self, way: float) -> float:
+        """Standard deviation of each coordinate after a way (m), m."""
+        return self.position.value * way
+
+    def of_heading(self, way: float) -> float:
+        """Standard deviation of the heading after a way (m), rad."""
+        return self.heading.value * discrepancy.settled(way)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +118,7 @@ class Vehicle:
     width: float
     grip: Measured = Measured(1.0, law="lognormal")
     wheels: Wheels | None = None
+    run_out_error: RunOutError = RunOutError()
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,22 +285,50 @@ class Scene:
     def evidence(self) -> dict[str, Measured]:
         """What the likelihood compares with, by flat name: rest_x_a, departure_speed_b, mark_1_a, …
 
-        A mark's value is its distance from the path, 0.
+        A mark's value is its distance from the path, 0. Errors of what lies on a vehicle's way hold
+        its `run_out_error`.
         """
         flat: dict[str, Measured | None] = {}
         for v in VEHICLES:
-            rest = self.rest.get(v)
-            for part in ("x", "y", "heading"):
-                flat[f"rest_{part}_{v}"] = getattr(rest, part) if rest else None
+            if (rest := self.rest.get(v)) is None:
+                continue
+            way = self.way_to(v, rest.x.value, rest.y.value)
+            missed = self.vehicles[v].run_out_error
+            flat[f"rest_x_{v}"] = rest.x.with_model_sd(missed.of_position(way))
+            flat[f"rest_y_{v}"] = rest.y.with_model_sd(missed.of_position(way))
+            if rest.heading is not None:
+                flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(way))
         for v in VEHICLES:
-            departure = self.departure.get(v, Departure())
+            departure, missed = self.departure.get(v, Departure()), self.vehicles[v].run_out_error
             for each in fields(departure):
                 flat[f"departure_{each.name}_{v}"] = getattr(departure, each.name)
             for number, mark in enumerate(self.marks.get(v, ()), start=1):
-                flat[f"mark_{number}_{v}"] = Measured(
-                    0.0, mark.sd, source=mark.source, assumed=mark.assumed
-                )
+                missed_by = missed.of_position(self.way_to(v, mark.x, mark.y))
+                of_mark = Measured(0.0, mark.sd, source=mark.source, assumed=mark.assumed)
+                flat[f"mark_{number}_{v}"] = of_mark.with_model_sd(missed_by)
         return {name: measured for name, measured in flat.items() if measured is not None}
+
+    def way_to(self, v: str, x: float, y: float) -> float:
+        """How long a vehicle's way was from the impact to a point of it, m.
+
+        Args:
+            v: "a" or "b".
+            x: of the point, m.
+            y: likewise.
+
+        Returns:
+            The length of straight lines from where its centre of gravity was at impact, through the
+            marks of that centre up to the point; a way that bends between them was longer.
+        """
+        vehicle = self.vehicles[v]
+        angle = vehicle.heading.value + vehicle.impact_angle.value
+        lever = vehicle.impact_distance.value
+        start = (
+            self.contact.x.value - lever * math.cos(angle),
+            self.contact.y.value - lever * math.sin(angle),
+        )
+        passed = [(mark.x, mark.y) for mark in self.marks.get(v, ()) if mark.of == "centre"]
+        return discrepancy.way(start, passed, (x, y))
 
     def reported(self) -> tuple[str, ...]:
         """Which of `REPORTED` its results tell, where the model knows them."""
@@ -270,4 +339,4 @@ class Scene:
 
 
 _APPROACH_NAMES = {"yaw_rate": "omega"}
-_WHEEL_NAMES = {wheel: f"drag_{wheel}" for wheel in WHEELS}
+_WHEEL_NAMES = {wheel: f"drag_{wheel}" for wheel in WHEELS} | {"factor": "drag_factor"}

@@ -24,6 +24,7 @@ from retrodict.scene.kinds import (
     DepartureDirection,
     DepartureYawRate,
     Direction,
+    DragFactor,
     EdgeCoordinate,
     EdgeDirection,
     EdgeUncertainty,
@@ -44,6 +45,8 @@ from retrodict.scene.kinds import (
     RestCoordinate,
     RestHeading,
     Rotation,
+    RunOutHeading,
+    RunOutPosition,
     Skid,
     Speed,
     SpeedDependence,
@@ -211,6 +214,13 @@ class WheelsEntry(_Table):
     rear_right: Wheel
 
 
+class RunOutErrorEntry(_Table):
+    """`run_out_error` of a vehicle: how far a run-out model misses it, one standard deviation."""
+
+    position: RunOutPosition | None = None
+    heading: RunOutHeading | None = None
+
+
 class VehicleEntry(_Table):
     """`[vehicles.A]` and `[vehicles.B]`: a vehicle, how it stood at impact, where it went."""
 
@@ -225,7 +235,11 @@ class VehicleEntry(_Table):
     width: OutlineWidth | None = None
     grip: Grip | None = None
     wheels: Annotated[WheelsEntry | None, BeforeValidator(_by_wheel)] = None
+    drag_factor: DragFactor | None = None
     steer: Steer | None = None
+    run_out_error: RunOutErrorEntry = Field(
+        RunOutErrorEntry(), examples=['{ position = "4 %", heading = "8 deg" }']
+    )
     impact_centre: ImpactCentreEntry = Field(
         examples=['{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }']
     )
@@ -247,10 +261,9 @@ class VehicleEntry(_Table):
 
     @model_validator(mode="after")
     def _what_steers_rolls(self) -> VehicleEntry:
-        if self.steer is not None and self.wheels is None:
-            raise fault(
-                f"locked wheels do not steer; leave it out, or add wheels = {_WHEELS}", "steer"
-            )
+        for key, why in (("steer", "do not steer"), ("drag_factor", "stay locked")):
+            if getattr(self, key) is not None and self.wheels is None:
+                raise fault(f"locked wheels {why}; leave it out, or add wheels = {_WHEELS}", key)
         return self
 
 

@@ -37,6 +37,7 @@ SPEED = Dimension("a speed", ("m/s", "km/h", "mph", "ft/s"))
 ANGLE = Dimension("an angle", ("deg", "rad"))
 YAW_RATE = Dimension("a yaw rate", ("deg/s", "rad/s"))
 INVERSE_SPEED = Dimension("an inverse speed", ("s/m", "1/mph"))
+SHARE = Dimension("a share", ("%",))
 NUMBER = Dimension("a plain number")
 
 # what the units above are worth, by definition; pint knows all others, and takes a while to load
@@ -59,6 +60,7 @@ _WORTH = {
     "rad/s": 1.0,
     "s/m": 1.0,
     "1/mph": 1 / 0.44704,
+    "%": 0.01,
 }
 
 
@@ -87,7 +89,7 @@ class QuantityError(ValueError):
 
 # a number is read here and never by pint, which would evaluate an expression
 _NUMBER = r"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9.,])"
-_UNIT = r"((?:1 ?/ ?)?[A-Za-z°][A-Za-z0-9°²³^*·⋅/ .-]{0,39})?"
+_UNIT = r"(%|(?:1 ?/ ?)?[A-Za-z°][A-Za-z0-9°²³^*·⋅/ .-]{0,39})?"
 _QUANTITY = re.compile(rf"{_NUMBER} ?{_UNIT}(?: ?(?:±|\+/-|\+-) ?{_NUMBER} ?(%)? ?{_UNIT})?")
 # all of a unit that pint is given: names with powers up to 4, multiplied or divided
 _POWER = r"(?:(?:\^|\*\*)?-?[1-4])?"
@@ -171,6 +173,8 @@ def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
         comma = " with a decimal point, no comma" if re.search(r"[0-9],[0-9]", text) else ""
         raise QuantityError(f'not a quantity; write it{comma} like "{example}"')
     value, unit, sd, percent, sd_unit = match.groups()
+    if percent and not unit and dimension is SHARE:  # the unit of both, and not of the value
+        unit, percent = percent, None
     unit, sd_unit = unit or sd_unit, sd_unit or unit
     if unit is None and dimension.units:
         raise QuantityError(_no_unit(dimension, text))
@@ -244,7 +248,8 @@ def _base(unit: str) -> tuple[float, object] | None:
 
 def _no_unit(dimension: Dimension, text: str) -> str:
     first, *others = dimension.units
-    return f'no unit; write "{text} {first}" (or in {_either(others)})'
+    others_too = f" (or in {_either(others)})" if others else ""
+    return f'no unit; write "{text} {first}"{others_too}'
 
 
 def _unit_hint(unit: str, dimension: Dimension) -> str:

@@ -29,7 +29,7 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.scene import load_scene
 from retrodict.scene.quantities import REPORTED
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.scene.records import VEHICLES, RunOutError, Scene
 
 QUANTITIES = ("speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b", "log_likelihood")
 EXACT = tuple(name for name, method in METHODS.items() if method.exact)
@@ -288,13 +288,16 @@ def _closing(
 
 def _measured(scene: Scene, structure: Structure, told: Values, rng: np.random.Generator) -> Scene:
     """The design with the rest poses of a crash, read off with errors."""
-    rest = dict(scene.rest)
+    rest, evidence = dict(scene.rest), scene.evidence()
     for name in structure.evidence:
         _, part, v = name.split("_")
-        m = getattr(rest[v], part)
-        value = float(told[f"predicted/{name}"]) + m.sd * rng.standard_normal()
-        rest[v] = replace(rest[v], **{part: replace(m, value=value)}, turns_known=True)
-    return replace(scene, rest=rest)
+        sd = evidence[name].sd
+        value = float(told[f"predicted/{name}"]) + sd * rng.standard_normal()
+        m = replace(getattr(rest[v], part), value=value, sd=sd)
+        rest[v] = replace(rest[v], **{part: m}, turns_known=True)
+    # the design's errors stand, however far a crash's way is: the run-out's is in them by now
+    vehicles = {v: replace(own, run_out_error=RunOutError()) for v, own in scene.vehicles.items()}
+    return replace(scene, rest=rest, vehicles=vehicles)
 
 
 def _ranked(

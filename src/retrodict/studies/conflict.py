@@ -19,7 +19,7 @@ class LeftOut:
 
     Args:
         name: its flat name.
-        value, sd: as measured.
+        value, sd: as measured, the run-out's own error included.
         expected, expected_sd: of the measurement, from all else, its own error included.
         probability: two-sided, of a measurement as far out as this one.
         speed_b, speed_b_sd: B's speed before impact without it.

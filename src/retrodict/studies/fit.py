@@ -59,7 +59,7 @@ class Fit:
 
 def fit(outcome: Outcome) -> Fit:
     """How a reconstruction explains what was measured: see `Fit`."""
-    from scipy.special import chdtrc, ndtri, stdtr
+    from scipy.special import chdtrc, logit, ndtri, stdtr
 
     tree, robust = outcome.idata, outcome.scene.robust
     noise = FREEDOM / (FREEDOM - 2) if robust else 1.0  # variance, of a prediction's own error
@@ -84,7 +84,11 @@ def fit(outcome: Outcome) -> Fit:
             freedom += 1 - (z.var() - noise)  # predictions have the measurement's error on them
     for name, measured in outcome.scene.inputs().items():
         if measured.sd > 0 and name in tree["posterior"].data_vars:
-            z = standardised("posterior", name, measured)
+            if measured.law == "logitnormal":  # of a wide share only the logit is normal
+                m, scale = measured.value, measured.sd / (measured.value * (1 - measured.value))
+                z = (logit(np.asarray(tree["posterior"][name]).ravel()) - logit(m)) / scale
+            else:
+                z = standardised("posterior", name, measured)
             squares += z.mean() ** 2
             freedom += 1 - z.var()
     freedom = max(1.0, float(freedom))  # fewer would doubt a rung that fits everything
