@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+import jax
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
-from retrodict.mechanics import rest, run_out
+from retrodict.mechanics import Path, rest, run_out
 from retrodict.mechanics.runout import ROWS
 
 _FINER = 8
@@ -25,23 +26,22 @@ def rest_poses(
     return _both(partial(rest, steps=steps), structure, data, x, after)
 
 
-def paths(
-    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
-) -> Float[Array, "2 steps 3"]:
-    """How they get there: x, y and heading at each step."""
+def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]) -> Path:
+    """How they get there, step by step, stacked."""
     # where wheels roll the clock runs stiff: finer steps, of which as many are told
     every = _FINER if structure.rolling and not structure.steps else 1
     follow = partial(run_out, steps=structure.steps or every * ROWS)
-    return _both(lambda *at: follow(*at).pose[::every], structure, data, x, after)
+    found = _both(follow, structure, data, x, after)
+    return jax.tree.map(lambda rows: rows[:, ::every], found)
 
 
-def _both(
-    follow: Callable[..., Array],
+def _both[T](
+    follow: Callable[..., T],
     structure: Structure,
     data: Data,
     x: parts.Values,
     after: Float[Array, "6"],
-) -> Array:
+) -> T:
     """What `follow` makes of pose, velocity, car and ground of each vehicle."""
     return parts.each_vehicle(
         follow,

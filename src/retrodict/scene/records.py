@@ -130,7 +130,9 @@ class Mark:
     """A point that a vehicle passed on its way to rest (m).
 
     `of` is what of it passed there: "centre" of gravity or a wheel ("front_left", …). `sd` is the
-    uncertainty of the point across the path; `source` and `assumed` are as of a `Measured`.
+    uncertainty of the point across the path; `source` and `assumed` are as of a `Measured`. `speed`
+    (m/s) and `course` (rad), the direction of travel, are of the centre of gravity at that moment;
+    None is not measured.
     """
 
     x: float
@@ -139,6 +141,20 @@ class Mark:
     of: str
     source: str = ""
     assumed: Literal["", "sd", "value"] = ""
+    speed: Measured | None = None
+    course: Measured | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EndOfRotation:
+    """Where a vehicle stopped sliding sideways and began to roll (m, rad); None is not measured.
+
+    x and y are of its centre of gravity. Whole turns of `heading` mean nothing.
+    """
+
+    x: Measured | None = None
+    y: Measured | None = None
+    heading: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,6 +212,7 @@ class Scene:
         priors: of the unknowns, by name; see `default_priors`.
         departure: motion after impact, keyed as `rest` is.
         marks: points on each one's way to rest, keyed likewise.
+        end_of_rotation: where each stopped sliding sideways, keyed likewise.
         robust: whether errors of the evidence have heavy tails, so that an item which contradicts
             the others gives way.
     """
@@ -213,6 +230,7 @@ class Scene:
     priors: dict[str, Prior] = field(default_factory=default_priors)
     departure: dict[str, Departure] = field(default_factory=dict)
     marks: dict[str, tuple[Mark, ...]] = field(default_factory=dict)
+    end_of_rotation: dict[str, EndOfRotation] = field(default_factory=dict)
     robust: bool = False
 
     def inputs(self) -> dict[str, Measured]:
@@ -259,6 +277,11 @@ class Scene:
                 flat[f"mark_{number}_{v}"] = Measured(
                     0.0, mark.sd, source=mark.source, assumed=mark.assumed
                 )
+                flat[f"mark_{number}_speed_{v}"] = mark.speed
+                flat[f"mark_{number}_course_{v}"] = mark.course
+            end = self.end_of_rotation.get(v, EndOfRotation())
+            for each in fields(end):
+                flat[f"end_{each.name}_{v}"] = getattr(end, each.name)
         return {name: measured for name, measured in flat.items() if measured is not None}
 
     def reported(self) -> tuple[str, ...]:
