@@ -98,10 +98,10 @@ class Rung:
         x = parts.measured(structure, data)
         after = self.impact.story(structure, data, x)
         rests, paths = jnp.full((2, len(structure.rests)), jnp.nan), None
-        if structure.marks:
+        if structure.followed:
             paths = self.run_out.paths(structure, data, x, after)
-            rests = paths[:, -1, : len(structure.rests)]
-        if structure.rested and (rest_poses or not structure.marks):
+            rests = paths.pose[:, -1, : len(structure.rests)]
+        if structure.rested and (rest_poses or not structure.followed):
             rests = (rest_poses or self.run_out.rest_poses)(structure, data, x, after)
         evidence.observe(structure, data, x, after, rests, paths)
         parts.tell_skids(structure, x, after)

@@ -34,7 +34,7 @@ class Structure:
         rolling: vehicles of which some wheel is not locked.
         rests: what of a rest pose the rung follows.
         evidence: names of the items of evidence that the rung explains.
-        marks: name of each mark among them, and what of its vehicle passed it.
+        marks: name of each item at a mark, and what of its vehicle passed there.
         robust: whether errors of the evidence have heavy tails.
         steps: of each run-out's integration; None where they are an argument, which run-outs that
             nobody differentiates in reverse take.
@@ -88,6 +88,11 @@ class Structure:
         return () if self.unpinned else tuple(v for v in self.rolling if v in rests)
 
     @property
+    def followed(self) -> bool:
+        """Whether something was measured on the way to rest: run-outs are then differentiated."""
+        return any(name.startswith(("mark_", "end_")) for name in self.evidence)
+
+    @property
     def rested(self) -> bool:
         """Whether anything of a rest pose was measured."""
         return any(name.startswith("rest_") for name in self.evidence)
@@ -102,7 +107,7 @@ class Data(NamedTuple):
         inputs: (location, scale) of every measured input: of the quantity itself, or of its
             logarithm where the law is lognormal and the input uncertain.
         evidence: (value, sd) of every item of evidence.
-        marks: x and y of every mark, m.
+        marks: x and y of the mark of every item there, m.
         priors: numbers of each prior, as `Scene.priors` has them.
         edges: where each edge runs: point and unit normal into the zone, m.
         steps: of each run-out's integration, where the structure does not say.
@@ -136,7 +141,12 @@ def of_scene(
         uncertain.append(("speed_a", "halfnormal"))
         numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
     evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
-    marks = {f"mark_{i}_{v}": mark for v in scene.marks for i, mark in enumerate(scene.marks[v], 1)}
+    marks = {
+        f"mark_{i}{item}_{v}": mark
+        for v in scene.marks
+        for i, mark in enumerate(scene.marks[v], 1)
+        for item in ("", "_speed", "_course")
+    }
     edges = [s.edge for s in scene.surfaces if s.edge is not None]
     sign = {"left": 1.0, "right": -1.0}
     angles = np.array([e.direction for e in edges])
@@ -168,7 +178,7 @@ def of_scene(
         steps=fixed_steps(STEPS),
     )
     # run-outs that are differentiated in reverse; those of rolling wheels never are
-    if (structure.unpinned or structure.marks) and not structure.rolling:
+    if (structure.unpinned or structure.followed) and not structure.rolling:
         structure = replace(structure, steps=STEPS)
     return structure, data
 

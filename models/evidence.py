@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 
-from retrodict.mechanics import Car, wheel_paths
+from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
 from retrodict.scene.records import VEHICLES, WHEELS
 
 # of the Student-t in a robust scene: it has a mean and a variance, and an item four standard
@@ -29,7 +29,7 @@ class Motion(NamedTuple):
         delta_v: change of velocity in the impact, m/s.
         heading: at impact, rad.
         rest: x, y, m, and heading, rad, where the model has one.
-        path: of the centre of gravity, from impact to rest; None where nothing asks for it.
+        path: from impact to rest; None where nothing asks for it.
         car: its axles and track.
     """
 
@@ -37,7 +37,7 @@ class Motion(NamedTuple):
     delta_v: Float[Array, "2"]
     heading: Float[Array, ""]
     rest: Float[Array, " pose"]
-    path: Float[Array, "steps 3"] | None
+    path: Path | None
     car: Car
 
 
@@ -46,6 +46,9 @@ Predict = Callable[[Motion], Array]
 _YAW: dict[str, Predict] = {  # of models whose vehicles turn
     "rest_heading": lambda motion: motion.rest[2],
     "departure_yaw_rate": lambda motion: motion.after[2],
+    "end_x": lambda motion: _end(motion)[0],
+    "end_y": lambda motion: _end(motion)[1],
+    "end_heading": lambda motion: _end(motion)[2],
 }
 _ALL: dict[str, Predict] = {
     "rest_x": lambda motion: motion.rest[0],
@@ -56,6 +59,7 @@ _ALL: dict[str, Predict] = {
     "departure_delta_v_forward": lambda motion: motion.delta_v @ _axis(motion.heading),
     "departure_delta_v_left": lambda motion: motion.delta_v @ _axis(motion.heading + np.pi / 2),
 }
+_CIRCULAR = ("direction", "course", "end_heading")  # angles of which whole turns mean nothing
 
 
 def explained(name: str, turns: bool) -> bool:
@@ -75,7 +79,7 @@ def observe(
     x: parts.Values,
     after: Float[Array, " separation"],
     rests: Float[Array, "2 rest"],
-    paths: Float[Array, "2 steps 3"] | None,
+    paths: Path | None,
 ) -> None:
     """Compare what a model predicts with what was measured.
 
@@ -85,7 +89,7 @@ def observe(
         x: measured inputs.
         after: velocities after the impact, A's first.
         rests: of A and B.
-        paths: of A and B; None where there are no marks.
+        paths: of A and B, stacked; None where nothing was measured on the way to rest.
     """
     cars, changes, velocities = (
         parts.cars(structure, x),
@@ -96,17 +100,20 @@ def observe(
     for i, v in enumerate(VEHICLES):
         k2, front, rear, track = (jnp.asarray(own)[i] for own in cars[:4])
         car = Car(k2, front, rear, track)
-        path = None if paths is None else paths[i]
+        path = None if paths is None else Path(*(rows[i] for rows in paths))
         motion = Motion(velocities[i], changes[i], x[f"heading_{v}"], rests[i], path, car)
         for name in structure.evidence:
             if not name.endswith(f"_{v}"):
                 continue
             value, sd = data.evidence[name]
             if name in passed:
-                predicted = _aside(jnp.asarray(data.marks[name]), _track(motion, passed[name]))
+                item = name[:-2].removeprefix("mark_").partition("_")[2]
+                point = jnp.asarray(data.marks[name])
+                predicted = _passing(motion, point, passed[name])[item]
             else:
                 predicted = (_ALL | _YAW)[name[:-2]](motion)
-            if "direction" in name:  # the representative nearest to what was measured
+            if any(part in name for part in _CIRCULAR):
+                # the representative nearest to what was measured
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))
             law = (
@@ -121,21 +128,38 @@ def _axis(angle: Array) -> Float[Array, "2"]:
     return jnp.stack([jnp.cos(angle), jnp.sin(angle)])
 
 
-def _track(motion: Motion, of: str) -> Float[Array, "steps 2"]:
-    """Where the centre of gravity, or a wheel, goes."""
-    assert motion.path is not None, "marks ask for paths"
-    if of == "centre":
-        return motion.path[:, :2]
-    return wheel_paths(motion.path, motion.car)[:, WHEELS.index(of)]
+def _end(motion: Motion) -> Float[Array, "3"]:
+    assert motion.path is not None, "the end of rotation asks for paths"
+    return end_of_rotation(motion.path, motion.car)
 
 
-def _aside(point: Float[Array, "2"], track: Float[Array, "steps 2"]) -> Float[Array, ""]:
-    """How far a track passes a point by, positive where it leaves the point to its left."""
+def _passing(motion: Motion, point: Float[Array, "2"], of: str) -> dict[str, Float[Array, ""]]:
+    """Where the track of the centre of gravity, or of a wheel, passes nearest to a point.
+
+    Returns:
+        Under "", how far it passes the point by, m, positive where it leaves the point to its left; and
+        "speed", m/s, and "course", rad, of the centre of gravity there.
+    """
+    path = motion.path
+    assert path is not None, "marks ask for paths"
+    track = path.pose[:, :2]
+    if of != "centre":
+        track = wheel_paths(path.pose, motion.car)[:, WHEELS.index(of)]
     start, way = track[:-1], jnp.diff(track, axis=0)
-    square = jnp.sum(way**2, axis=1)
-    share = jnp.sum((point - start) * way, axis=1) / jnp.where(square > 0, square, 1.0)
-    apart = point - start - jnp.clip(share, 0.0, 1.0)[:, None] * way
+    length2 = jnp.sum(way**2, axis=1)
+    share = jnp.sum((point - start) * way, axis=1) / jnp.where(length2 > 0, length2, 1.0)
+    share = jnp.clip(share, 0.0, 1.0)
+    apart = point - start - share[:, None] * way
     nearest = jnp.argmin(jnp.sum(apart**2, axis=1))
+
+    def there(rows: Float[Array, "steps *any"]) -> Float[Array, "*any"]:
+        return rows[nearest] + share[nearest] * (rows[nearest + 1] - rows[nearest])
+
     (along_x, along_y), (x, y) = way[nearest], apart[nearest]
     left = along_x * y - along_y * x
-    return jnp.where(left < 0, -1.0, 1.0) * jnp.sqrt(x**2 + y**2 + 1e-12)
+    aside = jnp.where(left < 0, -1.0, 1.0) * jnp.sqrt(x**2 + y**2 + 1e-12)
+    V = path.velocity[:, :2]
+    # the square falls evenly with the way where the braking is even
+    speed = jnp.sqrt(there(jnp.sum(V**2, axis=1)) + 1e-12)
+    V_x, V_y = there(V.at[-1].set(V[-2]))  # at rest the course is that of the last of the motion
+    return {"": aside, "speed": speed, "course": jnp.arctan2(V_y, V_x)}

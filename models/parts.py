@@ -18,6 +18,7 @@ from retrodict.mechanics import (
     Car,
     Coefficients,
     Ground,
+    Path,
     Wheels,
     Zone,
     audit,
@@ -169,7 +170,7 @@ def ground(structure: Structure, data: Data, x: Values) -> Ground:
     )
 
 
-def each_vehicle(function: Callable[..., Array], *arguments: Array, car: Car, on: Ground) -> Array:
+def each_vehicle[T](function: Callable[..., T], *arguments: Array, car: Car, on: Ground) -> T:
     """function(*arguments, car, ground) of both vehicles.
 
     Args:
@@ -180,13 +181,14 @@ def each_vehicle(function: Callable[..., Array], *arguments: Array, car: Car, on
     """
     friction = jnp.asarray(on.coefficients)
 
-    def one(own: tuple[Array, ...], friction: Array, car: Car) -> Array:
+    def one(own: tuple[Array, ...], friction: Array, car: Car) -> T:
         return function(*own, car, on._replace(coefficients=friction))
 
     return jax.vmap(one)(arguments, friction, car)
 
 
 RestPoses = Callable[[Structure, Data, Values, Float[Array, " separation"]], Array]
+Paths = Callable[[Structure, Data, Values, Float[Array, " separation"]], Path]
 
 
 def aimed(structure: Structure, data: Data, z: Float[Array, " aims"]) -> Float[Array, "2 aim"]:

@@ -26,7 +26,7 @@ class RunOut:
         rests: what of a rest pose it explains.
         seen: the scene with what this model leaves out taken out.
         rest_poses: structure, data, inputs and velocities after the impact -> rests of A and B.
-        paths: likewise, each from impact to rest.
+        paths: likewise, stacked, each from impact to rest.
         fullness: what it holds beyond a sliding point.
     """
 
@@ -34,5 +34,5 @@ class RunOut:
     rests: tuple[str, ...]
     seen: Callable[[Scene], Scene]
     rest_poses: parts.RestPoses
-    paths: parts.RestPoses
+    paths: parts.Paths
     fullness: frozenset[str]

@@ -10,6 +10,7 @@ from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut
 
+from retrodict.mechanics import Path
 from retrodict.mechanics.runout import GRAVITY, ROWS
 
 
@@ -27,16 +28,21 @@ def rest_poses(
     )
 
 
-def paths(
-    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
-) -> Float[Array, "2 steps 3"]:
-    """How they get there, straight and without yaw: x, y and heading at each step."""
-    start = parts.impact_poses(x)
+def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]) -> Path:
+    """How they get there, straight and without yaw: v² = v0² (1 − s / d), stacked."""
+    start, V = parts.impact_poses(x), after.reshape(2, 2)
     end = rest_poses(structure, data, x, after)
-    share = jnp.linspace(0.0, 1.0, ROWS)[:, None]
-    between = jax.vmap(lambda a, b: a + share * (b - a))(start[:, :2], end)
+    share = jnp.linspace(0.0, 1.0, ROWS)  # of the way
+    left = jnp.sqrt(1 - share)  # of the speed
+    between = jax.vmap(lambda a, b: a + share[:, None] * (b - a))(start[:, :2], end)
     heading = jnp.broadcast_to(start[:, None, 2:], (2, ROWS, 1))
-    return jnp.concatenate([between, heading], axis=-1)
+    braking = GRAVITY * jnp.asarray(parts.ground(structure, data, x).coefficients)[:, 0]
+    velocity = left[:, None] * V[:, None]
+    return Path(
+        pose=jnp.concatenate([between, heading], axis=-1),
+        velocity=jnp.pad(velocity, ((0, 0), (0, 0), (0, 1))),
+        time=(1 - left) * (jnp.hypot(*V.T) / braking)[:, None],
+    )
 
 
 RUN_OUT = RunOut(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -13,8 +14,8 @@ from retrodict.models.arrays import STEPS, Data, Structure
 from retrodict.models.card import Card
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
-from retrodict.mechanics import Car, Ground, rest, run_out
-from retrodict.mechanics.runout import ROWS, Paced
+from retrodict.mechanics import Car, Ground, Path, rest, run_out
+from retrodict.mechanics.runout import ROWS, Paced, Steps
 from retrodict.scene.records import VEHICLES
 
 
@@ -25,24 +26,22 @@ def rest_poses(
     return _both(rest, structure, data, x, after)
 
 
-def paths(
-    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
-) -> Float[Array, "2 steps 3"]:
-    """How they get there: x, y and heading at each step."""
+def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]) -> Path:
+    """How they get there, step by step, stacked."""
 
-    def follow(pose: Array, velocity: Array, car: Car, on: Ground, steps: object) -> Array:
-        return run_out(pose, velocity, car, on, steps if isinstance(steps, int | Paced) else ROWS).pose
+    def follow(pose: Array, velocity: Array, car: Car, on: Ground, steps: Any) -> Path:
+        return run_out(pose, velocity, car, on, ROWS if isinstance(steps, Steps) else steps)
 
     return _both(follow, structure, data, x, after)
 
 
-def _both(
-    follow: Callable[..., Array],
+def _both[T](
+    follow: Callable[..., T],
     structure: Structure,
     data: Data,
     x: parts.Values,
     after: Float[Array, "6"],
-) -> Array:
+) -> T:
     """What `follow` makes of pose, velocity, car, ground and steps of each vehicle."""
     where = (parts.impact_poses(x), after.reshape(2, 3))
     on = parts.ground(structure, data, x)
@@ -59,7 +58,7 @@ def _both(
         ground = on._replace(coefficients=on.coefficients[i])
         car = car if rolls else car._replace(wheels=None)
         ends.append(follow(where[0][i], where[1][i], car, ground, steps=paced if rolls else steps))
-    return jnp.stack(ends)
+    return jax.tree.map(lambda *own: jnp.stack(own), *ends)
 
 
 RUN_OUT = RunOut(

@@ -103,11 +103,21 @@ def roughly_where_b_stopped() -> Rest:
     return Rest(replace(b.x, sd=2.0), replace(b.y, sd=2.0), None, turns_known=False)
 
 
+def at_mark() -> dict[str, Measured]:
+    """What a film may show of B as it passes."""
+    return {"speed": Measured(6.8, 0.3), "course": Measured(-0.85, 0.05)}
+
+
 SUBSETS = {
     "departure": of_b_what_was_recorded(),
     "speed of A unknown": replace(SCENE, approach=unknown_speed_of_a()),
     "robust": replace(SCENE, robust=True),
     "a mark": replace(SCENE, marks={"b": (Mark(3.0, -4.0, 0.3, "centre"),)}),
+    "speed and course at a mark": replace(
+        SCENE,
+        rest={"a": SCENE.rest["a"]},
+        marks={"b": (Mark(3.0, -4.0, 0.3, "centre", **at_mark()),)},
+    ),
     "position of B only": replace(SCENE, rest=SCENE.rest | {"b": roughly_where_b_stopped()}),
     "rest of A only": replace(SCENE, rest={"a": SCENE.rest["a"]}),
     "delta-v": replace(

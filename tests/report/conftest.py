@@ -19,6 +19,7 @@ from retrodict.scene.records import (
     Contact,
     Departure,
     Edge,
+    EndOfRotation,
     Mark,
     Measured,
     Rest,
@@ -120,6 +121,10 @@ def make_sparse_scene() -> Scene:
     """The same cars with other evidence: A's speed and rest and B's heading at rest are not known."""
     full = make_scene()
     a, b = full.approach["a"], full.approach["b"]
+    at_second = {
+        "speed": Measured(6.0, 0.5, source="film"),
+        "course": Measured(-55 * DEGREE, 6 * DEGREE, source="film"),
+    }
     return replace(
         full,
         approach={
@@ -136,7 +141,13 @@ def make_sparse_scene() -> Scene:
         marks={
             "b": (
                 Mark(2.0, -1.5, 0.2, "front_left", "taped", ""),
-                Mark(4.5, -5.0, 0.15, "centre", "photograph", "sd"),
+                Mark(4.5, -5.0, 0.15, "centre", "photograph", "sd", **at_second),
+            )
+        },
+        end_of_rotation={
+            "b": EndOfRotation(
+                *(Measured(value, 0.5, source="tyre marks") for value in (5.5, -7.0)),
+                heading=Measured(-50 * DEGREE, 5 * DEGREE, source="tyre marks"),
             )
         },
         question=("speed_a", "speed_b", "e", "e_m", "mu"),

@@ -187,6 +187,11 @@ def test_evidence_of_every_kind_is_registered(sparse):
         "direction of travel of A after impact deg 140.0 ± 8.0 heavy-tailed",
         "delta-v of A along its heading m/s −13.0 ± 1.0 heavy-tailed",
         "mark 1 of B, distance from its path m 0.00 ± 0.20 heavy-tailed",
+        "mark 2 of B, speed there m/s 6.00 ± 0.50 heavy-tailed",
+        "mark 2 of B, direction of travel there deg −55.0 ± 6.0 heavy-tailed",
+        "end of rotation of B, x m 5.50 ± 0.50 heavy-tailed",
+        "end of rotation of B, heading deg −50.0 ± 5.0 heavy-tailed",
+        "stops sliding sideways and begins to roll",
         "skid of B up to impact m 12.00 ± 0.50 lognormal",
     ):
         assert wanted in register
@@ -201,6 +206,7 @@ def test_a_report_where_the_speed_of_a_is_known_asks_for_that_of_b(good):
     assert "Asked: how fast vehicle B was travelling" in flat(good)
     assert "heavy-tailed" not in good
     assert "mark 1 of" not in good
+    assert "begins to roll" not in good
 
 
 def test_a_report_is_written_whole(outcome, tmp_path, monkeypatch):

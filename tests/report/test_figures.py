@@ -62,13 +62,15 @@ def test_unknown_speeds_of_both_stand_side_by_side(outcome, sparse):
 
 def test_the_scene_draws_what_was_measured_and_nothing_else(outcome, sparse):
     full, other = (words(FIGURES["scene"].draw(o, "si")).split("\n") for o in (outcome, sparse))
-    new = {"B1", "B2", "mark on the way to rest", "direction after impact ± 2 sd"}
+    new = {"B1", "B2", "mark on the way to rest", "direction of travel ± 2 sd"}
+    new |= {"end of rotation, measured"}
     assert new <= set(other)
     assert not new & set(full)
     assert {"A rest", "B rest", "at rest, measured"} <= set(full)
     assert "B rest" in other
     assert not {"A rest", "at rest, measured"} & set(other)
-    bare = replace(sparse, scene=replace(sparse.scene, rest={}, marks={}, departure={}))
+    nothing = {"rest": {}, "marks": {}, "departure": {}, "end_of_rotation": {}}
+    bare = replace(sparse, scene=replace(sparse.scene, **nothing))
     assert "rest" not in words(FIGURES["scene"].draw(bare, "si"))
 
 
@@ -86,10 +88,14 @@ def test_marks_and_directions_are_drawn_where_they_were_measured(sparse):
     axes = FIGURES["scene"].draw(sparse, "us").axes[0]
     crosses = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "x"]
     assert np.array(crosses) * 0.3048 == pytest.approx(np.array([[2.0, -1.5], [4.5, -5.0]]))
-    (wedge,) = [patch for patch in axes.patches if isinstance(patch, Wedge)]
+    (diamond,) = [line for line in axes.lines if line.get_marker() == "D"]
+    assert diamond.get_xydata()[0] * 0.3048 == pytest.approx(np.array([5.5, -7.0]))
+    first, second = [patch for patch in axes.patches if isinstance(patch, Wedge)]
     x, y, _ = impact_pose(sparse.scene, "a")
-    assert np.array(wedge.center) * 0.3048 == pytest.approx([x, y])
-    assert (wedge.theta1, wedge.theta2) == pytest.approx((124, 156))
+    assert np.array(first.center) * 0.3048 == pytest.approx([x, y])
+    assert (first.theta1, first.theta2) == pytest.approx((124, 156))
+    assert np.array(second.center) * 0.3048 == pytest.approx([4.5, -5.0])
+    assert (second.theta1, second.theta2) == pytest.approx((-67, -43))
 
 
 def test_every_item_of_evidence_has_its_row(sparse):

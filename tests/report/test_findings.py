@@ -157,6 +157,11 @@ def test_evidence_of_every_kind_is_told_with_label_value_unit_and_source(sparse)
         "delta-v of A along its heading": ("−13.0 ± 1.0 m/s", "event data recorder", ""),
         "mark 1 of B, distance from its path": ("0.00 ± 0.20 m", "taped", ""),
         "mark 2 of B, distance from its path": ("0.00 ± 0.15 m", "photograph", "sd"),
+        "mark 2 of B, speed there": ("6.00 ± 0.50 m/s", "film", ""),
+        "mark 2 of B, direction of travel there": ("−55.0 ± 6.0 deg", "film", ""),
+        "end of rotation of B, x": ("5.50 ± 0.50 m", "tyre marks", ""),
+        "end of rotation of B, y": ("−7.00 ± 0.50 m", "tyre marks", ""),
+        "end of rotation of B, heading": ("−50.0 ± 5.0 deg", "tyre marks", ""),
     }  # fmt: skip
 
 

@@ -20,9 +20,10 @@ width = "1.8 m"
 impact_centre = { distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }
 grip = "1.02 ± 0.04"
 marks = [
-  { point = ["-2 m", "0.5 m"], of = "front_left", uncertainty = "0.2 m" },
-  { point = ["-3 m", { value = 1, unit = "m", source = "taped" }] },
+  { point = ["-2 m", "0.5 m"], of = "front_left", uncertainty = "0.2 m", speed = "4 ± 1 m/s" },
+  { point = ["-3 m", { value = 1, unit = "m", source = "taped" }], course = "170 ± 4 deg" },
 ]
+end_of_rotation = { x = "-4 ± 0.5 m", y = "1.5 ± 0.4 m", heading = "200 ± 5 deg" }
 steer = "3 ± 2 deg"
 
 [vehicles.A.wheels]

@@ -115,12 +115,25 @@ WRONG = [
      "goes into its key uncertainty"),
     ('point = ["-2 m", "0.5 m"],', "", f"{A}.marks[0].point", "", 'missing; write point = ["3 m"'),
     ('"front_left", unc', '"bumper", unc', f"{A}.marks[0].of", '"bumper"', 'or a wheel: "front_left"'),
-    ('"0.2 m" },', '"0.2 ± 0.1 m" },', f"{A}.marks[0].uncertainty", "0.2 ±", 'like "0.2 m"'),
+    ('"0.2 m", speed', '"0.2 ± 0.1 m", speed', f"{A}.marks[0].uncertainty", "0.2 ±", 'like "0.2 m"'),
     ('of = "front_left"', 'off = "front_left"', f"{A}.marks[0].off", "front_left", 'did you mean "of"'),
     ("marks = [", "marks = [] \nmark = [", f"{A}.mark", "[{", 'did you mean "marks"'),
     ("marks = [", "marks = 3\nnotes = [", f"{A}.marks", "3", "write marks = [{ point ="),
     ("marks = [", "marks = [3,", f"{A}.marks[0]", "3", "write marks = [{ point ="),
     ("marks = [", "marks = [" + 49 * "{},", f"{A}.marks", "[{…}", "51 marks; write at most 50"),
+    ('"4 ± 1 m/s"', '"4 m/s"', f"{A}.marks[0].speed", '"4 m/s"', 'like "45 ± 2 mph"'),
+    ('"4 ± 1 m/s"', '"-4 ± 1 m/s"', f"{A}.marks[0].speed", "-4", "between 0 and 150 m/s"),
+    ('course = "170', 'direction = "170', f"{A}.marks[1].direction", "170", 'did you mean "course"'),
+    ('"170 ± 4 deg"', '"170 ± 4"', f"{A}.marks[1].course", '"170 ± 4"', 'write "170 ± 4 deg"'),
+    ('"-4 ± 0.5 m"', '"-4 m"', f"{A}.end_of_rotation.x", '"-4 m"', 'like "3 ± 0.5 m"'),
+    ('"-4 ± 0.5 m"', '"4000 ± 1 m"', f"{A}.end_of_rotation.x", "4000", "between -1000 and 1000 m"),
+    ('"200 ± 5 deg"', '"200 deg"', f"{A}.end_of_rotation.heading", '"200 deg"', 'like "20 ± 5 deg"'),
+    ('{ x = "-4 ± 0.5 m", y = "1.5 ± 0.4 m", heading = "200 ± 5 deg" }', "{}",
+     f"{A}.end_of_rotation", "{}", "tells nothing; write one or more of x, y, heading"),
+    ('{ x = "-4 ± 0.5 m",', '{ position = "3 m",', f"{A}.end_of_rotation.position", '"3 m"',
+     "known here: x, y, heading"),
+    ("end_of_rotation = {", "end_of_rotation = 3 #", f"{A}.end_of_rotation", "3",
+     "write end_of_rotation = { x ="),
     # wheels and grip
     ('"1.02 ± 0.04"', '"5 ± 0.04"', f"{A}.grip", "5", "between 0.2 and 2"),
     ('front_left = "locked"', 'front_left = "lockt"', f"{A}.wheels.front_left", "lockt", '"rolling"'),
@@ -217,7 +230,7 @@ def test_a_scene_without_evidence_after_the_impact_says_what_to_write():
     (line,) = str(caught.value).splitlines()
     assert line.startswith("bend: vehicles = {")
     assert "write rest = { position = [" in line
-    assert line.endswith(", departure or marks of one")
+    assert line.endswith(", departure, marks or end_of_rotation of one")
 
 
 @pytest.mark.parametrize(
@@ -225,6 +238,7 @@ def test_a_scene_without_evidence_after_the_impact_says_what_to_write():
     [
         ('rest = { position = ["1 m", "2 m"] }', True),
         ('marks = [{ point = ["1 m", "2 m"] }]', True),
+        ('end_of_rotation = { x = "3 ± 1 m" }', True),
         ('departure = { speed = "3 ± 1 m/s" }\napproach = { skid = "9 m" }', True),
         ('departure = { speed = "3 ± 1 m/s" }', False),
     ],
@@ -270,7 +284,7 @@ def test_a_long_or_hostile_value_is_clipped_and_escaped():
 
 TOML = [
     ('"1857 ± 37 kg"', "1857 kg", "line 9, column 13 = ", '"mass = 1857 kg"', "stand in quotes"),
-    ("[surfaces.berm]", "[surfaces.road]\n[surfaces.road]", "line 73", "surfaces.road", "once"),
+    ("[surfaces.berm]", "[surfaces.road]\n[surfaces.road]", "line 74", "surfaces.road", "once"),
     ("track =", 'mass = "3 kg"\ntrack =', "line 14", "mass", "once"),
     ("schema = 1", "schema = " + "9" * 5000, "line 1 = ", "schema = 9", "2000 characters"),
     ("schema = 1", "schema = [\n" + "9" * 1999 + "]", "schema", "[a whole", "write schema = 1"),

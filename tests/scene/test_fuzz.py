@@ -59,6 +59,7 @@ KEYS = [
     "mass",
     "edge",
     "marks",
+    "end_of_rotation",
     "of",
     "departure",
     "rest",

@@ -60,6 +60,11 @@ def test_written_quantities_arrive_in_si_and_are_not_called_assumed():
         "departure_delta_v_left_a": (-2, 1, "normal"),
         "departure_delta_v_b": (30 * 0.44704, 2 * 0.44704, "normal"),
         "mark_1_a": (0, 0.2, "normal"),
+        "mark_1_speed_a": (4, 1, "normal"),
+        "mark_2_course_a": (170 * DEGREE, 4 * DEGREE, "normal"),
+        "end_x_a": (-4, 0.5, "normal"),
+        "end_y_a": (1.5, 0.4, "normal"),
+        "end_heading_a": (200 * DEGREE, 5 * DEGREE, "normal"),
     }
     found = scene.inputs() | scene.evidence()
     for name, (value, sd, law) in written.items():
@@ -96,11 +101,14 @@ def test_the_speed_of_either_vehicle_may_be_known():
 
 
 def test_what_is_assumed_before_and_after_the_impact_says_so():
-    text = changed(('"12 ± 0.4 m"', '"12 m"'), ('"160 ± 5 deg"', '"160 deg"'))
+    text = changed(
+        ('"12 ± 0.4 m"', '"12 m"'), ('"160 ± 5 deg"', '"160 deg"'), ('"170 ± 4 deg"', '"170 deg"')
+    )
     scene = parse_scene(text, "bend")
     assumed = {
         "skid_a": (12, 0.5, "0.5 m"),
         "departure_direction_a": (160 * DEGREE, 8 * DEGREE, "8 deg"),
+        "mark_2_course_a": (170 * DEGREE, 8 * DEGREE, "8 deg"),
         "mark_2_a": (0, 0.15, "taped; uncertainty assumed: 0.15 m"),
     }
     found = scene.inputs() | scene.evidence()
@@ -114,6 +122,13 @@ def test_marks_keep_their_place_and_what_passed_there():
     first, second = parse_scene(SCENE, "bend").marks["a"]
     assert (first.x, first.y, first.sd, first.of) == (-2, 0.5, 0.2, "front_left")
     assert (second.x, second.y, second.of) == (-3, 1, "centre")
+    assert second.speed is first.course is None
+
+
+def test_any_part_of_an_end_of_rotation_is_evidence_by_itself():
+    text = stripped('end_of_rotation = { heading = "20 ± 5 deg" }')
+    scene = parse_scene(text + "[surfaces.road]\nfriction = '0.5 ± 0.1'\n", "bend")
+    assert list(scene.evidence()) == ["end_heading_b"]
 
 
 def test_missing_uncertainties_and_values_are_assumed_and_say_so():

@@ -189,7 +189,7 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
         return [_unpinned(structure, data)]
     while True:
         found = _whitened(structure, data)
-        if not structure.marks:
+        if not structure.followed:
             return found
         # sheets were judged by rest poses alone
         found = [replace(at, unresolved=max(at.unresolved, unresolved(at))) for at in found]
@@ -250,7 +250,7 @@ def unresolved(posterior: Posterior) -> float:
         w = np.random.default_rng(0).standard_normal((count, posterior.size))
         return posterior.weighed(w)[1]
 
-    if not s.marks:
+    if not s.followed:
         return sheet.unresolved(programs, data, run_outs_of(likely(BATCH))) if s.rested else 0.0
     told = likely(CHUNK)
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
@@ -260,7 +260,7 @@ def unresolved(posterior: Posterior) -> float:
     moved = [
         (again[f"predicted/{k}"] - told[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
-        if k.startswith(("rest_", "mark_"))
+        if k.startswith(("rest_", "mark_", "end_"))
     ]
     return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
 

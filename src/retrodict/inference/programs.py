@@ -114,7 +114,7 @@ class Programs:
         """
 
         def potential_of(data: Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
-            differentiated = self.structure.unpinned or self.structure.marks  # run-outs are
+            differentiated = self.structure.unpinned or self.structure.followed  # run-outs are
             potential = self.target.steered if differentiated else self.target.potential
             return lambda w: potential(w, data, chart)
 

@@ -63,7 +63,7 @@ class Target:
         it samples the same density; how good these are decides only how many draws it is worth.
         A run-out then never has to be differentiated: a gradient costs little more than a value,
         and the sampler compiles in half the time. Only where rest poses do not pin the motion, and for
-        marks, run-outs are.
+        what was measured on the way, run-outs are.
         """
         return self.weighed(w, data, chart).log_density
 
@@ -198,11 +198,11 @@ class Target:
         return jax.vmap(one)(keys)
 
     def _paths(self, data: Data, separation: Array, xi: Array) -> Array:
-        """How each motion comes to rest."""
+        """How each motion comes to rest: its poses."""
 
         def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
-            return self.rung.run_out.paths(self.structure, data, x, V)
+            return self.rung.run_out.paths(self.structure, data, x, V).pose
 
         return jax.vmap(one)(separation, xi)
 

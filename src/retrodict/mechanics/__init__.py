@@ -11,6 +11,7 @@ from retrodict.mechanics.contact import (
     lever_arms,
     towards_b,
 )
+from retrodict.mechanics.end_of_rotation import end_of_rotation
 from retrodict.mechanics.impact import (
     Capped,
     Coefficients,
@@ -73,6 +74,7 @@ __all__ = [
     "critical_mu",
     "departures",
     "either_side",
+    "end_of_rotation",
     "feeding_term",
     "from_impulse",
     "from_impulse_that_ends_sliding",

@@ -332,9 +332,7 @@ def _adaptive(
     return tuple(jnp.where(arrived, v, jnp.nan) for v in solution.ys)
 
 
-def _paced(
-    start: State, car: Car, ground: Ground, steps: Paced, rows: int
-) -> tuple[State, State]:
+def _paced(start: State, car: Car, ground: Ground, steps: Paced, rows: int) -> tuple[State, State]:
     """Runge-Kutta steps of order four in time, each as long as the motion at its start allows.
 
     Returns:

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from retrodict.report import drawing
 from retrodict.scene.quantities import Units, unit_of
-from retrodict.scene.records import VEHICLES, Edge, Scene, Vehicle
+from retrodict.scene.records import VEHICLES, Edge, Measured, Scene, Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -27,11 +27,11 @@ CAPTION = (
     "impact as measured, each centre of gravity (+) placed by its lever from the impact centre. "
     "Solid outlines: the measured rest poses, with ellipses of two standard deviations in x and "
     "y, a run-out's own error included; an ellipse alone where no heading was measured. Numbered "
-    "crosses: marks on the way to rest. Wedges at the centres of gravity: measured directions of "
-    "travel after impact, within two standard deviations. Thin lines: paths of the centres of "
-    "gravity in run-outs of posterior draws, with the outlines at the end of a dozen of them. A "
-    "dark triangle marks a vehicle's front; an outline's middle is taken to lie midway between the "
-    "axles."
+    "crosses: marks on the way to rest. Wedges at the centres of gravity and at marks: measured "
+    "directions of travel, within two standard deviations. Diamonds: measured ends of rotation, "
+    "with a line along a measured heading. Thin lines: paths of the centres of gravity in run-outs "
+    "of posterior draws, with the outlines at the end of a dozen of them. A dark triangle marks a "
+    "vehicle's front; an outline's middle is taken to lie midway between the axles."
 )
 _ENDS = 12  # outlines drawn at the end of run-outs
 _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
@@ -62,8 +62,9 @@ def scene_figure(outcome: Outcome, units: Units = "si") -> Figure:
     handles = _surfaces(axes, scene, view, unit.worth)
     handles += _run_outs(axes, scene, paths, unit.worth)
     handles += _vehicles(axes, scene, unit.worth)
-    handles += _departures(axes, scene, unit.worth)
+    handles += _directions(axes, scene, unit.worth)
     handles += _marks(axes, scene, unit.worth)
+    handles += _rotations(axes, scene, unit.worth)
     handles += _contact(axes, scene, unit.worth)
     _scale_bar(axes, view, unit.symbol)
     for axis in (axes.xaxis, axes.yaxis):
@@ -136,6 +137,7 @@ def _view(
     points = [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in VEHICLES]
     points += [_rest_points(scene, v) / worth for v in scene.rest]
     points += [np.array([[m.x, m.y] for m in marks]) / worth for marks in scene.marks.values()]
+    points += [np.array([[x, y]]) / worth for _, x, y, _ in _ends_of_rotation(scene)]
     # the odd run-out that ends far away must not shrink the rest to a dot
     for v, runs in paths.items():
         if runs.size:
@@ -254,15 +256,15 @@ def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth
     )  # fmt: skip
 
 
-def _departures(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    """The measured directions of travel after impact."""
+def _directions(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    """The measured directions of travel, after impact and at marks."""
     look: dict[str, Any] = {"alpha": 0.35, "lw": 0}
+    measured = [(v, impact_pose(scene, v)[:2], d.direction) for v, d in scene.departure.items()]
+    measured += [(v, (m.x, m.y), m.course) for v, marks in scene.marks.items() for m in marks]
     drawn = []
-    for v, departure in scene.departure.items():
-        direction = departure.direction
+    for v, (x, y), direction in measured:
         if direction is None:
             continue
-        x, y, _ = impact_pose(scene, v)
         reach = min(2 * direction.sd, np.pi)  # all round, at most
         low, high = np.degrees([direction.value - reach, direction.value + reach])
         radius = 0.6 * scene.vehicles[v].length / worth
@@ -271,7 +273,7 @@ def _departures(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
             Wedge((x / worth, y / worth), radius, low, high, color=colour, zorder=3, **look)
         )
         drawn.append(v)
-    handle = Patch(color=drawing.INK, label="direction after impact ± 2 sd", **look)
+    handle = Patch(color=drawing.INK, label="direction of travel ± 2 sd", **look)
     return [handle] if drawn else []
 
 
@@ -289,6 +291,27 @@ def _marks(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
             )  # fmt: skip
     handle = Line2D([], [], color=drawing.INK, label="mark on the way to rest", **look)
     return [handle] if scene.marks else []
+
+
+def _ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | None]]:
+    """Vehicle, x, y and heading of each of which both coordinates were measured."""
+    ends = scene.end_of_rotation.items()
+    return [(v, e.x.value, e.y.value, e.heading) for v, e in ends if e.x and e.y]
+
+
+def _rotations(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    """The measured ends of rotation."""
+    look: dict[str, Any] = {"ls": "", "marker": "D", "ms": 4.5, "mfc": "white", "mew": 1.2}
+    ends = _ends_of_rotation(scene)
+    for v, x, y, heading in ends:
+        colour = drawing.OF_VEHICLE[v]
+        if heading:
+            reach, angle = scene.vehicles[v].length / 2, heading.value
+            tip = np.array([[x, y], [x + reach * np.cos(angle), y + reach * np.sin(angle)]])
+            axes.plot(*tip.T / worth, color=colour, lw=1.2, zorder=8)
+        axes.plot(x / worth, y / worth, mec=colour, zorder=8, **look)
+    handle = Line2D([], [], mec=drawing.INK, label="end of rotation, measured", **look)
+    return [handle] if ends else []
 
 
 def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:

@@ -16,6 +16,7 @@ from retrodict.scene.records import (
     Contact,
     Departure,
     Edge,
+    EndOfRotation,
     Mark,
     Measured,
     Rest,
@@ -85,6 +86,11 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
         },
         marks={
             v.lower(): tuple(map(_mark, each.marks)) for v, each in entries.items() if each.marks
+        },
+        end_of_rotation={
+            v.lower(): EndOfRotation(**dict(each.end_of_rotation))
+            for v, each in entries.items()
+            if each.end_of_rotation
         },
         robust=entry.errors == "robust",
     )
@@ -243,7 +249,11 @@ def _mark(entry: MarkEntry) -> Mark:
         default.of(0.0), source=f"uncertainty assumed: {default}", assumed="sd"
     )
     sources = dict.fromkeys(m.source for m in (x, y, across) if m.source)  # each once
-    return Mark(x.value, y.value, across.value, entry.of, "; ".join(sources), across.assumed)
+    return Mark(
+        *(x.value, y.value, across.value, entry.of, "; ".join(sources), across.assumed),
+        speed=entry.speed,
+        course=entry.course,
+    )
 
 
 def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -> Rest:

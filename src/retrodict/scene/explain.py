@@ -14,6 +14,7 @@ from retrodict.scene.schema import SceneEntry
 
 # what people call a key that has another name here
 _OTHER_NAMES = {
+    "direction": "course",
     "drag": "friction",
     "gamma": "contact_line",
     "inertia": "yaw_inertia",

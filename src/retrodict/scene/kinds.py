@@ -178,6 +178,10 @@ Rotation = Annotated[
         advice="it only selects the number of whole turns",
     ),
 ]
+EndCoordinate = Annotated[
+    Measured, Kind(units.LENGTH, -1000, 1000, "3 ± 0.5 m", uncertainty="required")
+]
+EndHeading = Annotated[Measured, Kind(units.ANGLE, -360, 360, "20 ± 5 deg", uncertainty="required")]
 ImpactCoordinate = Annotated[
     Measured,
     Kind(units.LENGTH, -1000, 1000, "0 ± 0.3 m", default="impact_point", advice=_ORIGIN),

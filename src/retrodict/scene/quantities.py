@@ -88,6 +88,9 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),
+    "end_x": ("end of rotation of {}, x", "length"),
+    "end_y": ("end of rotation of {}, y", "length"),
+    "end_heading": ("end of rotation of {}, heading", "angle"),
     "skid": ("skid of {} up to impact", "length"),
     "departure_direction": ("direction of travel of {} after impact", "angle"),
     "departure_speed": ("speed of {} after impact", "speed"),
@@ -95,6 +98,12 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "departure_delta_v": ("measured delta-v of {}", "speed"),
     "departure_delta_v_forward": ("delta-v of {} along its heading", "speed"),
     "departure_delta_v_left": ("delta-v of {} to the left of its heading", "speed"),
+}
+
+_AT_MARKS: dict[str, tuple[str, str]] = {
+    "": ("distance from its path", "length"),
+    "speed": ("speed there", "speed"),
+    "course": ("direction of travel there", "angle"),
 }
 
 
@@ -123,8 +132,9 @@ def describe(name: str) -> tuple[str, str]:
             return label.format(name.removeprefix(prefix)), dimension
     family, _, vehicle = name.rpartition("_")
     if family.startswith("mark_"):
-        number = family.removeprefix("mark_")
-        return f"mark {number} of {vehicle.upper()}, distance from its path", "length"
+        number, _, item = family.removeprefix("mark_").partition("_")
+        label, dimension = _AT_MARKS[item]
+        return f"mark {number} of {vehicle.upper()}, {label}", dimension
     label, dimension = _FAMILIES[family]
     return label.format(vehicle.upper()), dimension
 

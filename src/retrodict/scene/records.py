@@ -171,7 +171,9 @@ class Mark:
     """A point that a vehicle passed on its way to rest (m).
 
     `of` is what of it passed there: "centre" of gravity or a wheel ("front_left", …). `sd` is the
-    uncertainty of the point across the path; `source` and `assumed` are as of a `Measured`.
+    uncertainty of the point across the path; `source` and `assumed` are as of a `Measured`. `speed`
+    (m/s) and `course` (rad), the direction of travel, are of the centre of gravity at that moment;
+    None is not measured.
     """
 
     x: float
@@ -180,6 +182,20 @@ class Mark:
     of: str
     source: str = ""
     assumed: Literal["", "sd", "value"] = ""
+    speed: Measured | None = None
+    course: Measured | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EndOfRotation:
+    """Where a vehicle stopped sliding sideways and began to roll (m, rad); None is not measured.
+
+    x and y are of its centre of gravity. Whole turns of `heading` mean nothing.
+    """
+
+    x: Measured | None = None
+    y: Measured | None = None
+    heading: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,6 +253,7 @@ class Scene:
         priors: of the unknowns, by name; see `default_priors`.
         departure: motion after impact, keyed as `rest` is.
         marks: points on each one's way to rest, keyed likewise.
+        end_of_rotation: where each stopped sliding sideways, keyed likewise.
         robust: whether errors of the evidence have heavy tails, so that an item which contradicts
             the others gives way.
     """
@@ -254,6 +271,7 @@ class Scene:
     priors: dict[str, Prior] = field(default_factory=default_priors)
     departure: dict[str, Departure] = field(default_factory=dict)
     marks: dict[str, tuple[Mark, ...]] = field(default_factory=dict)
+    end_of_rotation: dict[str, EndOfRotation] = field(default_factory=dict)
     robust: bool = False
 
     def inputs(self) -> dict[str, Measured]:
@@ -306,6 +324,17 @@ class Scene:
                 missed_by = missed.of_position(self.way_to(v, mark.x, mark.y))
                 of_mark = Measured(0.0, mark.sd, source=mark.source, assumed=mark.assumed)
                 flat[f"mark_{number}_{v}"] = of_mark.with_model_sd(missed_by)
+                flat[f"mark_{number}_speed_{v}"] = mark.speed
+                flat[f"mark_{number}_course_{v}"] = mark.course
+            end = self.end_of_rotation.get(v, EndOfRotation())
+            places = [(e.x, e.y) for e in (end, self.rest.get(v)) if e is not None]
+            far = next((self.way_to(v, x.value, y.value) for x, y in places if x and y), 0.0)
+            for part in ("x", "y", "heading"):
+                measured = getattr(end, part)
+                if measured is not None:
+                    off = missed.of_heading(far) if part == "heading" else missed.of_position(far)
+                    measured = measured.with_model_sd(off)
+                flat[f"end_{part}_{v}"] = measured
         return {name: measured for name, measured in flat.items() if measured is not None}
 
     def way_to(self, v: str, x: float, y: float) -> float:

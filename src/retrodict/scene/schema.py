@@ -28,6 +28,8 @@ from retrodict.scene.kinds import (
     EdgeCoordinate,
     EdgeDirection,
     EdgeUncertainty,
+    EndCoordinate,
+    EndHeading,
     Friction,
     Grip,
     Heading,
@@ -125,8 +127,17 @@ SurfaceName = Annotated[str, BeforeValidator(_pattern_name)]
 _REST = '{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 deg" }'
 
 
+_END = '{ x = "3 ± 0.5 m", y = "1 ± 0.5 m", heading = "20 ± 5 deg" }'
+
+
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _tells_something(table: _Table) -> None:
+    keys = list(type(table).model_fields)
+    if all(getattr(table, key) is None for key in keys):
+        raise fault(f"tells nothing; write one or more of {', '.join(keys)}")
 
 
 class ImpactCentreEntry(_Table):
@@ -163,10 +174,7 @@ class DepartureEntry(_Table):
 
     @model_validator(mode="after")
     def _tells_something_once(self) -> DepartureEntry:
-        keys = list(type(self).model_fields)
-        written = [key for key in keys if getattr(self, key) is not None]
-        if not written:
-            raise fault(f"tells nothing; write one or more of {', '.join(keys)}")
+        _tells_something(self)
         if self.delta_v and (self.delta_v_forward or self.delta_v_left):
             raise fault(
                 "the same measurement twice; keep it, or delta_v_forward and delta_v_left",
@@ -183,6 +191,21 @@ class MarkEntry(_Table):
         "centre", examples=['"centre", or a wheel: "front_left"']
     )
     uncertainty: MarkUncertainty | None = None
+    speed: Speed | None = None
+    course: DepartureDirection | None = None
+
+
+class EndOfRotationEntry(_Table):
+    """`end_of_rotation` of a vehicle: where it stopped sliding sideways and began to roll."""
+
+    x: EndCoordinate | None = None
+    y: EndCoordinate | None = None
+    heading: EndHeading | None = None
+
+    @model_validator(mode="after")
+    def _has_a_part(self) -> EndOfRotationEntry:
+        _tells_something(self)
+        return self
 
 
 class RestEntry(_Table):
@@ -249,6 +272,7 @@ class VehicleEntry(_Table):
     marks: Annotated[list[MarkEntry], BeforeValidator(_few)] = Field(
         [], examples=['[{ point = ["3 m", "1 m"], of = "front_left" }]']
     )
+    end_of_rotation: EndOfRotationEntry | None = Field(None, examples=[_END])
     rest: RestEntry | None = Field(None, examples=[_REST])
 
     @model_validator(mode="after")
@@ -279,10 +303,11 @@ class VehiclesEntry(_Table):
 
     @model_validator(mode="after")
     def _something_is_known_after_impact(self) -> VehiclesEntry:
-        if not any(v.rest or v.departure or v.marks for v in (self.A, self.B)):
+        vehicles = (self.A, self.B)
+        if not any(v.rest or v.departure or v.marks or v.end_of_rotation for v in vehicles):
             raise fault(
                 "nothing is known of either after the impact; "
-                f"write rest = {_REST}, departure or marks of one"
+                f"write rest = {_REST}, departure, marks or end_of_rotation of one"
             )
         return self
 
@@ -429,7 +454,10 @@ class SceneEntry(_Table):
 
     @model_validator(mode="after")
     def _what_slid_slid_on_something(self) -> SceneEntry:
-        vehicles = (self.vehicles.A, self.vehicles.B)
-        if not self.surfaces and any(v.rest or v.marks or v.approach.skid for v in vehicles):
+        slid = any(
+            v.rest or v.marks or v.end_of_rotation or v.approach.skid
+            for v in (self.vehicles.A, self.vehicles.B)
+        )
+        if slid and not self.surfaces:
             raise fault(f"missing; write surfaces = {_ROAD}", "surfaces")
         return self
