@@ -351,21 +351,24 @@ def _paced(start: State, car: Car, ground: Ground, steps: Paced, rows: int) -> t
     def along(state: State, slopes: State, time: Array) -> State:
         return tuple(a + time * b for a, b in zip(state, slopes, strict=True))
 
-    def step(carry: Carry) -> Carry:
+    def step(carry: Carry, W: Array) -> Carry:
         state, count = carry
         first, dW = rate(state)
-        h = jax.lax.stop_gradient(longest(state, dW) / steps.fineness)
+        # a little beyond the next level, so that rows lie where they are asked for
+        beyond = 1.2 * (W - _speed(state[3:6], car.k2)) / dW
+        h = jax.lax.stop_gradient(jnp.minimum(longest(state, dW) / steps.fineness, beyond))
         second = rate(along(state, first, h / 2))[0]
         third = rate(along(state, second, h / 2))[0]
         last = rate(along(state, third, h))[0]
-        mean = (a / 6 + b / 3 + c / 3 + d / 6 for a, b, c, d in zip(first, second, third, last))
+        slopes = (first, second, third, last)
+        mean = (a / 6 + b / 3 + c / 3 + d / 6 for a, b, c, d in zip(*slopes, strict=True))
         return along(state, tuple(mean), h), count + 1
 
     def to_level(carry: Carry, W: Array) -> tuple[Carry, State]:
         def above(carry: Carry) -> Array:
             return (_speed(carry[0][3:6], car.k2) > W) & (carry[1] < _MOST_PACED)
 
-        carry = jax.lax.while_loop(above, step, carry)
+        carry = jax.lax.while_loop(above, lambda carry: step(carry, W), carry)
         return carry, carry[0]
 
     levels = W_0 * (1 - jnp.asarray(_levels(rows, _LAST_FIXED))[1:])
