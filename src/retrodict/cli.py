@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import math
+import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -341,7 +342,7 @@ def _writable(folder: Path) -> None:
 
 
 def _fail(line: str, status: int = BAD_INPUT) -> NoReturn:
-    typer.echo(line, err=True)
+    print(line, file=sys.stderr)  # not by typer, which would write across a bar
     raise typer.Exit(status)
 
 

@@ -22,7 +22,7 @@ _START = "starting"
 _GRACE = 1.0  # s: a command that is refused sooner prints its reason alone
 _BEAT = 0.25  # s between updates of a display
 _MOST, _LEAST = 4.0, 1.0  # s between two lines: at most, and at least
-_RELIABLE = (2.0, 0.05)  # s of a stage, and share of it done, that the time left is estimated from
+_TIMED, _GAINED = 2.0, 0.05  # s, and share of a stage: enough to estimate the time left from
 _KEPT = 8  # bars of what is finished
 
 
@@ -93,19 +93,21 @@ class Tracker:
         stage = "".join(c if c.isprintable() else " " for c in stage)
         share = done / total if total > 0 else 0.0
         begins = stage != self._stage
-        if begins or share < self._share:  # less than before: it is done once more
-            self._stage, self._since, self._first = stage, self._clock(), share
-        self._share = share
+        # It is timed from where something is done: before that it may have waited for a compiler.
+        # Less than before: it is done once more.
+        if begins or self._share == 0 or share < self._share:
+            self._since, self._first = self._clock(), share
+        self._stage, self._share = stage, share
         return begins
 
     def now(self) -> Snapshot:
         """How far the work is."""
-        time_ = self._clock()
-        seconds, gained = time_ - self._since, self._share - self._first
+        at = self._clock()
+        seconds, gained = at - self._since, self._share - self._first
         left = None
-        if seconds >= _RELIABLE[0] and gained >= _RELIABLE[1] and self._share < 1:
+        if seconds >= _TIMED and gained >= _GAINED and self._share < 1:
             left = (1 - self._share) / gained * seconds
-        return Snapshot(self._stage, self._share, time_ - self._start, left)
+        return Snapshot(self._stage, self._share, at - self._start, left)
 
 
 Show = Callable[[Snapshot], None]

@@ -76,10 +76,11 @@ def reconstruct(
             f"interrupted ({able}), or start anew"
         )
     draws = chosen.draws if draws is None else draws
-    finding = partial(tell, "finding where the posterior lies")
-    finding(0, 1)
+    tell("compiling", 0, 1)
     compiled_before = Programs.compile_seconds
     compile_ahead(scene, model, method, warmup, pictured)
+    finding = partial(tell, "finding where the posterior lies")
+    finding(0, 1)
     known = {} if known is None else known
     if model not in known:
         known[model] = whereabouts(scene, model, seed, finding)

@@ -161,12 +161,14 @@ def ladder(
             steps.append(blank(name, why))
             continue
         place = f"{name} ({count - len(to_come) + 1} of {count})"
+        within = prefixed(progress, place)
         progress(place, 0, 1)
         try:
+            within("compiling", 0, 1)
             for soon in to_come[:2]:  # the next one's programs compile while this one's are at work
                 compile_ahead(scene, soon, METHOD)
             to_come.remove(name)
-            steps.append(climb(scene, name, question, seed, known, prefixed(progress, place)))
+            steps.append(climb(scene, name, question, seed, known, within))
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
