@@ -99,7 +99,7 @@ def reconstruct(
     resume: Annotated[
         bool, typer.Option("--resume", help="go on with a run that was interrupted")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct a collision: posterior, table, figures and report."""
     with reporting(quiet=quiet) as progress:
@@ -179,7 +179,7 @@ def ladder(
     ] = 1.25,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
-    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct on every model that the scene allows, and choose the lowest that will do."""
     with reporting(quiet=quiet) as progress:
@@ -228,7 +228,7 @@ def calibrate(
         Path | None,
         typer.Option(help="folder for the results [default: out/calibration/MODEL-METHOD]"),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Simulate crashes and reconstruct them: are the posteriors as sure as they may be?"""
     with reporting(quiet=quiet) as progress:
@@ -278,7 +278,7 @@ def validate(
     ] = "auto",
     method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
-    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct staged collisions, and compare with the speeds that were measured."""
     with reporting(quiet=quiet) as progress:

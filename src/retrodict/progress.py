@@ -62,7 +62,7 @@ class Snapshot:
     @property
     def line(self) -> str:
         """All of it in one line."""
-        percent = f", {self.share:.0%}".replace("%", " %") if 0 < self.share < 1 else ""
+        percent = f", {100 * self.share:.0f} %" if 0 < self.share < 1 else ""
         return f"retrodict: {duration(self.seconds)}: {self.stage}{percent}{self.ending}"
 
     @property
