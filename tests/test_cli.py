@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -18,12 +19,20 @@ SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
 RETRODICT = Path(sys.executable).with_name("retrodict")
 
 
+ENVIRONMENT = os.environ | {"COLUMNS": "160", "TERM": "dumb"}
+
+
 def run(*arguments: object, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"COLUMNS": "160", "TERM": "dumb"}
     return subprocess.run(
         [str(RETRODICT), *map(str, arguments)],
-        capture_output=True, text=True, cwd=folder, env=environment, check=False,
+        capture_output=True, text=True, cwd=folder, env=ENVIRONMENT, check=False,
     )  # fmt: skip
+
+
+def reasons(done: subprocess.CompletedProcess[str]) -> list[str]:
+    """Lines on standard error beside those of progress."""
+    lines = done.stderr.strip().splitlines()
+    return [line for line in lines if not line.startswith("retrodict: ")]
 
 
 def test_version_and_help() -> None:
@@ -34,14 +43,14 @@ def test_version_and_help() -> None:
 def test_a_model_that_is_none_is_refused_with_those_there_are() -> None:
     done = run("reconstruct", SCENE, "--model", "momentum")
     assert done.returncode == 2
-    assert done.stderr.startswith("--model momentum: choose auto or one of momentum+slide, ")
-    assert len(done.stderr.splitlines()) == 1
+    (line,) = reasons(done)
+    assert line.startswith("--model momentum: choose auto or one of momentum+slide, ")
 
 
 def test_a_share_out_of_range_is_one_line_and_status_2() -> None:
     done = run("ladder", SCENE, "--share", "nan")
     assert done.returncode == 2
-    assert done.stderr == "--share nan --factor 1.25: share is above 0, and factor above 1\n"
+    assert reasons(done) == ["--share nan --factor 1.25: share is above 0, and factor above 1"]
 
 
 def test_check_accepts_the_example() -> None:
@@ -83,7 +92,7 @@ def test_bad_input_is_one_clear_line_and_status_2(
         done = run(command, bad, folder=tmp_path)
         assert done.returncode == 2
         assert "Traceback" not in done.stderr
-        lines = done.stderr.strip().splitlines()
+        lines = reasons(done)
         assert lines
         assert all("bad.toml" in line for line in lines)
         assert any(words in line for line in lines)
@@ -93,7 +102,7 @@ def test_bad_input_is_one_clear_line_and_status_2(
 def test_an_unreadable_file_is_one_line(tmp_path: Path) -> None:
     done = run("reconstruct", tmp_path / "none.toml")
     assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1
+    assert len(reasons(done)) == 1
 
 
 def test_an_out_that_is_a_file_is_refused_before_the_work(tmp_path: Path) -> None:
@@ -120,6 +129,11 @@ def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) 
         "posterior.png", "pair.png", "scene.png", "predictive.png",
     }  # fmt: skip
     assert "mph" in done.stdout
+    assert "retrodict: " not in done.stdout
+    assert not reasons(done)
+    lines = done.stderr.splitlines()
+    assert re.fullmatch(r"retrodict: \d s: (starting|loading the libraries)", lines[0])
+    assert any("planar-moment+wheels (" in line for line in lines)
 
     summary = json.loads((out / "summary.json").read_text())
     assert summary["checks"]["passed"], summary["checks"]
@@ -154,6 +168,27 @@ def test_too_few_draws_are_told_as_not_to_be_relied_on(tmp_path: Path) -> None:
     assert summary["checks"]["reasons"]
 
 
+def test_quiet_is_silent_and_ctrl_c_keeps_the_draws(tmp_path: Path) -> None:
+    out = tmp_path / "cut"
+    asked = ("reconstruct", SCENE, "--model", "planar-moment+spin", "--out", out, "--draws")
+    command = [str(RETRODICT), *map(str, asked), "100000"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
+    ) as process:
+        assert process.stderr is not None
+        for line in process.stderr:
+            if ": planar-moment+spin: sampling, " in line:  # with a share: draws are there
+                process.send_signal(signal.SIGINT)
+                break
+        process.communicate()
+    assert process.returncode == 130
+    assert (out / "chains.npz").is_file()
+    assert not json.loads((out / "summary.json").read_text())["checks"]["passed"]
+
+    done = run(*asked, 20, "--quiet")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
 def test_the_option_names_every_method() -> None:
     """Spelled out in the command, so that --help need not import JAX; it must not fall behind."""
     assert [choice.value for choice in MethodChoice] == list(METHODS)
@@ -171,7 +206,7 @@ def test_ladder_writes_its_files_and_tells_the_choice(tmp_path: Path) -> None:
     assert " ".join(told["reason"].split()) in " ".join(done.stdout.split())
     refused = run("ladder", tmp_path / "none.toml")
     assert refused.returncode == 2
-    assert len(refused.stderr.strip().splitlines()) == 1
+    assert len(reasons(refused)) == 1
 
 
 def test_calibrate_writes_its_files_and_goes_on(tmp_path: Path) -> None:
@@ -189,11 +224,11 @@ def test_calibrate_writes_its_files_and_goes_on(tmp_path: Path) -> None:
     assert json.loads((out / "calibration.json").read_text())["done"] == 8
     refused = run(*asked, 8, "--seed", 1)
     assert refused.returncode == 2
-    assert "is of another calibration" in refused.stderr
-    assert len(refused.stderr.strip().splitlines()) == 1
+    (line,) = reasons(refused)
+    assert "is of another calibration" in line
     refused = run("calibrate", "--model", "momentum", "--out", out)
     assert refused.returncode == 2
-    assert refused.stderr.startswith("--model momentum: choose one of momentum+slide, ")
+    assert reasons(refused)[0].startswith("--model momentum: choose one of momentum+slide, ")
 
 
 def test_validate_scores_a_case_and_tells_of_faulty_files(tmp_path: Path) -> None:
@@ -221,9 +256,13 @@ def test_validate_scores_a_case_and_tells_of_faulty_files(tmp_path: Path) -> Non
     options = ("--model", "momentum+slide", "--method", "importance", "--out", tmp_path / "out")
     done = run("validate", tmp_path / "cases", *options)
     assert done.returncode == 2
-    (line,) = done.stderr.strip().splitlines()
+    (line,) = reasons(done)
     assert line.startswith(f"{bad / 'truth.toml'}: speed_b = 9: no unit")
     assert "good" in done.stdout
+    assert "retrodict: " not in done.stdout
+    assert re.search(r"(?m)^retrodict: .* s: bad \(1 of 2\): momentum\+slide: ", done.stderr)
+    quiet = run("validate", tmp_path / "cases", *options, "--quiet")
+    assert (quiet.stdout, quiet.stderr.splitlines()) == ("", [line])
     of_bad, of_good = json.loads((tmp_path / "out" / "validation.json").read_text())["scores"]
     assert (of_bad["case"], of_bad["passed"], of_bad["truth"]) == ("bad", False, None)
     assert of_good["passed"], of_good["reasons"]

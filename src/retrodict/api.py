@@ -15,13 +15,14 @@ from retrodict.inference.modes import Whereabouts
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
-from retrodict.inference.sampling import Progress
+from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
-from retrodict.studies.ladder import Ladder, allowed, ladder
+from retrodict.studies.ladder import Ladder, allowed
+from retrodict.studies.ladder import ladder as _ladder
 from retrodict.studies.validation import Validation
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ __all__ = [
 
 AUTO = "auto"  # the model that the ladder chooses
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
+
+ladder = shown_in_notebooks(_ladder)
 
 
 @dataclass(frozen=True)
@@ -178,6 +181,7 @@ class Result:
         return outcome_html(self.outcome)
 
 
+@shown_in_notebooks
 def reconstruct(
     scene: Scene,
     *,
@@ -201,7 +205,8 @@ def reconstruct(
         draws: kept of each; None for as many as the method takes by default.
         warmup: iterations before them, where a method has any.
         seed: of every random number; same seed, same machine, same numbers.
-        progress: called with (stage, done, of all) as the work goes on.
+        progress: called with (stage, done, of all) as the work goes on, the stage after the name of
+            the model; None shows it in a notebook, and nothing elsewhere.
         resume: `chains.npz` of a run that was interrupted, to go on with.
 
     Returns:
@@ -228,13 +233,14 @@ def reconstruct(
         draws=draws,
         warmup=warmup,
         seed=seed,
-        progress=progress,
+        progress=prefixed(progress or silent, model),
         resume=resume,
         known=known,
     )
     return Result(outcome, climbed)
 
 
+@shown_in_notebooks
 def calibrate(
     scene: Scene | None = None,
     *,
@@ -259,7 +265,7 @@ def calibrate(
         out: folder for calibration.csv, .json, .png and .svg; a run goes on with the .csv that is
             there. None writes nothing.
         processes: to run side by side; None for one a core.
-        progress: called with (stage, done, of all) as the work goes on.
+        progress: as of `reconstruct`, without a model's name.
 
     Returns:
         The ranks; `retrodict.studies.uniformity.uniformity` judges them. When interrupted, those of
@@ -291,6 +297,7 @@ def calibrate(
     return found
 
 
+@shown_in_notebooks
 def validate(
     folder: str | Path = "examples",
     *,
@@ -308,7 +315,7 @@ def validate(
         method: as of `reconstruct`.
         units: of the table and the chart, "si" or "us".
         out: folder for validation.md, .csv, .json, .png and .svg. None writes nothing.
-        progress: called with (case, done, of all) as the work goes on.
+        progress: as of `reconstruct`, with the name of the case first.
 
     Returns:
         The scores; when interrupted, those of the cases that were finished.
@@ -318,8 +325,8 @@ def validate(
         OSError: a file could not be written.
     """
 
-    def run(scene: Scene) -> Outcome:
-        return reconstruct(scene, model=model, method=method).outcome
+    def run(scene: Scene, progress: Progress) -> Outcome:
+        return reconstruct(scene, model=model, method=method, progress=progress).outcome
 
     def write(found: Validation) -> None:
         if out is not None:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import gc
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -13,15 +12,13 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 import retrodict
+from retrodict.progress import reporting
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from retrodict.scene import Scene
 
 BAD_INPUT, INTERRUPTED = 2, 130
-
-Tell = Callable[[str, int, int], None]  # stage, done, of all
+_LOADING, _WRITING = "loading the libraries", "writing the results"  # stages
 
 app = typer.Typer(
     name="retrodict",
@@ -102,35 +99,34 @@ def reconstruct(
     resume: Annotated[
         bool, typer.Option("--resume", help="go on with a run that was interrupted")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct a collision: posterior, table, figures and report."""
-    found = _load(scene)
-    folder = out if out is not None else Path("out") / found.name
-    _writable(folder)
+    with reporting(quiet=quiet) as progress:
+        found = _load(scene)
+        folder = out if out is not None else Path("out") / found.name
+        _writable(folder)
+        progress(_LOADING, 0, 1)
 
-    from retrodict.report.drawing_process import DrawingProcess
+        from retrodict.report.drawing_process import DrawingProcess
 
-    drawing = DrawingProcess()  # it imports while this process does
-    gc.set_threshold(100_000)  # tracing makes much and drops little: fewer sweeps save a second
+        drawing = DrawingProcess()  # it imports while this process does
+        gc.set_threshold(100_000)  # tracing makes much and drops little: fewer sweeps save a second
 
-    from retrodict.api import CHAINS
+        from retrodict.api import CHAINS
 
-    chains_file = folder / CHAINS if resume else None
-    if chains_file and not chains_file.is_file():
-        _fail(
-            f"--resume: {chains_file} is missing: no run was interrupted there; leave --resume out"
-        )
+        chains_file = folder / CHAINS if resume else None
+        if chains_file and not chains_file.is_file():
+            _fail(
+                f"--resume: {chains_file} is missing: no run was interrupted there; "
+                "leave --resume out"
+            )
+        _known_rung(model, auto=True)
 
-    from rich.console import Console
+        from retrodict.api import reconstruct as run
+        from retrodict.inference import Interrupted, Unanswerable
 
-    _known_rung(model, auto=True)
-    from retrodict.api import reconstruct as run
-    from retrodict.inference import Interrupted, Unanswerable
-
-    console = Console(quiet=quiet)
-    try:
-        with _progress(console) as tell:
+        try:
             result = run(
                 found,
                 model=model,
@@ -139,26 +135,29 @@ def reconstruct(
                 draws=draws,
                 warmup=warmup,
                 seed=seed,
-                progress=tell,
+                progress=progress,
                 resume=chains_file,
             )
-            tell("writing the report", 0, 1)
+            progress(_WRITING, 0, 1)
             result.save(folder, units.value, drawing)
-            tell("writing the report", 1, 1)
-    except Unanswerable as error:
-        _fail(f"{scene}: {error}")
-    except ValueError as error:
-        if chains_file is None:
-            raise
-        _fail(f"--resume: {error}")
-    except Interrupted as error:
-        _fail(f"{scene}: {error}", INTERRUPTED)
-    except OSError as error:
-        _fail(f"{folder}: cannot write the results: {error}", 1)
+            progress(_WRITING, 1, 1)
+        except Unanswerable as error:
+            _fail(f"{scene}: {error}")
+        except ValueError as error:
+            if chains_file is None:
+                raise
+            _fail(f"--resume: {error}")
+        except Interrupted as error:
+            _fail(f"{scene}: {error}", INTERRUPTED)
+        except OSError as error:
+            _fail(f"{folder}: cannot write the results: {error}", 1)
+
+    from rich.console import Console
 
     # not sooner: it imports xarray, which the run does while programs load
     from retrodict.report.terminal import print_summary
 
+    console = Console(quiet=quiet)
     print_summary(result.outcome, console, units.value, result.ladder)
     console.print(f"{folder / 'report.html'}", highlight=False, markup=False, soft_wrap=True)
     if not result.outcome.complete:
@@ -180,31 +179,36 @@ def ladder(
     ] = 1.25,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
-    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct on every model that the scene allows, and choose the lowest that will do."""
-    found = _load(scene)
-    if not (0 < share < math.inf and 1 < factor < math.inf):
-        _fail(f"--share {share:g} --factor {factor:g}: share is above 0, and factor above 1")
-    folder = out if out is not None else Path("out") / found.name
-    _writable(folder)
+    with reporting(quiet=quiet) as progress:
+        found = _load(scene)
+        if not (0 < share < math.inf and 1 < factor < math.inf):
+            _fail(f"--share {share:g} --factor {factor:g}: share is above 0, and factor above 1")
+        folder = out if out is not None else Path("out") / found.name
+        _writable(folder)
+        progress(_LOADING, 0, 1)
+
+        from retrodict.api import ladder as climb
+        from retrodict.inference import Unanswerable
+        from retrodict.report.ladder import write_ladder
+
+        try:
+            climbed = climb(found, seed=seed, share=share, factor=factor, progress=progress)
+            progress(_WRITING, 0, 1)
+            write_ladder(climbed, folder)
+            progress(_WRITING, 1, 1)
+        except Unanswerable as error:
+            _fail(f"{scene}: {error}")
+        except OSError as error:
+            _fail(f"{folder}: cannot write the results: {error}", 1)
 
     from rich.console import Console
 
-    from retrodict.api import ladder as climb
-    from retrodict.inference import Unanswerable
-    from retrodict.report.ladder import write_ladder
     from retrodict.report.terminal import print_ladder
 
     console = Console(quiet=quiet)
-    try:
-        with _progress(console) as tell:
-            climbed = climb(found, seed=seed, share=share, factor=factor, progress=tell)
-        write_ladder(climbed, folder)
-    except Unanswerable as error:
-        _fail(f"{scene}: {error}")
-    except OSError as error:
-        _fail(f"{folder}: cannot write the results: {error}", 1)
     print_ladder(climbed, console, units.value)
     console.print(f"{folder / 'ladder.json'}", highlight=False, markup=False, soft_wrap=True)
     if not climbed.complete:
@@ -224,23 +228,20 @@ def calibrate(
         Path | None,
         typer.Option(help="folder for the results [default: out/calibration/MODEL-METHOD]"),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="tell only of errors")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Simulate crashes and reconstruct them: are the posteriors as sure as they may be?"""
-    found = None if scene is None else _load(scene)
+    with reporting(quiet=quiet) as progress:
+        found = None if scene is None else _load(scene)
+        progress(_LOADING, 0, 1)
 
-    _known_rung(model, auto=False)
-    folder = out if out is not None else Path("out") / "calibration" / f"{model}-{method.value}"
-    _writable(folder)
+        _known_rung(model, auto=False)
+        folder = out if out is not None else Path("out") / "calibration" / f"{model}-{method.value}"
+        _writable(folder)
 
-    from rich.console import Console
+        from retrodict.api import calibrate as run
 
-    from retrodict.api import calibrate as run
-    from retrodict.report.calibration import print_calibration
-
-    console = Console(quiet=quiet)
-    try:
-        with _progress(console) as tell:
+        try:
             done = run(
                 found,
                 model=model,
@@ -248,12 +249,18 @@ def calibrate(
                 simulations=simulations,
                 seed=seed,
                 out=folder,
-                progress=tell,
+                progress=progress,
             )
-    except ValueError as error:
-        _fail(str(error))
-    except OSError as error:
-        _fail(f"{folder}: cannot write the results: {error}", 1)
+        except ValueError as error:
+            _fail(str(error))
+        except OSError as error:
+            _fail(f"{folder}: cannot write the results: {error}", 1)
+
+    from rich.console import Console
+
+    from retrodict.report.calibration import print_calibration
+
+    console = Console(quiet=quiet)
     print_calibration(done, console)
     console.print(f"{folder / 'calibration.json'}", highlight=False, markup=False, soft_wrap=True)
     if not done.complete:
@@ -271,31 +278,35 @@ def validate(
     ] = "auto",
     method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct staged collisions, and compare with the speeds that were measured."""
-    _writable(out)
+    with reporting(quiet=quiet) as progress:
+        _writable(out)
+        progress(_LOADING, 0, 1)
 
-    from rich.console import Console
+        _known_rung(model, auto=True)
+        from retrodict.api import validate as run
 
-    _known_rung(model, auto=True)
-    from retrodict.api import validate as run
-    from retrodict.report.validation import print_validation
-
-    console = Console()
-    try:
-        with _progress(console) as tell:
+        try:
             done = run(
                 folder,
                 model=model,
                 method=method.value,
                 units=units.value,
                 out=out,
-                progress=tell,
+                progress=progress,
             )
-    except ValueError as error:
-        _fail(str(error))
-    except OSError as error:
-        _fail(f"{out}: cannot write the results: {error}", 1)
+        except ValueError as error:
+            _fail(str(error))
+        except OSError as error:
+            _fail(f"{out}: cannot write the results: {error}", 1)
+
+    from rich.console import Console
+
+    from retrodict.report.validation import print_validation
+
+    console = Console(quiet=quiet)
     print_validation(done, console, units.value)
     console.print(f"{out / 'validation.md'}", highlight=False, markup=False, soft_wrap=True)
     if done.faults:
@@ -331,30 +342,8 @@ def _writable(folder: Path) -> None:
 
 
 def _fail(line: str, status: int = BAD_INPUT) -> NoReturn:
-    typer.echo(line, err=True)
+    print(line, file=sys.stderr)  # not by typer, which would write across a bar
     raise typer.Exit(status)
-
-
-@contextmanager
-def _progress(console: Console) -> Iterator[Tell]:
-    """A live bar for each stage of the work."""
-    from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=not console.is_terminal) as bar:
-        stages: dict[str, TaskID] = {}
-
-        def tell(stage: str, done: int, total: int) -> None:
-            if stage not in stages:
-                stages[stage] = bar.add_task(stage, total=total)
-            bar.update(stages[stage], completed=done, total=total)
-
-        yield tell
 
 
 def main() -> None:

@@ -180,7 +180,8 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 ) -> None:
     asked = []
 
-    def run(scene, *, model, method, seed, pictured, known):
+    def run(scene, *, model, method, seed, progress, pictured, known):
+        progress("sampling", 1, 2)
         asked.append((model, method, seed))
         assert model in ahead
         assert not pictured  # no figure shows a rung
@@ -197,7 +198,8 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
     seen = []
     whole = ladder(make_scene(), question=ASKED, seed=5, progress=lambda *p: seen.append(p))
     assert asked == [(name, "importance", 5) for name in rungs]
-    assert ("full", 1, 1) in seen
+    assert ("middle (2 of 3): sampling", 1, 2) in seen
+    assert ("full (3 of 3)", 1, 1) in seen
     assert whole.choice == "low"  # the same draws: the fuller one moves nothing
     assert "no way there" in whole.step("middle").verdict
     assert whole.step("full").below == ("low", "middle")

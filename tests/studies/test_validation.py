@@ -10,6 +10,7 @@ from scipy.special import ndtri
 
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Outcome
+from retrodict.progress import Progress
 from retrodict.scene.records import Scene
 from retrodict.studies.validation import Score, Validation, cases, validate
 from tests.report.conftest import fail, make_outcome
@@ -48,7 +49,7 @@ def scored(case: Path, run) -> Validation:
 )
 def test_the_shortest_intervals_of_a_normal_posterior_hold_what_they_should(case, mean, inside):
     """The limits of 50, 90 and 95 % are 0.674, 1.645 and 1.960 standard deviations out."""
-    (score,) = scored(case, lambda scene: drawn(mean, 1.0)).scores
+    (score,) = scored(case, lambda *_: drawn(mean, 1.0)).scores
     assert tuple(level for level in (50, 90, 95) if score.inside(level)) == inside
     assert score.error == pytest.approx(mean - 19.0, abs=0.01)
     assert score.answer.sd == pytest.approx(1.0, abs=0.01)
@@ -58,7 +59,7 @@ def test_the_truth_is_not_read_before_the_posterior_is_there(case):
     """A run that could see the file would find none."""
     (case / "truth.toml").unlink()
 
-    def run(scene: Scene) -> Outcome:
+    def run(scene: Scene, progress: Progress) -> Outcome:
         assert not (case / "truth.toml").exists()
         (case / "truth.toml").write_text(TRUTH)
         return drawn(19.0, 1.0)
@@ -68,7 +69,7 @@ def test_the_truth_is_not_read_before_the_posterior_is_there(case):
 
 
 def test_a_withheld_answer_is_told_but_not_counted(case):
-    found = scored(case, lambda scene: fail(drawn(19.0, 1.0)))
+    found = scored(case, lambda *_: fail(drawn(19.0, 1.0)))
     (score,) = found.scores
     assert score.answer is not None
     assert score.reasons
@@ -78,7 +79,7 @@ def test_a_withheld_answer_is_told_but_not_counted(case):
 
 
 def test_a_scene_without_a_posterior_is_a_score_with_the_reason(case):
-    def run(scene: Scene) -> Outcome:
+    def run(scene: Scene, progress: Progress) -> Outcome:
         raise Unanswerable("nothing leads to this rest pose")
 
     (score,) = scored(case, run).scores
@@ -93,9 +94,7 @@ def test_faulty_files_are_told_and_the_other_cases_are_run(case):
         for each in ("scene.toml", "truth.toml"):
             (folder / each).write_text((case / each).read_text())
         (folder / name).write_text("speed_b = 19\n")
-    found = validate(
-        cases(case.parent), lambda scene: drawn(19.0, 1.0), model="auto", method="nuts"
-    )
+    found = validate(cases(case.parent), lambda *_: drawn(19.0, 1.0), model="auto", method="nuts")
     assert [score.case for score in found.scores] == ["bad-scene", "bad-truth", "crash"]
     assert [score.counts for score in found.scores] == [False, False, True]
     assert found.coverage(95).of == 1
@@ -106,7 +105,7 @@ def test_faulty_files_are_told_and_the_other_cases_are_run(case):
 
 def test_a_speed_that_the_scene_knows_is_not_scored(case):
     (case / "truth.toml").write_text(TRUTH.replace("speed_b", "speed_a"))
-    found = scored(case, lambda scene: drawn(19.0, 1.0))
+    found = scored(case, lambda *_: drawn(19.0, 1.0))
     assert "scene.toml knows every speed in it" in found.faults[0]
 
 
@@ -119,7 +118,7 @@ def test_an_interruption_keeps_what_was_finished(case):
         (first / each).write_text((second / each).read_text())
     turns = iter((drawn(19.0, 1.0), None))
 
-    def run(scene: Scene) -> Outcome:
+    def run(scene: Scene, progress: Progress) -> Outcome:
         return next(turns) or _stop()
 
     kept: list[Validation] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ import numpy as np
 
 from retrodict.inference.descent import spread
 from retrodict.inference.errors import Unanswerable
+from retrodict.inference.methods.draws import Progress
 from retrodict.inference.methods.importance import log_evidence
 from retrodict.inference.outcome import Mode
 from retrodict.inference.posterior import FLAT, IMPROBABLE, RESOLVED, RIVAL, Posterior, branches
@@ -67,12 +69,13 @@ class Solution:
         return ", ".join(told)
 
 
-def solutions(scene: Scene, rung: str) -> list[Solution]:
+def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list[Solution]:
     """The scene at every number of turns that fits, and on every branch of e_m.
 
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
+        progress: called with how many numbers of turns were tried, of all that will be.
 
     Returns:
         Solutions of more weight than RIVAL by Laplace's approximation, the best first.
@@ -85,6 +88,7 @@ def solutions(scene: Scene, rung: str) -> list[Solution]:
     if not unknown:
         return _on_branches(scene, rung, {})
     tried: dict[tuple[int, ...], list[Solution]] = {}
+    asked = itertools.count(1)
 
     def evidence(turns: tuple[int, ...]) -> float:
         if turns not in tried:
@@ -93,6 +97,8 @@ def solutions(scene: Scene, rung: str) -> list[Solution]:
                 tried[turns] = _on_branches(_turned(scene, added), rung, added)
             except Unanswerable:
                 tried[turns] = []
+        if progress:
+            progress(next(asked), len(unknown) ** 2 * len(_TURNS))
         return max((s.posterior.log_evidence for s in tried[turns]), default=-np.inf)
 
     # one vehicle at a time, twice over: all pairs would take minutes
@@ -256,18 +262,21 @@ class Whereabouts:
         ]
 
 
-def whereabouts(scene: Scene, rung: str, seed: int) -> Whereabouts:
+def whereabouts(
+    scene: Scene, rung: str, seed: int, progress: Progress | None = None
+) -> Whereabouts:
     """Where a scene's posterior lies on a rung.
 
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
         seed: of the draws that weigh solutions, and of the search for rivals.
+        progress: as of `solutions`.
 
     Raises:
         Unanswerable: as of `solutions`.
     """
-    found = solutions(scene, rung)
+    found = solutions(scene, rung, progress)
     modes, unsettled = weighed(found, seed)
     return Whereabouts(found, modes, _unresolved(found) + unsettled, seed)
 

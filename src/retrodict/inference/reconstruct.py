@@ -19,9 +19,10 @@ from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Solution, Whereabouts, whereabouts
 from retrodict.inference.outcome import Mode, Outcome
 from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
-from retrodict.inference.sampling import Progress, Sampling
+from retrodict.inference.sampling import Sampling
 from retrodict.inference.tree import prior_keys
 from retrodict.models import RUNGS
+from retrodict.progress import Progress, silent
 from retrodict.scene.records import Scene
 
 DEFAULT_RUNG = "planar-moment+wheels"
@@ -51,7 +52,7 @@ def reconstruct(
         draws: kept of each; None for as many as the method takes by default.
         warmup: iterations before them, where a method has any.
         seed: of every random number.
-        progress: called as the work goes on.
+        progress: called with (stage, done, of all) as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
         pictured: whether the prior and run-outs are told too, which figures show.
         known: by model, where this scene's posteriors lie by this seed; what is found is added.
@@ -66,7 +67,7 @@ def reconstruct(
         Interrupted: stopped before any draw was kept.
     """
     begin = time.perf_counter()
-    tell = progress or (lambda stage, done, total: None)
+    tell = progress or silent
     rung, chosen = _named(RUNGS, "model", model), _named(METHODS, "method", method)
     if resume is not None and not chosen.resumes:
         able = ", ".join(name for name, m in METHODS.items() if m.resumes)
@@ -75,21 +76,21 @@ def reconstruct(
             f"interrupted ({able}), or start anew"
         )
     draws = chosen.draws if draws is None else draws
-    tell("finding where the posterior lies", 0, 1)
+    tell("compiling", 0, 1)
     compiled_before = Programs.compile_seconds
     compile_ahead(scene, model, method, warmup, pictured)
+    finding = partial(tell, "finding where the posterior lies")
+    finding(0, 1)
     known = {} if known is None else known
     if model not in known:
-        known[model] = whereabouts(scene, model, seed)
+        known[model] = whereabouts(scene, model, seed, finding)
+    finding(1, 1)
     where = known[model]
     found, modes = where.found, where.modes
     seeks = chosen.exact and method != "smc"  # which starts from everywhere
+    tell("looking for other solutions", 0, 1)
     sampling = Sampling(found, modes, where.rivals if seeks else [], where.faults, pictured, tell)
-    tell("finding where the posterior lies", 1, 1)
-
-    def told(done: int, total: int) -> None:
-        tell("sampling", done, total)
-
+    told = partial(tell, "sampling")
     task = Task(found[0].posterior, chains, draws, warmup, seed, told, resume)
     run = sampling.or_by_another(sampling.by(method, task), task)
     notes = [*run.notes]

@@ -17,12 +17,11 @@ from retrodict.inference.modes import SLIGHT, Rival, Solution, beside, mixed
 from retrodict.inference.outcome import Checks, Mode
 from retrodict.inference.programs import Programs
 from retrodict.inference.tree import tree_of
+from retrodict.progress import Progress
 from retrodict.scene.quantities import describe
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Progress = Callable[[str, int, int], None]  # stage, done, of all
 
 _NEARLY = 1.1  # R-hat up to which more draws may help
 _WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
@@ -167,8 +166,10 @@ class Sampling:
     def _of_each(self, method: str, task: Task) -> list[Draws]:
         """Draws of every solution, up to one that was interrupted."""
         drawn: list[Draws] = []
-        for solution in self.found:
-            drawn.append(METHODS[method].draw(replace(task, posterior=solution.posterior)))
+        for i, solution in enumerate(self.found):
+            progress = partial(_one_of_several, task.progress, i, len(self.found))
+            own = replace(task, posterior=solution.posterior, progress=progress)
+            drawn.append(METHODS[method].draw(own))
             if not drawn[-1].complete:
                 break
         return drawn
@@ -204,6 +205,13 @@ class Sampling:
             or not rival.reached(drawn[rival.of].w.reshape(-1, rival.w.size))
         ]
         return beside(self.found, self.modes, unreached)
+
+
+def _one_of_several(
+    progress: Callable[[int, int], None], i: int, count: int, done: int, total: int
+) -> None:
+    """Report what is done of one of several equal parts as a share of them all."""
+    progress(i * total + done, count * total)
 
 
 def _more(drawn: list[Draws]) -> list[Draws]:

@@ -27,6 +27,7 @@ from retrodict.inference.sampling import may_mend
 from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
+from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, RunOutError, Scene
@@ -41,7 +42,6 @@ _BATCH = 5  # simulations of a process at a time
 _CHAINS, _WARMUP = 4, 150
 _MOST_CHUNKS = 40  # of candidates for a batch
 
-Progress = Callable[[str, int, int], None]  # stage, done, of all
 Values = dict[str, np.ndarray]  # unknowns and what follows from them, a row each
 
 
@@ -158,7 +158,7 @@ def calibrate(
     def so_far() -> Calibration:
         return replace(calibration, rows=tuple(done[i] for i in sorted(done)))
 
-    tell = progress or (lambda stage, done, total: None)
+    tell = progress or silent
     tell("simulating", len(done), simulations)
     try:
         for rows in _each(job, list(batches.values()), processes or os.cpu_count() or 1):

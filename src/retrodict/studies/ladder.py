@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from retrodict.inference.methods.weights import smoothed
 from retrodict.inference.modes import Whereabouts
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
 from retrodict.models import RUNGS, Rung
+from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
 from retrodict.studies.fit import Fit, Summary, fit, summary
@@ -27,8 +28,6 @@ SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an ans
 FACTOR = 1.25  # by which it may widen or narrow it
 
 _PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of B's speed
-
-Progress = Callable[[str, int, int], None]  # rung, done, of all
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +138,7 @@ def ladder(
         seed: of every random number.
         share: of its standard deviation that a fuller rung may move an answer by, above 0.
         factor: by which it may widen or narrow it, above 1.
-        progress: called with (rung, done, of all).
+        progress: called with (rung, done, of all), and with the stages within each rung.
         known: as of `reconstruct`.
 
     Returns:
@@ -151,25 +150,29 @@ def ladder(
     """
     if not (0 < share < np.inf and 1 < factor < np.inf):
         raise ValueError(f"share is above 0 and factor above 1; not {share:g} and {factor:g}")
-    tell = progress or (lambda stage, done, total: None)
+    progress = progress or silent
     question = question or scene.question
     refused = refusals(scene, question)
     steps, complete = [], True
     to_come = _left(refused)
+    count = len(to_come)
     for name, why in refused.items():
         if why:
             steps.append(blank(name, why))
             continue
-        tell(name, 0, 1)
+        place = f"{name} ({count - len(to_come) + 1} of {count})"
+        within = prefixed(progress, place)
+        progress(place, 0, 1)
         try:
+            within("compiling", 0, 1)
             for soon in to_come[:2]:  # the next one's programs compile while this one's are at work
                 compile_ahead(scene, soon, METHOD)
             to_come.remove(name)
-            steps.append(climb(scene, name, question, seed, known))
+            steps.append(climb(scene, name, question, seed, known, within))
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
-        tell(name, 1, 1)
+        progress(place, 1, 1)
     if complete:
         told, choice, reason = chosen(steps, question, share, factor)
     else:
@@ -183,6 +186,7 @@ def climb(
     question: tuple[str, ...],
     seed: int,
     known: dict[str, Whereabouts] | None = None,
+    progress: Progress | None = None,
 ) -> Step:
     """What one rung says of a scene, not yet compared with the others.
 
@@ -191,7 +195,7 @@ def climb(
         name: of the rung.
         question: quantities that are asked.
         seed: of every random number.
-        known: as of `reconstruct`.
+        known, progress: as of `reconstruct`.
 
     Returns:
         The step; with the reason as its verdict where the rung has no posterior.
@@ -202,7 +206,13 @@ def climb(
     step = blank(name, "")
     try:
         outcome = reconstruct(
-            scene, model=name, method=METHOD, seed=seed, pictured=False, known=known
+            scene,
+            model=name,
+            method=METHOD,
+            seed=seed,
+            progress=progress,
+            pictured=False,
+            known=known,
         )
     except Unanswerable as error:
         return replace(step, verdict=str(error))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.load import load_scene
 from retrodict.studies.fit import Summary, summary
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
 SCENE, TRUTH = "scene.toml", "truth.toml"
 MOST_TELLING = 3  # quantities that would narrow an answer
 
-Progress = Callable[[str, int, int], None]  # case, done, of all
-Run = Callable[["Scene"], "Outcome"]
+Run = Callable[["Scene", Progress], "Outcome"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,43 +149,44 @@ def validate(
 
     Args:
         folders: each with scene.toml and truth.toml.
-        run: makes the posterior of a scene.
+        run: makes the posterior of a scene, and calls back with its stages.
         model, method: that it takes, for the record.
-        progress: called with (case, done, of all).
+        progress: called with (case, done, of all), and with the stages within each case.
         keep: called with the scores so far after each case.
 
     Returns:
         The scores; when interrupted, those of the cases that were finished. A file that cannot be
         used, and a scene that has no posterior, leave a score without an answer.
     """
-    tell = progress or (lambda stage, done, total: None)
+    progress = progress or silent
     scores: list[Score] = []
     faults: list[str] = []
 
     def found(complete: bool) -> Validation:
         return Validation(tuple(scores), model, method, tuple(faults), complete)
 
-    for folder in folders:
-        tell(folder.name, 0, 1)
+    for i, folder in enumerate(folders, 1):
+        place = f"{folder.name} ({i} of {len(folders)})"
+        progress(place, 0, 1)
         try:
-            scores += _scored(folder, run)
+            scores += _scored(folder, run, prefixed(progress, place))
         except SceneError as error:
             faults += str(error).splitlines()
             place = Path(error.file).name
             scores.append(Score(folder.name, reasons=(f"{place}: {error.problems[0]}",)))
         except (KeyboardInterrupt, Interrupted):
             return found(complete=False)
-        tell(folder.name, 1, 1)
+        progress(place, 1, 1)
         if keep:
             keep(found(complete=folder == folders[-1]))
     return found(complete=True)
 
 
-def _scored(folder: Path, run: Run) -> list[Score]:
+def _scored(folder: Path, run: Run, progress: Progress) -> list[Score]:
     scene = load_scene(folder / SCENE)
     outcome, refused = None, ""
     try:
-        outcome = run(scene)
+        outcome = run(scene, progress)
     except Unanswerable as error:
         refused = str(error)
     if outcome and not outcome.complete:
