@@ -22,7 +22,7 @@ NUMBER = 64
 
 
 def main(indices: Iterable[int] = range(NUMBER), folder: Path | None = None) -> None:
-    """Go on with the table until these scenes stand in it, then tell what they come to."""
+    """Go on with the table until these scenes stand in it, then score them."""
     charts = folder or DOCS / "charts"
     scenes_in = folder or DOCS.parent / "out" / "rolling"
     charts.mkdir(parents=True, exist_ok=True)
@@ -40,8 +40,8 @@ def main(indices: Iterable[int] = range(NUMBER), folder: Path | None = None) -> 
             row = run(index, made, scenes.write(index, made, scenes_in))
             writer.writerow(row)
             kept.flush()
-            told = ("scene", "wheels_a", "wheels_b", "status", "seconds", "model", "reason")
-            print(*(row[column] for column in told), sep="  ", flush=True)
+            shown = ("scene", "wheels_a", "wheels_b", "status", "seconds", "model", "reason")
+            print(*(row[column] for column in shown), sep="  ", flush=True)
     rows = _read(file)
     parts = scores.parts(rows)
     scores.draw(rows, charts / "rolling.png")

@@ -40,8 +40,6 @@ def run(index: int, made: Made, scene: Path) -> Row:
         Its row of the table; the answer is that of the second run.
     """
     plan, true = made.plan, made.truth
-    speeds = {"speed_b"} if plan.recorder else {"speed_a", "speed_b"}
-    asked = [q for q in QUANTITIES if q in speeds or not (plan.speeds_only or q == "speed_a")]
     row: dict[str, object] = {
         "scene": index,
         "wheels_a": plan.wheels[0],
@@ -51,7 +49,7 @@ def run(index: int, made: Made, scene: Path) -> Row:
         "steered": int(plan.steered),
         "recorder": int(plan.recorder),
         "course": int(plan.course),
-        "asked": " ".join(asked),
+        "asked": " ".join(plan.asked),
         "way_a": f"{true['way_a']:.1f}",
         "way_b": f"{true['way_b']:.1f}",
     }
@@ -60,18 +58,18 @@ def run(index: int, made: Made, scene: Path) -> Row:
     summary = results / "summary.json"
     summary.unlink(missing_ok=True)  # of the first run
     status, row["seconds"] = _command(scene, results)
-    row |= {f"{quantity}_true": f"{true[quantity]:.6g}" for quantity in asked}
+    row |= {f"{quantity}_true": f"{true[quantity]:.6g}" for quantity in plan.asked}
     if status != 0:
         row["status"] = {2: "refused", None: "timed out"}.get(status, "failed")
         row["reason"] = (_log(results).read_text("utf-8").strip().splitlines() or [""])[-1]
         return _text(row)
-    told = json.loads(summary.read_text("utf-8"))
-    row["status"] = "answered" if told["checks"]["passed"] else "withheld"
-    row["reason"] = "; ".join(told["checks"]["reasons"])
-    row["model"], row["method"] = told["model"], told["settings"].get("method", "")
+    found = json.loads(summary.read_text("utf-8"))
+    row["status"] = "answered" if found["checks"]["passed"] else "withheld"
+    row["reason"] = "; ".join(found["checks"]["reasons"])
+    row["model"], row["method"] = found["model"], found["settings"].get("method", "")
     draws = xr.load_dataset(results / "posterior.nc", group="posterior", engine="h5netcdf")
-    for quantity in asked:
-        numbers = told["parameters"][quantity]
+    for quantity in plan.asked:
+        numbers = found["parameters"][quantity]
         extremes = draws[quantity].quantile([0.0005, 0.9995]).values
         bounds = [*numbers["hdi_50"], *numbers["hdi_90"], *extremes]
         values = [numbers["median"], numbers["sd"], *bounds]

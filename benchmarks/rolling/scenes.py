@@ -1,8 +1,8 @@
-"""Crashes at random of cars whose wheels roll: what is written of them, and what is true.
+"""Random crashes of cars whose wheels roll: scene files and true values.
 
-What is written of the cars is drawn first. The truth of every input is then drawn from the law that
-the scene file states of it, that of the unknowns from the priors of docs/scene-file.md, and every item
-of evidence is what the truth comes to plus an error of the size that is written beside it.
+The written values of the cars are drawn first. The true value of every input is then drawn from the law
+that the scene file states for it, and those of the unknowns from the priors of docs/scene-file.md. Every
+item of evidence is the true value plus an error of the size that is written beside it.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from benchmarks.synthetic import DEGREE, Cars, cars
 from retrodict.scene import Scene, parse_scene
 from retrodict.scene.records import VEHICLES, WHEELS, Measured
 
-WAY = 150.0  # m: neither car goes further; some 3 % of those with four free wheels stop before it
-LEAST_WAY = 1.0  # m: below it there is no path to measure
+WAY, LEAST_WAY = 150.0, 1.0  # m: path length of each car, at most and at least
 LEAST_CLOSING = 3.0  # m/s, along the normal
 MOST_E, MOST_MU, MOST_SPIN = 0.5, 1.0, 12.0  # restitution, friction, rad/s
 REST = ("rest_x", "rest_y", "rest_heading")
@@ -44,10 +43,10 @@ class Errors(NamedTuple):
 
 
 def errors(way: float, mean_drag: float) -> Errors:
-    """How well a pose is known after so long a way: what is measured, and what no model follows.
+    """Errors of a pose after so long a path: of the measurement, and of any model of the run-out.
 
     Args:
-        way: from the impact, m.
+        way: path length from the impact, m.
         mean_drag: mean of the four wheels' braking force over friction; 1 where all are locked.
     """
     free = 1 - mean_drag
@@ -75,6 +74,12 @@ class Plan(NamedTuple):
     recorder: bool
     course: bool
     speeds_only: bool
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The unknowns that are asked."""
+        speeds = ("speed_b",) if self.recorder else ("speed_a", "speed_b")
+        return speeds if self.speeds_only else (*speeds, "e", "e_m", "mu")
 
 
 class Made(NamedTuple):
@@ -123,8 +128,10 @@ def write(index: int, made: Made, folder: Path) -> Path:
     mine = folder / f"{index:03d}"
     mine.mkdir(parents=True, exist_ok=True)
     (mine / "scene.toml").write_text(made.text, "utf-8")
-    told = {"plan": made.plan._asdict(), "truth": made.truth}
-    (mine / "truth.json").write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n", "utf-8")
+    content = {"plan": made.plan._asdict(), "truth": made.truth}
+    (mine / "truth.json").write_text(
+        json.dumps(content, indent=2, ensure_ascii=False) + "\n", "utf-8"
+    )
     return mine / "scene.toml"
 
 
@@ -140,13 +147,13 @@ def _plan(index: int, rng: np.random.Generator) -> Plan:
         DRAGS[int(other)],
         bool(steered),
         bool(recorder),
-        bool(course or not recorder),  # without either the speeds would be anybody's guess
+        bool(course or not recorder),  # without either, momentum leaves both speeds open
         bool(speeds_only),
     )
 
 
 def _crash(index: int, plan: Plan, written: Cars, rng: np.random.Generator) -> Made | None:
-    """A crash of cars that are written so; None where it is none, or they go too far."""
+    """A crash of cars with these written values; None where it is not plausible."""
     head, place = _head(index, plan), _place(written, rng)
     vehicles = [_vehicle(i, plan, written, rng) for i in (0, 1)]
     scene = parse_scene("\n".join([head, *vehicles, place, _UNMEASURED]), f"{index:03d}")
@@ -167,11 +174,11 @@ def _crash(index: int, plan: Plan, written: Cars, rng: np.random.Generator) -> M
     return Made(plan, "\n".join([head, *vehicles, place]), true)
 
 
-# --- what is true -------------------------------------------------------------------------------
+# --- true values -------------------------------------------------------------------------------
 
 
 def draw(measured: Measured, rng: np.random.Generator) -> float:
-    """A true value by the law that a scene states about a measured one (docs/scene-file.md)."""
+    """A true value from the law that a scene states for a measured one (docs/scene-file.md)."""
     value, sd, z = measured.value, measured.sd, rng.standard_normal()
     if sd == 0:
         return value
@@ -196,9 +203,9 @@ def _motion_before(scene: Scene, written: Cars, rng: np.random.Generator) -> dic
 
 
 def _impact(scene: Scene, true: dict[str, float], rng: np.random.Generator) -> truth.Array | None:
-    """Velocities after the impact, shape (2, 3), and its coefficients into `true`; None for no crash.
+    """Velocities after the impact, shape (2, 3); None where it is not plausible.
 
-    The coefficients come from the scene's priors.
+    The coefficients come from the scene's priors and are added to `true`.
     """
     bodies = truth.Impact(
         mass=np.array([true[f"mass_{v}"] for v in VEHICLES]),
@@ -258,18 +265,16 @@ def _car(v: str, true: dict[str, float]) -> truth.Car:
     )
 
 
-# --- what is written ----------------------------------------------------------------------------
+# --- the scene file ----------------------------------------------------------------------------
 
 _UNMEASURED = """
 [vehicles.A.rest]
 position = ["0 m", "0 m"]
-"""  # a scene has some evidence
+"""  # placeholder: a scene needs some evidence
 
 
 def _head(index: int, plan: Plan) -> str:
-    question = (
-        'question = ["speed_a", "speed_b"]\n' if not plan.recorder else 'question = ["speed_b"]\n'
-    )
+    question = f"question = {json.dumps(plan.asked)}\n"  # else the default, which is all of them
     return f"""schema = 1
 title = "A synthetic crash, number {index}: wheels of A {plan.wheels[0]}, of B {plan.wheels[1]}"
 {question if plan.speeds_only else ""}"""
@@ -322,7 +327,7 @@ friction = "{rng.uniform(0.35, 0.85):.3f} ± 6 %"
 def _evidence(
     scene: Scene, v: str, poses: truth.Array, way: truth.Array, rng: np.random.Generator
 ) -> str:
-    """The rest pose and one point of the path, with errors as large as they say."""
+    """The rest pose and one point of the path, measured with the errors that are written."""
     wheels = scene.vehicles[v].wheels
     drag = 1.0 if wheels is None else np.mean([getattr(wheels, name).value for name in WHEELS])
     of_rest = errors(way[-1], drag)

@@ -1,4 +1,4 @@
-"""What the rows of all scenes come to: the parts of docs/rolling.md, and its chart."""
+"""Scores over the rows of all scenes: the parts of docs/rolling.md, and its chart."""
 
 from __future__ import annotations
 
@@ -126,14 +126,14 @@ def _groups(rows: Sequence[Row]) -> Iterator[list[str]]:
         mine = [row for row in rows if low <= int(row["rolling"]) <= high]
         if not mine:
             continue
-        told = Counter(row["status"] for row in mine)
+        counts = Counter(row["status"] for row in mine)
         of_b = _asked(mine, "speed_b")
         seconds = _seconds(mine)
         yield [
             f"{low} or {high}",
             str(len(mine)),
-            *(str(told[status]) for status in ("answered", "withheld", "refused")),
-            str(told["timed out"] + told["failed"]),
+            *(str(counts[status]) for status in ("answered", "withheld", "refused")),
+            str(counts["timed out"] + counts["failed"]),
             *(
                 f"{sum(covered(r, 'speed_b', k) for r in of_b)} of {len(of_b)}"
                 for k in ("50", "90")
