@@ -61,7 +61,8 @@ def run(index: int, made: Made, scene: Path) -> Row:
     row |= {f"{quantity}_true": f"{true[quantity]:.6g}" for quantity in plan.asked}
     if status != 0:
         row["status"] = {2: "refused", None: "timed out"}.get(status, "failed")
-        row["reason"] = (_log(results).read_text("utf-8").strip().splitlines() or [""])[-1]
+        last = (_log(results).read_text("utf-8").strip().splitlines() or [""])[-1]
+        row["reason"] = last.removeprefix(f"{scene}: ")  # whose path says nothing elsewhere
         return _text(row)
     found = json.loads(summary.read_text("utf-8"))
     row["status"] = "answered" if found["checks"]["passed"] else "withheld"

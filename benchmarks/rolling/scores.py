@@ -8,6 +8,8 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator
 from scipy.stats import binomtest
 
 from benchmarks import page
@@ -205,11 +207,13 @@ def draw(rows: Sequence[Row], file: Path) -> None:
                 errors.plot(x, middle, "o", ms=3, color=colour(row))
         errors.axhline(0, color=drawing.INK, lw=0.7)
         errors.set_ylabel("B's speed less the truth (m/s)")
-        errors.set_title("median and 90 % interval")
+        errors.set_title("speed of B: median and 90 % interval")
         for target, style in ((MEDIAN, ":"), (WORST, "--")):
             seconds.axhline(target, color=drawing.GREY, lw=0.8, ls=style)
         seconds.set_yscale("log")
+        seconds.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         seconds.yaxis.set_major_formatter("{x:g}")
+        seconds.minorticks_off()
         seconds.set_ylabel("seconds, warm cache")
         seconds.set_title(
             f"dotted: {MEDIAN:.0f} s, for the median; dashed: {WORST:.0f} s, for the worst"
@@ -217,9 +221,7 @@ def draw(rows: Sequence[Row], file: Path) -> None:
         seconds.set_xlabel("rolling wheels, both vehicles together")
         seconds.set_xticks(sorted({int(row["rolling"]) for row in rows}))
         looks = _COLOURS | {"no result": drawing.GREY}
-        handles = [
-            mpl.lines.Line2D([], [], marker="o", ls="", color=c, label=k) for k, c in looks.items()
-        ]
+        handles = [Line2D([], [], marker="o", ls="", color=c, label=k) for k, c in looks.items()]
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
         figure.savefig(file)
 
