@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 import time
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -59,15 +60,36 @@ def scene(rng: np.random.Generator) -> tuple[Scene, dict[str, float]]:
             return drawn
 
 
-def _crash(rng: np.random.Generator) -> tuple[Scene, dict[str, float]] | None:
-    truth: dict[str, float] = {}
+class Cars(NamedTuple):
+    """Two cars as they touch, in the road's axes; A heads along -x.
 
-    def measure(value: float, sd: float, law: str = "normal") -> Measured:
-        """What someone read off, whose error is as large as he says."""
-        if law == "lognormal":
-            return Measured(value * np.exp(sd * rng.standard_normal()), sd * value, "lognormal")
-        return Measured(value + sd * rng.standard_normal(), sd)
+    Args:
+        mass: kg, shape (2,), A first; so are all but the last two.
+        front: centre of gravity to front axle, m.
+        rear: to rear axle, m.
+        track: m.
+        inertia: in yaw, kg m².
+        heading: rad.
+        corner: impact centre, ahead of the centre of gravity and to its left, m, shape (2, 2).
+        lever: the same in the road's axes, m, shape (2, 2).
+        normal: of the contact line, from A to B.
+        Gamma: angle of the contact line from the y axis, rad.
+    """
 
+    mass: np.ndarray
+    front: np.ndarray
+    rear: np.ndarray
+    track: np.ndarray
+    inertia: np.ndarray
+    heading: np.ndarray
+    corner: np.ndarray
+    lever: np.ndarray
+    normal: np.ndarray
+    Gamma: float
+
+
+def cars(rng: np.random.Generator) -> Cars | None:
+    """Two cars at random; None where they would lie inside one another."""
     mass, front = rng.uniform(900, 2400, 2), rng.uniform(1.1, 1.4, 2)
     rear, track = rng.uniform(1.3, 1.6, 2), rng.uniform(1.4, 1.6, 2)
     inertia = mass * front * rear * rng.uniform(0.9, 1.15, 2)
@@ -83,11 +105,27 @@ def _crash(rng: np.random.Generator) -> tuple[Scene, dict[str, float]] | None:
         ]
     )
     outward = lever[0] / np.hypot(*lever[0]) - lever[1] / np.hypot(*lever[1])
-    if np.hypot(*outward) < 1.2:  # they would lie inside one another
+    if np.hypot(*outward) < 1.2:
         return None
     across = np.arctan2(outward[1], outward[0]) + rng.normal(0, 0.2)
     Gamma = (across + np.pi / 2) % np.pi - np.pi / 2  # the normal has no sense
     normal = np.array([np.cos(across), np.sin(across)])
+    return Cars(mass, front, rear, track, inertia, heading, corner, lever, normal, Gamma)
+
+
+def _crash(rng: np.random.Generator) -> tuple[Scene, dict[str, float]] | None:
+    truth: dict[str, float] = {}
+
+    def measure(value: float, sd: float, law: str = "normal") -> Measured:
+        """What someone read off, whose error is as large as he says."""
+        if law == "lognormal":
+            return Measured(value * np.exp(sd * rng.standard_normal()), sd * value, "lognormal")
+        return Measured(value + sd * rng.standard_normal(), sd)
+
+    drawn = cars(rng)
+    if drawn is None:
+        return None
+    mass, front, rear, track, inertia, heading, corner, lever, normal, Gamma = drawn
     speed_a, speed_b = rng.uniform(8, 25), rng.uniform(3, 30)
     course = heading[1] + rng.normal(0, 0.2)
     approach = jnp.array(
