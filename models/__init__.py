@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
 from retrodict.models import (
     evidence,
@@ -86,24 +87,27 @@ class Rung:
         self,
         structure: Structure,
         data: Data,
-        rest_poses: parts.RestPoses | None = None,
+        surrogate: evidence.Surrogate | None = None,
     ) -> None:
         """The forward story: what was measured, the impact, two run-outs, what was found.
 
         Args:
             structure: which inputs are uncertain and which surfaces there are.
             data: the scene's numbers.
-            rest_poses: the run-outs, for who knows their slopes already.
+            surrogate: derivatives of what run-outs end at or pass; None to differentiate run-outs.
         """
         x = parts.measured(structure, data)
         after = self.impact.story(structure, data, x)
         rests, paths = jnp.full((2, len(structure.rests)), jnp.nan), None
+        at = (x, after)
+        if surrogate and not structure.steps:
+            at = jax.lax.stop_gradient(at)
         if structure.followed:
-            paths = self.run_out.paths(structure, data, x, after)
+            paths = self.run_out.paths(structure, data, *at)
             rests = paths.pose[:, -1, : len(structure.rests)]
-        if structure.rested and (rest_poses or not structure.followed):
-            rests = (rest_poses or self.run_out.rest_poses)(structure, data, x, after)
-        evidence.observe(structure, data, x, after, rests, paths)
+        elif structure.rested:
+            rests = self.run_out.rest_poses(structure, data, *at)
+        evidence.observe(structure, data, x, after, rests, paths, surrogate)
         parts.tell_skids(structure, x, after)
 
 

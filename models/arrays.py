@@ -18,6 +18,9 @@ from retrodict.scene.records import VEHICLES, Measured, Scene
 OF_B = ("direction_b", "omega_b", "speed_b")
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
+ROLLING_STEPS = (
+    192  # of one on rolling wheels that is differentiated in reverse: its clock runs stiff
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,14 +67,8 @@ class Structure:
 
     @property
     def open(self) -> tuple[str, ...]:
-        """Those of `aims` that do not pin a velocity after the impact.
-
-        So it is where they were not measured; and where a vehicle rolls, for its tyres soon end what
-        sideways motion it had, and how far it goes hangs on what little holds it back.
-        """
-        return tuple(
-            name for name in self.aims if name not in self.evidence or name[-1] in self.rolling
-        )
+        """Those of `aims` that were not measured, and pin no velocity after the impact."""
+        return tuple(name for name in self.aims if name not in self.evidence)
 
     @property
     def unpinned(self) -> bool:
@@ -80,17 +77,28 @@ class Structure:
 
     @property
     def responding(self) -> tuple[str, ...]:
-        """Vehicles that roll to a measured rest beside one whose rest pose pins its motion.
+        """Vehicles whose items on the way to rest have response surfaces in place of derivatives.
 
-        Of the others' rest poses the slopes are those of sheets, or of run-outs where all are open.
+        So it is in scenes in which a vehicle rolls: its paced steps have none in reverse mode.
         """
-        rests = {name[-1] for name in self.evidence if name.startswith("rest_")}
-        return () if self.unpinned else tuple(v for v in self.rolling if v in rests)
+        if self.steps or not self.rolling:
+            return ()
+        return tuple(v for v in VEHICLES if self.on_way_of(v))
+
+    def on_way_of(self, vehicle: str) -> tuple[str, ...]:
+        """Names of what was measured on a vehicle's way to rest."""
+        names = (name for name in self.evidence if name.endswith(f"_{vehicle}"))
+        return tuple(name for name in names if name.startswith(("mark_", "end_")))
+
+    @property
+    def surrogates(self) -> tuple[str, ...]:
+        """What run-outs end at or pass that is predicted by a surrogate too, in order."""
+        return (*self.aims, *(name for v in self.responding for name in self.on_way_of(v)))
 
     @property
     def followed(self) -> bool:
-        """Whether something was measured on the way to rest: run-outs are then differentiated."""
-        return any(name.startswith(("mark_", "end_")) for name in self.evidence)
+        """Whether something was measured on the way to rest."""
+        return any(self.on_way_of(v) for v in VEHICLES)
 
     @property
     def rested(self) -> bool:
@@ -177,9 +185,10 @@ def of_scene(
         edges=zones,
         steps=fixed_steps(STEPS),
     )
-    # run-outs that are differentiated in reverse; those of rolling wheels never are
-    if (structure.unpinned or structure.followed) and not structure.rolling:
-        structure = replace(structure, steps=STEPS)
+    # run-outs that are differentiated in reverse
+    if structure.unpinned or (structure.followed and not structure.rolling):
+        steps = ROLLING_STEPS if structure.rolling else STEPS
+        structure = replace(structure, steps=steps)
     return structure, data
 
 

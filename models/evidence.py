@@ -42,6 +42,8 @@ class Motion(NamedTuple):
 
 
 Predict = Callable[[Motion], Array]
+# name of an item, velocities after the impact and the exact value -> that value, with derivatives
+Surrogate = Callable[[str, Array, Array], Array]
 
 _YAW: dict[str, Predict] = {  # of models whose vehicles turn
     "rest_heading": lambda motion: motion.rest[2],
@@ -80,6 +82,7 @@ def observe(
     after: Float[Array, " separation"],
     rests: Float[Array, "2 rest"],
     paths: Path | None,
+    surrogate: Surrogate | None = None,
 ) -> None:
     """Compare what a model predicts with what was measured.
 
@@ -90,6 +93,7 @@ def observe(
         after: velocities after the impact, A's first.
         rests: of A and B.
         paths: of A and B, stacked; None where nothing was measured on the way to rest.
+        surrogate: of what run-outs end at or pass.
     """
     cars, changes, velocities = (
         parts.cars(structure, x),
@@ -112,6 +116,8 @@ def observe(
                 predicted = _passing(motion, point, passed[name])[item]
             else:
                 predicted = (_ALL | _YAW)[name[:-2]](motion)
+            if surrogate and name in structure.surrogates:
+                predicted = surrogate(name, after, predicted)
             if any(part in name for part in _CIRCULAR):
                 # the representative nearest to what was measured
                 off = predicted - value

@@ -35,6 +35,9 @@ PATTERNS = tuple(
 )
 
 
+POSITION, HEADING = 0.15, 3 * DEGREE  # standard deviations of measuring a pose, m and rad
+
+
 class Errors(NamedTuple):
     """Standard deviations: of each coordinate of a point of the path, m, and of a heading, rad."""
 
@@ -42,17 +45,18 @@ class Errors(NamedTuple):
     heading: float
 
 
-def errors(way: float, mean_drag: float) -> Errors:
-    """Errors of a pose after so long a path: of the measurement, and of any model of the run-out.
+def errors(scene: Scene, v: str, way: float) -> Errors:
+    """Errors of a pose after so long a path: of measuring it, and of the run-out model by its default.
 
     Args:
+        scene: with the vehicles.
+        v: which of them.
         way: path length from the impact, m.
-        mean_drag: mean of the four wheels' braking force over friction; 1 where all are locked.
     """
-    free = 1 - mean_drag
+    missed = scene.vehicles[v].run_out_error
     return Errors(
-        position=hypot(0.15, 0.04 * way * free),
-        heading=hypot(3 * DEGREE, 8 * DEGREE * free * min(1.0, way / 20)),
+        position=hypot(POSITION, missed.of_position(way)),
+        heading=hypot(HEADING, missed.of_heading(way)),
     )
 
 
@@ -260,9 +264,16 @@ def _car(v: str, true: dict[str, float]) -> truth.Car:
         front=true[f"front_axle_{v}"],
         rear=true[f"rear_axle_{v}"],
         track=true[f"track_{v}"],
-        drag=np.array([true.get(f"drag_{wheel}_{v}", 1.0) for wheel in WHEELS]),
+        drag=np.array([_drag(true, wheel, v) for wheel in WHEELS]),
         steer=true.get(f"steer_{v}", 0.0),
     )
+
+
+def _drag(true: dict[str, float], wheel: str, v: str) -> float:
+    """Of a wheel: the factor that a vehicle's drags share multiplies its odds."""
+    own = true.get(f"drag_{wheel}_{v}", 1.0)
+    factor = true.get(f"drag_factor_{v}", 1.0)
+    return own if own == 1 else float(expit(logit(own) + np.log(factor)))
 
 
 # --- the scene file ----------------------------------------------------------------------------
@@ -328,24 +339,22 @@ def _evidence(
     scene: Scene, v: str, poses: truth.Array, way: truth.Array, rng: np.random.Generator
 ) -> str:
     """The rest pose and one point of the path, measured with the errors that are written."""
-    wheels = scene.vehicles[v].wheels
-    drag = 1.0 if wheels is None else np.mean([getattr(wheels, name).value for name in WHEELS])
-    of_rest = errors(way[-1], drag)
+    of_rest = errors(scene, v, way[-1])
     x, y, heading = poses[-1] + rng.standard_normal(3) * [*[of_rest.position] * 2, of_rest.heading]
     passed = np.searchsorted(way, rng.uniform(0.2, 0.8) * way[-1])
-    of_mark = errors(way[passed], drag)
+    of_mark = errors(scene, v, way[passed])
     mark_x, mark_y = poses[passed, :2] + of_mark.position * rng.standard_normal(2)
     turned = heading - scene.vehicles[v].heading.value
-    sd = f"{of_rest.position:.3f} m"
+    sd = f"{POSITION} m"
     return f"""
 [vehicles.{v.upper()}.rest]
 position = ["{x:.2f} ± {sd}", "{y:.2f} ± {sd}"]
-heading = "{_degrees(heading)} ± {np.degrees(of_rest.heading):.2f} deg"
+heading = "{_degrees(heading)} ± {np.degrees(HEADING):.0f} deg"
 rotation = "{np.degrees(turned):.0f} deg"
 
 [[vehicles.{v.upper()}.marks]]
 point = ["{mark_x:.2f} m", "{mark_y:.2f} m"]
-uncertainty = "{of_mark.position:.3f} m"
+uncertainty = "{POSITION} m"
 """
 
 

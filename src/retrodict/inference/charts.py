@@ -33,17 +33,18 @@ def blank(structure: Structure) -> Chart:
         return plain(np.zeros(n), np.eye(n))
     sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in VEHICLES]
     for_a, for_b = (Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes)
-    responses = tuple(
-        Response(np.zeros(v), np.ones(v), (for_a, for_b)[VEHICLES.index(rolls)])
-        for rolls in structure.responding
-    )
+    responses = []
+    for vehicle in structure.responding:
+        m, k = len(structure.on_way_of(vehicle)), sizes[VEHICLES.index(vehicle)]
+        surface = Sheet(np.zeros(m), np.zeros((m, k)), np.zeros((m, k, k)))
+        responses.append(Response(np.zeros(v), np.ones(v), surface))
     levels = coordinates.levels_of(structure)
     m = 2 * len(levels) - coordinates.held_of(structure)
     nowhere = np.zeros((m, n))
     across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
     wall = Wall(side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m))
     spread = np.zeros((n, coordinates.size(structure)))
-    return Chart((for_a, for_b), wall, np.zeros(n), spread, np.zeros(()), responses)
+    return Chart((for_a, for_b), wall, np.zeros(n), spread, np.zeros(()), tuple(responses))
 
 
 def about(

@@ -96,12 +96,12 @@ class Wall(NamedTuple):
 
 
 class Response(NamedTuple):
-    """Where a vehicle comes to rest, near enough: a quadratic of its velocity and shaping inputs.
+    """What a vehicle passes on its way to rest: a quadratic of its velocity and shaping inputs.
 
     Args:
         centre: velocity after the impact from which it counts, m/s and rad/s, shape (v,).
         unit: in which it counts, shape (v,).
-        surface: the quadratic, whose values are parts of the rest pose, m and rad.
+        surface: the quadratic, whose values are those of `Structure.on_way_of`.
     """
 
     centre: Float[Numbers, " v"]
@@ -109,7 +109,7 @@ class Response(NamedTuple):
     surface: Sheet
 
     def __call__(self, velocity: Float[Array, " v"], shape: Float[Array, " inputs"]) -> Array:
-        """The rest pose, shape (v,)."""
+        """The items, shape (items,)."""
         off = (velocity - jnp.asarray(self.centre)) / jnp.asarray(self.unit)
         return self.surface(jnp.concatenate([off, shape]))
 
@@ -413,11 +413,14 @@ def locate(
 
 
 def likeness(
-    structure: Structure, data: Data, chart: Chart, q: Q, after: Float[Array, "2 v"]
-) -> Float[Array, "2 v"]:
-    """The rest poses, near enough: by the sheets, and by the responses of vehicles that have one.
-
-    It says nothing of a part that was not measured.
+    structure: Structure,
+    data: Data,
+    chart: Chart,
+    q: Q,
+    after: Float[Array, "2 v"],
+    name: str,
+) -> Float[Array, ""]:
+    """What run-outs end at or pass, by a surrogate: rest poses by sheets, all else by responses.
 
     Args:
         structure: of the scene.
@@ -425,13 +428,16 @@ def likeness(
         chart: the bijection's.
         q: a point.
         after: velocities after the impact there.
+        name: of `Structure.surrogates`.
     """
     z, xi = _split(structure, q)
-    rests = parts.aimed(structure, data, z)
-    for v, response in zip(structure.responding, chart.responses, strict=True):
-        i, shaping = VEHICLES.index(v), np.array(shaping_inputs(structure, v), dtype=int)
-        rests = rests.at[i].set(response(after[i], xi[shaping]))
-    return rests
+    if name in structure.aims:
+        return parts.aimed(structure, data, z).ravel()[structure.aims.index(name)]
+    v = name[-1]
+    response = chart.responses[structure.responding.index(v)]
+    shaping = np.array(shaping_inputs(structure, v), dtype=int)
+    items = response(after[VEHICLES.index(v)], xi[shaping])
+    return items[structure.on_way_of(v).index(name)]
 
 
 def solve_back(structure: Structure, data: Data, chart: Chart, q: Q) -> parts.Values:

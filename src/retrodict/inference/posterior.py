@@ -115,8 +115,8 @@ class Posterior:
     def responding_by(self, w: np.ndarray) -> Posterior:
         """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
         structure, told = self.programs.structure, self.weighed(w)[1]
-        ends = {k: told[f"predicted/{k}"] for k in structure.aims if k in structure.evidence}
-        responses = sheet.responses(structure, self.data, run_outs_of(told), ends)
+        predicted = {k: told[f"predicted/{k}"] for k in structure.surrogates[len(structure.aims) :]}
+        responses = sheet.responses(structure, self.data, run_outs_of(told), predicted)
         return replace(self, chart=self.chart._replace(responses=responses))
 
     def seen_from(self, other: Posterior, w: np.ndarray) -> np.ndarray:
@@ -143,7 +143,7 @@ class Posterior:
         """What points are known by; rest poses by their likeness if `missed` is given."""
         data, chart = self._numbers
         if missed is None:
-            missed = np.full((len(w), len(self.programs.structure.aims)), np.nan)
+            missed = np.full((len(w), len(self.programs.structure.surrogates)), np.nan)
         elif self.programs.structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
         return in_chunks(lambda at: self.programs("weigh", data, chart, *at), (w, missed), ROWS)

@@ -114,8 +114,8 @@ class Programs:
         """
 
         def potential_of(data: Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
-            differentiated = self.structure.unpinned or self.structure.followed  # run-outs are
-            potential = self.target.steered if differentiated else self.target.potential
+            # where steps are a number, run-outs are differentiated
+            potential = self.target.steered if self.structure.steps else self.target.potential
             return lambda w: potential(w, data, chart)
 
         initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")

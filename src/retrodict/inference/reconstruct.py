@@ -157,7 +157,7 @@ def compile_ahead(
     if structure.unpinned:
         programs.expect("potential", np.zeros(n), data, chart)
     programs.expect(
-        "weigh", data, chart, np.zeros((ROWS, n)), np.zeros((ROWS, len(structure.aims)))
+        "weigh", data, chart, np.zeros((ROWS, n)), np.zeros((ROWS, len(structure.surrogates)))
     )
     if method == "nuts":
         programs.sampler(warmup, targets(structure)[0], data, chart)

@@ -3,8 +3,7 @@
 Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
 least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
 
-In the place of a part of a rest pose that pins no velocity (it was not measured, or the vehicle rolled)
-stands the velocity beside it, of x that along x, of the heading the yaw rate, counted from that of a
+In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that along x, of the heading the yaw rate, counted from that of a
 likely crash.
 """
 
@@ -151,44 +150,42 @@ def responses(
     structure: Structure,
     data: Data,
     run_outs: tuple[np.ndarray, np.ndarray],
-    ends: dict[str, np.ndarray],
+    predicted: dict[str, np.ndarray],
 ) -> tuple[coordinates.Response, ...]:
-    """Of each vehicle of `Structure.responding`: where it comes to rest, fitted to run-outs.
+    """Of each vehicle of `Structure.responding`: what it passes on its way, fitted to run-outs.
 
     Args:
         structure: of the scene.
         data: its numbers.
         run_outs: velocities after the impact, and deviates of the inputs, a row for each.
-        ends: parts of the rest poses that they end at, as many as were measured, by name.
+        predicted: each item on the way by them, by name.
     """
-    return tuple(_response(structure, data, run_outs, ends, v) for v in structure.responding)
+    return tuple(_response(structure, data, run_outs, predicted, v) for v in structure.responding)
 
 
 def _response(
     structure: Structure,
     data: Data,
     run_outs: tuple[np.ndarray, np.ndarray],
-    ends: dict[str, np.ndarray],
+    predicted: dict[str, np.ndarray],
     v: str,
 ) -> coordinates.Response:
     size, i = len(structure.rests), VEHICLES.index(v)
-    names = structure.aims[size * i : size * (i + 1)]
+    names = structure.on_way_of(v)
     velocity, shape = run_outs[0].reshape(-1, 2, size)[:, i], run_outs[1]
-    rest = np.stack([ends.get(name, np.zeros(len(shape))) for name in names], axis=1)
-    followed = np.isfinite(np.concatenate([velocity, rest], axis=1)).all(axis=1)
+    items = np.stack([predicted[name] for name in names], axis=1)
+    followed = np.isfinite(np.concatenate([velocity, items], axis=1)).all(axis=1)
     if not followed.any():
-        raise Unanswerable(
-            f"vehicle {v.upper()}: no run-out near its measured rest can be followed"
-        )
-    velocity, rest = velocity[followed], rest[followed]
+        raise Unanswerable(f"vehicle {v.upper()}: none of its likely run-outs can be followed")
+    velocity, items = velocity[followed], items[followed]
     shape = shape[followed][:, coordinates.shaping_inputs(structure, v)]
     centre, unit = velocity.mean(axis=0), velocity.std(axis=0)
     A = _terms((velocity - centre) / unit, shape)
-    value, sd = np.array([data.evidence.get(name, (0.0, np.inf)) for name in names]).T
-    off = np.linalg.norm((rest - value) / sd, axis=1)
+    value, sd = np.array([data.evidence[name] for name in names]).T
+    off = np.linalg.norm((items - value) / sd, axis=1)
     # far from what was measured a run-out says little, but enough of them have to speak
     reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
-    surface = _least_squares(A, rest, np.exp(-0.25 * (off / reach) ** 2))
+    surface = _least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
     return coordinates.Response(centre, unit, _as_sheet(surface, size + shape.shape[1]))
 
 

@@ -33,7 +33,7 @@ class Weighed[A](NamedTuple):
         log_density: posterior, in w.
         told: the model's unknowns, and what follows from them.
         q: where coordinates take it.
-        missed: by what sheets and responses miss the rest poses.
+        missed: by what surrogates miss `Structure.surrogates`.
     """
 
     log_density: A
@@ -72,7 +72,7 @@ class Target:
         w: Float[Array, " q"],
         data: Data,
         chart: coordinates.Chart,
-        missed: Float[Array, " aims"] | None = None,
+        missed: Float[Array, " surrogates"] | None = None,
     ) -> Weighed[Array]:
         """`log_density`, and what else a point is known by.
 
@@ -80,29 +80,25 @@ class Target:
             w: the point.
             data: the scene's numbers.
             chart: its coordinates.
-            missed: by what sheets and responses miss the rest poses, so that no run-out is asked; where
-                it is not given, or no number, run-outs tell.
+            missed: by what surrogates miss, so that no run-out is needed; where it is not given, or no
+                number, run-outs give it.
         """
         sites, log_det, q = coordinates.locate(self.structure, data, chart, w)
-        off = jnp.zeros((2, len(self.structure.rests)))
+        names = self.structure.surrogates
+        off = jnp.zeros(len(names))
 
-        def rest_poses(
-            structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
-        ) -> Array:
+        def surrogate(name: str, after: Float[Array, " separation"], exact: Array) -> Array:
             nonlocal off
-            near = coordinates.likeness(structure, data, chart, q, after.reshape(2, -1))
-            exact = self.rung.run_out.rest_poses(
-                structure, data, *jax.lax.stop_gradient((x, after))
-            )
-            off = jax.lax.stop_gradient(exact - near)
+            near = coordinates.likeness(self.structure, data, chart, q, after.reshape(2, -1), name)
+            i, by = names.index(name), jax.lax.stop_gradient(exact - near)
             if missed is not None:
-                known = missed.reshape(off.shape)
-                off = jnp.where(jnp.isnan(known), off, known)
-            return near + off
+                by = jnp.where(jnp.isnan(missed[i]), by, missed[i])
+            off = off.at[i].set(by)
+            return near + by
 
-        given = {} if self.structure.unpinned else {"rest_poses": rest_poses}
+        given = {} if self.structure.unpinned else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
-        return Weighed(joint + log_det, sites | _told(trace), q, off.ravel())
+        return Weighed(joint + log_det, sites | _told(trace), q, off)
 
     def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
