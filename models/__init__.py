@@ -5,7 +5,7 @@ A new impact or run-out is a file and a name below.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 from retrodict.models import (
@@ -16,6 +16,7 @@ from retrodict.models import (
     planar_common,
     planar_moment,
     planar_moment_common,
+    roll,
     slide,
     spin,
     wheels,
@@ -75,8 +76,12 @@ class Rung:
 
     def of_scene(self, scene: Scene) -> tuple[Structure, Data]:
         """A scene, as this rung sees it, as a program's structure and its arguments."""
-        seen = self.run_out.seen(scene)
-        return of_scene(seen, self.name, self.run_out.rests, self.explains)
+        seen = self.with_approximations(self.run_out.seen(scene))
+        return of_scene(seen, self.name, self.run_out, self.explains)
+
+    def with_approximations(self, scene: Scene) -> Scene:
+        """A scene, with what this rung misses of a fuller one among its inputs."""
+        return replace(scene, approximations=self.run_out.approximations(scene))
 
     def explains(self, name: str) -> bool:
         """Whether it predicts an item of evidence, by its flat name."""
@@ -113,7 +118,7 @@ _NO_DIRECTION = (
     "none is favoured unless measured",
 )
 _IMPACTS = (momentum, planar_common, planar, planar_moment_common, planar_moment)
-_RUN_OUTS = (slide, spin, wheels)
+_RUN_OUTS = (slide, spin, roll, wheels)
 
 # a straight slide tells nothing of yaw, without which an impact's moments cannot be told
 RUNGS: dict[str, Rung] = {

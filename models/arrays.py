@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -13,6 +13,9 @@ import retrodict._precision  # noqa: F401
 from retrodict.mechanics import Zone
 from retrodict.mechanics.runout import Steps, fixed_steps
 from retrodict.scene.records import VEHICLES, Measured, Scene
+
+if TYPE_CHECKING:
+    from retrodict.models.run_out import RunOut
 
 # measured of B before impact: evidence on what the impact's inverse gives, not an input of its own
 OF_B = ("direction_b", "omega_b", "speed_b")
@@ -33,6 +36,7 @@ class Structure:
         known_of_b: which of `OF_B` was measured.
         constant_friction: whether no surface's friction depends on speed.
         rolling: vehicles of which some wheel is not locked.
+        integrated: vehicles whose motion the rung integrates.
         rests: what of a rest pose the rung follows.
         evidence: names of the items of evidence that the rung explains.
         marks: name of each mark among them, and what of its vehicle passed it.
@@ -47,6 +51,7 @@ class Structure:
     known_of_b: tuple[str, ...]
     constant_friction: bool
     rolling: tuple[str, ...]
+    integrated: tuple[str, ...]
     rests: tuple[str, ...]
     evidence: tuple[str, ...]
     marks: tuple[tuple[str, str], ...] = ()
@@ -67,12 +72,24 @@ class Structure:
     def open(self) -> tuple[str, ...]:
         """Those of `aims` that do not pin a velocity after the impact.
 
-        So it is where they were not measured; and where a vehicle rolls, for its tyres soon end what
-        sideways motion it had, and how far it goes hangs on what little holds it back.
+        So it is where they were not measured; and where a rolling vehicle's motion is integrated, for
+        its tyres soon end what sideways motion it had, and how far it goes hangs on what little holds
+        it back.
         """
         return tuple(
-            name for name in self.aims if name not in self.evidence or name[-1] in self.rolling
+            name for name in self.aims if name not in self.evidence or name[-1] in self._loose
         )
+
+    @property
+    def inverted(self) -> tuple[str, ...]:
+        """Vehicles that roll whose rest pose gives the velocity after the impact in closed form."""
+        return tuple(
+            v for v in self.rolling if v not in self.integrated and f"rest_x_{v}" in self.evidence
+        )
+
+    @property
+    def _loose(self) -> tuple[str, ...]:
+        return tuple(v for v in self.rolling if v in self.integrated)
 
     @property
     def unpinned(self) -> bool:
@@ -86,7 +103,7 @@ class Structure:
         Of the others' rest poses the slopes are those of sheets, or of run-outs where all are open.
         """
         rests = {name[-1] for name in self.evidence if name.startswith("rest_")}
-        return () if self.unpinned else tuple(v for v in self.rolling if v in rests)
+        return () if self.unpinned else tuple(v for v in self._loose if v in rests)
 
     @property
     def rested(self) -> bool:
@@ -107,6 +124,8 @@ class Data(NamedTuple):
         priors: numbers of each prior, as `Scene.priors` has them.
         edges: where each edge runs: point and unit normal into the zone, m.
         steps: of each run-out's integration, where the structure does not say.
+        ways: of each vehicle that is followed along where it was seen: x, y, m, and heading, rad, of
+            each point.
     """
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
@@ -115,17 +134,18 @@ class Data(NamedTuple):
     priors: dict[str, Float[Array | np.ndarray, " numbers"]]
     edges: Zone
     steps: Steps
+    ways: dict[str, Float[Array | np.ndarray, "points 3"]]
 
 
 def of_scene(
-    scene: Scene, rung: str, rests: tuple[str, ...], explained: Callable[[str], bool]
+    scene: Scene, rung: str, run_out: RunOut, explained: Callable[[str], bool]
 ) -> tuple[Structure, Data]:
     """A scene as a program's structure and its arguments.
 
     Args:
         scene: as the rung's run-out sees it.
         rung: its name.
-        rests: what of a rest pose it follows.
+        run_out: of it.
         explained: whether it predicts an item of evidence.
     """
     inputs = scene.inputs()
@@ -155,12 +175,13 @@ def of_scene(
             s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
         ),
         rolling=tuple(v for v in VEHICLES if scene.vehicles[v].wheels is not None),
-        rests=rests,
+        integrated=run_out.integrated(scene),
+        rests=run_out.rests,
         evidence=tuple(evidence),
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
     )
-    steps = ROLLING_STEPS if structure.rolling else STEPS
+    steps = ROLLING_STEPS if set(structure.rolling) & set(structure.integrated) else STEPS
     data = Data(
         inputs=numbers,
         evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
@@ -168,6 +189,7 @@ def of_scene(
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
         steps=fixed_steps(steps),
+        ways=run_out.ways(scene),
     )
     if structure.unpinned or structure.marks:  # run-outs that are differentiated in reverse
         structure = replace(structure, steps=steps)

@@ -59,4 +59,5 @@ RUN_OUT = RunOut(
     rest_poses=rest_poses,
     paths=paths,
     fullness=frozenset(),
+    integrated=lambda scene: (),
 )

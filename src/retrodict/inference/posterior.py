@@ -26,7 +26,7 @@ from retrodict.inference.target import Weighed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
-from retrodict.scene.records import Scene
+from retrodict.scene.records import VEHICLES, Scene
 
 RIVAL = 1e-3  # weight from which on another mode counts
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
@@ -250,6 +250,8 @@ def unresolved(posterior: Posterior) -> float:
         w = np.random.default_rng(0).standard_normal((count, posterior.size))
         return posterior.weighed(w)[1]
 
+    if not s.integrated:
+        return 0.0
     if not s.marks:
         return sheet.unresolved(programs, data, run_outs_of(likely(BATCH))) if s.rested else 0.0
     told = likely(CHUNK)
@@ -273,9 +275,12 @@ def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that counts, the likeliest first, with as many steps as it takes."""
+    sheets, error, unresolved = charts.blank(structure).sheets, np.zeros(2), 0.0
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
         programs = programs_for(structure)
+        if structure.inverted == VEHICLES:
+            break
         separation = sheet.shoot(programs, data)
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)

@@ -28,6 +28,7 @@ from retrodict.mechanics.impact import (
     undo,
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
+from retrodict.mechanics.rollout import Way, drag_factor, rolled, rolled_back, way_taken
 from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out, step_error, wheel_paths
 from retrodict.mechanics.severity import (
     Audit,
@@ -59,6 +60,7 @@ __all__ = [
     "Severity",
     "Solution",
     "Undone",
+    "Way",
     "Wheels",
     "Zone",
     "against_barrier",
@@ -72,6 +74,7 @@ __all__ = [
     "contact_velocity",
     "critical_mu",
     "departures",
+    "drag_factor",
     "either_side",
     "feeding_term",
     "from_impulse",
@@ -85,6 +88,8 @@ __all__ = [
     "pulls",
     "rest",
     "reverses_sliding",
+    "rolled",
+    "rolled_back",
     "run_out",
     "separation",
     "severity",
@@ -92,5 +97,6 @@ __all__ = [
     "step_error",
     "towards_b",
     "undo",
+    "way_taken",
     "wheel_paths",
 ]

@@ -198,6 +198,8 @@ class Scene:
         marks: points on each one's way to rest, keyed likewise.
         robust: whether errors of the evidence have heavy tails, so that an item which contradicts
             the others gives way.
+        approximations: what a model misses of a fuller one, by flat name: inputs that it adds to the
+            scene it sees.
     """
 
     title: str
@@ -214,6 +216,7 @@ class Scene:
     departure: dict[str, Departure] = field(default_factory=dict)
     marks: dict[str, tuple[Mark, ...]] = field(default_factory=dict)
     robust: bool = False
+    approximations: dict[str, Measured] = field(default_factory=dict)
 
     def inputs(self) -> dict[str, Measured]:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
@@ -239,7 +242,7 @@ class Scene:
             flat[f"speed_dependence_{surface.name}"] = surface.speed_dependence
             if surface.edge is not None:
                 flat[f"edge_{surface.name}"] = surface.edge.offset
-        return flat
+        return flat | self.approximations
 
     def evidence(self) -> dict[str, Measured]:
         """What the likelihood compares with, by flat name: rest_x_a, departure_speed_b, mark_1_a, …
