@@ -178,8 +178,8 @@ def spreads(free: float, steer: float, first: float, turned: float) -> tuple[flo
         turned: from impact to rest, rad.
     """
     steered = 0.42 * min(abs(steer) / 0.07, 1.0) * free**4
-    of_speed = math.hypot(0.03, 0.23 * free**2, steered)
-    of_course = math.hypot(0.045, 0.47 * free**2.5, steered) * first**0.8
+    of_speed = math.hypot(0.04, 0.23 * free**2, steered)
+    of_course = math.hypot(0.045, 0.5 * free**2.1, steered) * first**0.8
     return of_speed, of_course, math.hypot(0.8, math.hypot(0.15, 0.45 * free) * turned)
 
 
@@ -210,7 +210,7 @@ def approximations(scene: Scene) -> dict[str, Measured]:
         relative = Measured(mean, mean * math.sqrt(math.expm1(of_speed**2)), "lognormal")
         found |= {
             f"roll_speed_{v}": replace(relative, source=_SOURCE, assumed="sd"),
-            f"roll_course_{v}": Measured(0.0, of_course, source=_SOURCE, assumed="sd"),
+            f"roll_course_{v}": Measured(0.0, float(of_course), source=_SOURCE, assumed="sd"),
             f"roll_yaw_rate_{v}": Measured(0.0, float(of_yaw_rate), source=_SOURCE, assumed="sd"),
         }
     return found

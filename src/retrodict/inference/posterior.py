@@ -38,6 +38,7 @@ _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how
 _RIDGE, FLAT = 0.3, 1e-2
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _RUN_OUTS, _WIDE = 2048, 1.2  # that responses are fitted to, over how much of what is whitened
+_SLOW = 5.0  # m/s: speeds of B over which its spike is levelled
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
 
@@ -88,11 +89,22 @@ class Posterior:
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The potential at points, and by what its likeness misses the rest poses there."""
         there = self._located(w)
-        return -there.log_density, there.missed
+        return self._sought(there), there.missed
 
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
         """The potential at points if its likeness missed by so much: no run-out is asked."""
-        return -self._located(w, missed).log_density
+        return self._sought(self._located(w, missed))
+
+    def _sought(self, there: Weighed[np.ndarray]) -> np.ndarray:
+        """What a mode is sought by: the potential, but for the spike where B stands.
+
+        A speed with a course as likely any way has a density of one over the speed in the plane of
+        velocities, which matters where these are known so little that they may vanish: by ways.
+        """
+        if not self.programs.structure.inverted:
+            return -there.log_density
+        speed = there.told["speed_b"]
+        return -there.log_density + np.log(np.hypot(speed, _SLOW) / speed)
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
