@@ -130,3 +130,10 @@ def test_speed_is_that_of_run_outs_on_wheels(drags, within) -> None:
     off = np.asarray(error(jnp.asarray(headings), jnp.asarray(Omegas)))
     assert abs(np.median(off)) < within / 2
     assert np.quantile(np.abs(off), 0.8) < within
+
+
+def test_a_car_that_only_turned_about_has_a_velocity_that_leads_there() -> None:
+    start, end = jnp.array([2.2, 0.9, 3.2]), jnp.array([2.1, 0.4, 6.5])
+    taken = way_taken(Way(end[None, :2], end[None, 2]), start, car((1.0, 0.05, 1.0, 0.05)), ROAD)
+    velocity = rolled_back(end, start, taken)
+    np.testing.assert_allclose(rolled(velocity, start, taken, jnp.ones(1))[0], end, atol=1e-9)

@@ -84,8 +84,10 @@ def test_rung_agrees_with_weights_in_its_own_unknowns(name: str) -> None:
 
 
 def rolled() -> Scene:
-    """Both vehicles on wheels of which some roll, found to some paces: in a rung's own unknowns the ridge
-    along which velocity and what the way misses of it go together is no sharper than that."""
+    """Both vehicles on wheels of which some roll, found to some paces.
+
+    In a rung's own unknowns velocity and what the way misses of it make a ridge no sharper than that.
+    """
     scene = rolls(rolls(SCENE, "a", (0.9, 0.9, 0.5, 0.5)), "b", (0.9, 0.5, 0.4, 0.9))
     return replace(scene, rest={v: roughly(scene.rest[v]) for v in scene.rest})
 

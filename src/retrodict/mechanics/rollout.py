@@ -36,6 +36,7 @@ _YAW_BRAKING, _TURNING_DRAG, MEAN_YAW_RATE = 0.5, 0.6, 0.55
 _POINTS = 12  # of the sum, on the part where it turns and on the part after
 _PASSES = 2  # of the sum, for the speeds along the way
 _LEAST_SHARE = 0.02  # of the way, on which it turns
+_LEAST_DRAG = 0.02  # of that of its wheels straight ahead: smooths the mean drag factor at nothing
 _LEAST_TURN = 0.1  # rad: smooths the turning time where it hardly turns
 _LEAST_SPEED2 = 0.01  # m²/s²
 _TINY = 1e-18
@@ -184,9 +185,10 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
         lost = drag * part
         left = jnp.cumsum(lost[::-1])[::-1] - lost / 2  # from here to rest
         speed = jnp.sqrt(jnp.maximum(2 * GRAVITY * length * left, 0.0) + _LEAST_SPEED2)
-    return WayTaken(
-        stations, places, length, courses[0], share, turned, turned_after, jnp.sum(lost)
-    )
+    # a car that turns about over a short way may come out as pushed along: its wheels hold it back
+    mean, least = jnp.sum(lost), _LEAST_DRAG * _own_drag(car) * grip
+    mean = (mean + jnp.sqrt(mean**2 + 4 * least**2)) / 2
+    return WayTaken(stations, places, length, courses[0], share, turned, turned_after, mean)
 
 
 def rolled(
@@ -259,9 +261,7 @@ def turning(
     arm = xp.sqrt(car.front_axle * car.rear_axle + (car.track / 2) ** 2)
     size = xp.sqrt(turned**2 + _LEAST_TURN**2)
     T = xp.sqrt(2 * size * car.k2 / (_YAW_BRAKING * grip * GRAVITY * arm))
-    front = car.rear_axle / (car.front_axle + car.rear_axle) / 2
-    drag = xp.ones(4) if car.wheels is None else car.wheels.drag
-    own = front * (drag[0] + drag[1]) + (0.5 - front) * (drag[2] + drag[3])
+    own = _own_drag(car)
     f_1, f_2 = xp.maximum(_TURNING_DRAG, own) * grip, own * grip
     on_the_way = GRAVITY * f_1 * T**2 / 2
     rest = xp.maximum(length - on_the_way, 0.0)
@@ -269,6 +269,14 @@ def turning(
     share = xp.where(rest > 0, (v * T + on_the_way) / length, 1.0)
     first = xp.where(rest > 0, v + GRAVITY * f_1 * T, xp.sqrt(2 * GRAVITY * f_1 * length))
     return xp.clip(share, _LEAST_SHARE, 1.0), first
+
+
+def _own_drag(car: Car) -> Any:
+    """Drag of the wheels straight ahead over friction, weighted by static loads."""
+    if car.wheels is None:
+        return 1.0
+    front, drag = car.rear_axle / (car.front_axle + car.rear_axle) / 2, car.wheels.drag
+    return front * (drag[0] + drag[1]) + (0.5 - front) * (drag[2] + drag[3])
 
 
 def _heading(
