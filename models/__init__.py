@@ -5,7 +5,7 @@ A new impact or run-out is a file and a name below.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -17,6 +17,7 @@ from retrodict.models import (
     planar_common,
     planar_moment,
     planar_moment_common,
+    roll,
     slide,
     spin,
     wheels,
@@ -76,8 +77,18 @@ class Rung:
 
     def of_scene(self, scene: Scene) -> tuple[Structure, Data]:
         """A scene, as this rung sees it, as a program's structure and its arguments."""
-        seen = self.run_out.seen(scene)
-        return of_scene(seen, self.name, self.run_out.rests, self.explains)
+        seen = self.with_approximations(self.run_out.seen(scene))
+        ways = self.run_out.ways(seen)
+
+        def explained(name: str) -> bool:
+            on_way = name.startswith(("mark_", "end_")) and name[-1] in ways
+            return self.explains(name) and not on_way  # what makes a way is not evidence on it too
+
+        return of_scene(seen, self.name, self.run_out, explained)
+
+    def with_approximations(self, scene: Scene) -> Scene:
+        """A scene, with what this rung misses of a fuller one among its inputs."""
+        return replace(scene, approximations=self.run_out.approximations(scene))
 
     def explains(self, name: str) -> bool:
         """Whether it predicts an item of evidence, by its flat name."""
@@ -117,7 +128,7 @@ _NO_DIRECTION = (
     "none is favoured unless measured",
 )
 _IMPACTS = (momentum, planar_common, planar, planar_moment_common, planar_moment)
-_RUN_OUTS = (slide, spin, wheels)
+_RUN_OUTS = (slide, spin, roll, wheels)
 
 # a straight slide tells nothing of yaw, without which an impact's moments cannot be told
 RUNGS: dict[str, Rung] = {

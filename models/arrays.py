@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -13,6 +13,9 @@ import retrodict._precision  # noqa: F401
 from retrodict.mechanics import Zone
 from retrodict.mechanics.runout import Steps, fixed_steps
 from retrodict.scene.records import VEHICLES, Measured, Scene
+
+if TYPE_CHECKING:
+    from retrodict.models.run_out import RunOut
 
 # measured of B before impact: evidence on what the impact's inverse gives, not an input of its own
 OF_B = ("direction_b", "omega_b", "speed_b")
@@ -35,6 +38,7 @@ class Structure:
         known_of_b: which of `OF_B` was measured.
         constant_friction: whether no surface's friction depends on speed.
         rolling: vehicles of which some wheel is not locked.
+        integrated: vehicles whose motion the rung integrates.
         rests: what of a rest pose the rung follows.
         evidence: names of the items of evidence that the rung explains.
         marks: name of each item at a mark, and what of its vehicle passed there.
@@ -49,6 +53,7 @@ class Structure:
     known_of_b: tuple[str, ...]
     constant_friction: bool
     rolling: tuple[str, ...]
+    integrated: tuple[str, ...]
     rests: tuple[str, ...]
     evidence: tuple[str, ...]
     marks: tuple[tuple[str, str], ...] = ()
@@ -71,6 +76,13 @@ class Structure:
         return tuple(name for name in self.aims if name not in self.evidence)
 
     @property
+    def inverted(self) -> tuple[str, ...]:
+        """Vehicles that roll whose rest pose gives the velocity after the impact in closed form."""
+        return tuple(
+            v for v in self.rolling if v not in self.integrated and f"rest_x_{v}" in self.evidence
+        )
+
+    @property
     def unpinned(self) -> bool:
         """Whether coordinates are velocities after the impact, and not rest poses: all are open."""
         return self.open == self.aims
@@ -81,7 +93,7 @@ class Structure:
 
         So it is in scenes in which a vehicle rolls: its paced steps have none in reverse mode.
         """
-        if self.steps or not self.rolling:
+        if self.steps or not set(self.rolling) & set(self.integrated):
             return ()
         return tuple(v for v in VEHICLES if self.on_way_of(v))
 
@@ -119,6 +131,8 @@ class Data(NamedTuple):
         priors: numbers of each prior, as `Scene.priors` has them.
         edges: where each edge runs: point and unit normal into the zone, m.
         steps: of each run-out's integration, where the structure does not say.
+        ways: of each vehicle that is followed along where it was seen: x, y, m, and heading, rad, of
+            each point.
     """
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
@@ -127,17 +141,18 @@ class Data(NamedTuple):
     priors: dict[str, Float[Array | np.ndarray, " numbers"]]
     edges: Zone
     steps: Steps
+    ways: dict[str, Float[Array | np.ndarray, "points 3"]]
 
 
 def of_scene(
-    scene: Scene, rung: str, rests: tuple[str, ...], explained: Callable[[str], bool]
+    scene: Scene, rung: str, run_out: RunOut, explained: Callable[[str], bool]
 ) -> tuple[Structure, Data]:
     """A scene as a program's structure and its arguments.
 
     Args:
         scene: as the rung's run-out sees it.
         rung: its name.
-        rests: what of a rest pose it follows.
+        run_out: of it.
         explained: whether it predicts an item of evidence.
     """
     inputs = scene.inputs()
@@ -172,7 +187,8 @@ def of_scene(
             s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
         ),
         rolling=tuple(v for v in VEHICLES if scene.vehicles[v].wheels is not None),
-        rests=rests,
+        integrated=run_out.integrated(scene),
+        rests=run_out.rests,
         evidence=tuple(evidence),
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
@@ -184,10 +200,12 @@ def of_scene(
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
         steps=fixed_steps(STEPS),
+        ways=run_out.ways(scene),
     )
     # run-outs that are differentiated in reverse
-    if structure.unpinned or (structure.followed and not structure.rolling):
-        steps = ROLLING_STEPS if structure.rolling else STEPS
+    rolls = set(structure.rolling) & set(structure.integrated)
+    if structure.unpinned or (structure.followed and not rolls):
+        steps = ROLLING_STEPS if rolls else STEPS
         structure = replace(structure, steps=steps)
     return structure, data
 

@@ -5,16 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from jaxtyping import Array, Float
 from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
 
-from retrodict.scene.records import Scene
+from retrodict.scene.records import VEHICLES, Measured, Scene
+
+
+def rolls(scene: Scene) -> str:
+    """Refuse a scene for a run-out that takes every wheel as locked, if some roll."""
+    rolling = any(scene.vehicles[v].wheels is not None for v in VEHICLES)
+    return "takes every wheel as locked, and some roll" if rolling else ""
+
 
 ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for both vehicles"
 NORMAL_ERRORS = (
     "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
     "cannot be negative) about what was measured, and independent of one another"
 )
+
+
+Inverse = Callable[[Structure, Data, parts.Values, str], Callable[[Array], Array]]
 
 
 @dataclass(frozen=True)
@@ -28,6 +41,13 @@ class RunOut:
         rest_poses: structure, data, inputs and velocities after the impact -> rests of A and B.
         paths: likewise, stacked, each from impact to rest.
         fullness: what it holds beyond a sliding point.
+        integrated: vehicles of a scene whose motion it integrates.
+        ways: vehicles of a scene that it follows along where they were seen: x, y, heading at each
+            point.
+        approximations: what it misses of a fuller model, as inputs.
+        inverse: structure, data, inputs and a vehicle that is not integrated -> what leads from its rest
+            pose to its velocity after the impact; None where all are.
+        refusal: why it is not for a scene; empty where it is.
     """
 
     card: Card
@@ -36,3 +56,8 @@ class RunOut:
     rest_poses: parts.RestPoses
     paths: parts.Paths
     fullness: frozenset[str]
+    integrated: Callable[[Scene], tuple[str, ...]] = lambda scene: VEHICLES
+    ways: Callable[[Scene], dict[str, Float[np.ndarray, "points 3"]]] = lambda scene: {}
+    approximations: Callable[[Scene], dict[str, Measured]] = lambda scene: {}
+    inverse: Inverse | None = None
+    refusal: Callable[[Scene], str] = lambda scene: ""

@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from retrodict.models import parts, spin
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.card import Card
-from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut
+from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
 
 from retrodict.mechanics import Path
 from retrodict.mechanics.runout import GRAVITY, ROWS
@@ -65,4 +65,6 @@ RUN_OUT = RunOut(
     rest_poses=rest_poses,
     paths=paths,
     fullness=frozenset(),
+    integrated=lambda scene: (),
+    refusal=rolls,
 )

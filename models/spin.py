@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from retrodict.models import wheels
 from retrodict.models.card import Card
-from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut
+from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
 
 from retrodict.scene.records import Measured, Scene
 
@@ -44,4 +44,5 @@ RUN_OUT = RunOut(
     rest_poses=wheels.rest_poses,
     paths=wheels.paths,
     fullness=frozenset({"yaw"}),
+    refusal=rolls,
 )

@@ -82,5 +82,5 @@ RUN_OUT = RunOut(
     seen=lambda scene: scene,
     rest_poses=rest_poses,
     paths=paths,
-    fullness=frozenset({"yaw", "wheels"}),
+    fullness=frozenset({"yaw", "rolling", "wheels"}),
 )

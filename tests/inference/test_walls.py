@@ -30,7 +30,7 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
         sites = coordinates.solve_back(structure, data, chart, q)
         after, x = coordinates.separation_at(structure, data, chart, q)
         scale = coordinates.friction_scale(structure, data, x)
-        slopes = coordinates.reduced(structure, chart, q)[1]
+        slopes = coordinates.reduced(structure, data, chart, q)[1]
         log_det = 6 * jnp.log(scale) + jnp.linalg.slogdet(slopes)[1].sum()
         bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
         log_det += inverse_log_det(after, approach_a, bodies)[2]

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from retrodict.models import RUNGS
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.methods.weights import log_mean
@@ -14,7 +15,7 @@ from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
 from retrodict.studies.ladder import FACTOR, SHARE, chosen, climb, ladder, refusals
 from tests.report.conftest import make_outcome, make_scene
-from tests.scenes import collision
+from tests.scenes import collision, rolls
 from tests.studies.made_up import ladder_of, step
 
 ASKED = ("speed_b",)
@@ -133,7 +134,11 @@ def test_rungs_that_a_scene_cannot_tell_apart_are_skipped() -> None:
     refused = refusals(plain, ASKED)
     assert refused["planar+wheels"] == "of this scene the same model as planar+spin"
     assert not refused["planar+spin"]
-    assert not any(refusals(berm, ASKED).values())
+    left = {name: why for name, why in refusals(berm, ASKED).items() if why}
+    assert left == dict.fromkeys((n for n in RUNGS if n.endswith("roll")), "no wheel rolls")
+    rolling = refusals(rolls(plain, "b", (1.0, 0.1, 0.1, 0.1)), ASKED)
+    assert not rolling["planar+roll"]
+    assert not rolling["planar+wheels"]
 
 
 @pytest.fixture
@@ -144,6 +149,7 @@ def rungs(monkeypatch):
         return SimpleNamespace(
             answers=answers, explains=lambda name: explains in name, rank=rank,
             above=lambda other: rank > other.rank, impact=rank, of_scene=lambda _: (None, None),
+            run_out=SimpleNamespace(refusal=lambda _: ""),
         )  # fmt: skip
 
     made = {

@@ -199,17 +199,40 @@ def friction_scale(structure: Structure, data: Data, x: parts.Values) -> Float[A
 
 
 def reduced(
-    structure: Structure, chart: Chart, q: Q
+    structure: Structure, data: Data, chart: Chart, q: Q
 ) -> tuple[Float[Array, " separation"], Float[Array, "2 v v"]]:
     """Velocities after the impact over sqrt(friction) at q, and each vehicle's slopes by its z."""
     velocities, slopes = [], []
     v = len(structure.rests)
-    for sheet, x in zip(chart.sheets, _sheet_arguments(structure, q), strict=True):
+    for name, sheet, x in zip(VEHICLES, chart.sheets, _sheet_arguments(structure, q), strict=True):
+        if name in structure.inverted:
+            V, by_z = _inverted(structure, data, q, name)
+            velocities.append(V)
+            slopes.append(by_z)
+            continue
         velocities.append(sheet(x))
         tame = 1 - (saturated(x[:v]) / REACH) ** 2
         bent = 2 * times(sheet.quadratic, saturated(x))[:, :v] * tame
         slopes.append(jnp.asarray(sheet.linear)[:, :v] + bent)
     return jnp.concatenate(velocities), jnp.stack(slopes)
+
+
+def _inverted(
+    structure: Structure, data: Data, q: Q, v: str
+) -> tuple[Float[Array, " v"], Float[Array, "v v"]]:
+    """`reduced` of a vehicle whose run-out has an inverse in closed form."""
+    z, xi = _split(structure, q)
+    x = parts.from_standard(structure, data, xi)
+    back = RUNGS[structure.rung].run_out.inverse(structure, data, x, v)
+    scale = friction_scale(structure, data, x)
+
+    def velocity(own: Float[Array, " v"]) -> tuple[Array, Array]:
+        every = z.reshape(2, -1).at[VEHICLES.index(v)].set(own)
+        V = back(parts.aimed(structure, data, every.ravel())[VEHICLES.index(v)]) / scale
+        return V, V
+
+    by_z, V = jax.jacfwd(velocity, has_aux=True)(z.reshape(2, -1)[VEHICLES.index(v)])
+    return V, by_z
 
 
 def _sheet_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]]:
@@ -230,7 +253,7 @@ def separation_at(
 ) -> tuple[Float[Array, " separation"], parts.Values]:
     """Velocities after the impact, and measured inputs, at q."""
     x = parts.from_standard(structure, data, _split(structure, q)[1])
-    return friction_scale(structure, data, x) * reduced(structure, chart, q)[0], x
+    return friction_scale(structure, data, x) * reduced(structure, data, chart, q)[0], x
 
 
 class Bent(NamedTuple):
@@ -270,7 +293,7 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     # then by the motion, the little that was missed
     x = parts.from_standard(structure, data, _split(structure, there)[1])
     scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, chart, there)
+    velocities, slopes = reduced(structure, data, chart, there)
 
     def moved(motion: Float[Array, " v+1"]) -> Float[Array, " m"]:
         faster = x | {"speed_a": x["speed_a"] + motion[-1]}
@@ -401,7 +424,7 @@ def locate(
     bent = Bent(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
     if levels_of(structure):
         bent = bend(structure, data, chart, q)
-    slopes = reduced(structure, chart, bent.q)[1]
+    slopes = reduced(structure, data, chart, bent.q)[1]
     separation, x = separation_at(structure, data, chart, bent.q)
     log_det += bent.log_det + v * jnp.log(friction_scale(structure, data, x))
     log_det += _log_det(slopes[0]) + _log_det(slopes[1])

@@ -115,6 +115,7 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
 
 def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
     found = branches(scene, rung)
+    scene = RUNGS[rung].with_approximations(scene)
     return [Solution(posterior, scene, turns, len(found) > 1) for posterior in found]
 
 

@@ -26,7 +26,7 @@ from retrodict.inference.target import Weighed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
-from retrodict.scene.records import Scene
+from retrodict.scene.records import VEHICLES, Scene
 
 RIVAL = 1e-3  # weight from which on another mode counts
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
@@ -38,6 +38,7 @@ _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how
 _RIDGE, FLAT = 0.3, 1e-2
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
 _RUN_OUTS, _WIDE = 2048, 1.2  # that responses are fitted to, over how much of what is whitened
+_SLOW = 5.0  # m/s: speeds of B over which its spike is levelled
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
 
 
@@ -88,11 +89,22 @@ class Posterior:
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The potential at points, and by what its likeness misses the rest poses there."""
         there = self._located(w)
-        return -there.log_density, there.missed
+        return self._sought(there), there.missed
 
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
         """The potential at points if its likeness missed by so much: no run-out is asked."""
-        return -self._located(w, missed).log_density
+        return self._sought(self._located(w, missed))
+
+    def _sought(self, there: Weighed[np.ndarray]) -> np.ndarray:
+        """What a mode is sought by: the potential, but for the spike where B stands.
+
+        A speed with a course as likely any way has a density of one over the speed in the plane of
+        velocities, which matters where these are known so little that they may vanish: by ways.
+        """
+        if not self.programs.structure.inverted:
+            return -there.log_density
+        speed = there.told["speed_b"]
+        return -there.log_density + np.log(np.hypot(speed, _SLOW) / speed)
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
@@ -250,6 +262,8 @@ def unresolved(posterior: Posterior) -> float:
         w = np.random.default_rng(0).standard_normal((count, posterior.size))
         return posterior.weighed(w)[1]
 
+    if not s.integrated:
+        return 0.0
     if not s.followed:
         return sheet.unresolved(programs, data, run_outs_of(likely(BATCH))) if s.rested else 0.0
     told = likely(CHUNK)
@@ -273,9 +287,12 @@ def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that counts, the likeliest first, with as many steps as it takes."""
+    sheets, error, unresolved = charts.blank(structure).sheets, np.zeros(2), 0.0
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
         programs = programs_for(structure)
+        if structure.inverted == VEHICLES:
+            break
         separation = sheet.shoot(programs, data)
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)

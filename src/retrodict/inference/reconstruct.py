@@ -23,7 +23,7 @@ from retrodict.inference.sampling import Sampling
 from retrodict.inference.tree import prior_keys
 from retrodict.models import RUNGS
 from retrodict.progress import Progress, silent
-from retrodict.scene.records import Scene
+from retrodict.scene.records import VEHICLES, Scene
 
 DEFAULT_RUNG = "planar-moment+wheels"
 
@@ -148,10 +148,11 @@ def compile_ahead(
     chart = charts.blank(structure)
     n = chart.spread.shape[1]
     if not structure.unpinned:
-        separation = np.zeros((BATCH, len(structure.aims)))
-        xi = np.zeros((BATCH, len(structure.uncertain)))
-        programs.expect("inputs", data, xi)
-        programs.expect("reached", data, separation, xi)
+        if structure.inverted != VEHICLES:
+            separation = np.zeros((BATCH, len(structure.aims)))
+            xi = np.zeros((BATCH, len(structure.uncertain)))
+            programs.expect("inputs", data, xi)
+            programs.expect("reached", data, separation, xi)
         if programs.target.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
     if structure.unpinned:

@@ -3,8 +3,8 @@
 Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
 least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
 
-In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that along x, of the heading the yaw rate, counted from that of a
-likely crash.
+In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that along
+x, of the heading the yaw rate, counted from that of a likely crash.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
 
     Returns:
         (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where the
-        rung has none. Where a part is open, its velocity is that of a likely crash.
+        rung has none. Where a part is open, its velocity is that of a likely crash. Of vehicles whose
+        run-out is inverted they need not end there.
 
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
@@ -90,7 +91,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
         cost_before = np.where(worse, cost_before, cost)
         V = V_next
     for v, name in enumerate("AB"):
-        if best[v] > 1.0:
+        if best[v] > 1.0 and VEHICLES[v] not in programs.structure.inverted:
             raise Unanswerable(
                 f"vehicle {name}: no velocities after the impact bring it to its measured rest "
                 f"(the nearest run-out misses by {np.sqrt(best[v]):.1f} standard deviations); "
@@ -201,6 +202,8 @@ def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.nd
         What nine tenths of the run-outs' coordinates stay below, against four times the steps.
     """
     s = programs.structure
+    if not s.integrated:
+        return 0.0
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
     rests = [
         np.asarray(p("reached", d, *run_outs))

@@ -137,7 +137,7 @@ class Target:
         as_measured = parts.from_standard(
             self.structure, data, jnp.zeros(len(self.structure.uncertain))
         )
-        by_z = coordinates.reduced(self.structure, chart, q)[1]
+        by_z = coordinates.reduced(self.structure, data, chart, q)[1]
         to = parts.bodies(as_measured)
         return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
 

@@ -29,6 +29,7 @@ from retrodict.mechanics.impact import (
     undo,
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
+from retrodict.mechanics.rollout import Way, drag_factor, rolled, rolled_back, way_taken
 from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out, step_error, wheel_paths
 from retrodict.mechanics.severity import (
     Audit,
@@ -60,6 +61,7 @@ __all__ = [
     "Severity",
     "Solution",
     "Undone",
+    "Way",
     "Wheels",
     "Zone",
     "against_barrier",
@@ -73,6 +75,7 @@ __all__ = [
     "contact_velocity",
     "critical_mu",
     "departures",
+    "drag_factor",
     "either_side",
     "end_of_rotation",
     "feeding_term",
@@ -87,6 +90,8 @@ __all__ = [
     "pulls",
     "rest",
     "reverses_sliding",
+    "rolled",
+    "rolled_back",
     "run_out",
     "separation",
     "severity",
@@ -94,5 +99,6 @@ __all__ = [
     "step_error",
     "towards_b",
     "undo",
+    "way_taken",
     "wheel_paths",
 ]

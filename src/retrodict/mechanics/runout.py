@@ -220,7 +220,7 @@ def wheel_paths(pose: Float[Array, "*any 3"], car: Car) -> Float[Array, "*any 4 
     Returns:
         x and y of each wheel, m.
     """
-    u, v = _wheels(car)
+    u, v = wheel_places(car)
     c, s = (a[..., None] for a in cos_sin(pose[..., 2]))
     arms = jnp.stack([c * u - s * v, s * u + c * v], axis=-1)
     return pose[..., None, :2] + arms
@@ -382,7 +382,7 @@ def _paced(start: State, car: Car, ground: Ground, steps: Paced, rows: int) -> t
 
 def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
     """How long a step in time may be, of state and dW/dt, s."""
-    wheel_u, wheel_v = _wheels(car)
+    wheel_u, wheel_v = wheel_places(car)
     assert car.wheels is not None, "only where a wheel rolls do steps have to be paced"
     steer = cos_sin(car.wheels.steer)
     # friction times how much of it a rolling wheel has for sideways forces; in yaw it acts on k²
@@ -430,10 +430,8 @@ def _speed(
 
 def slope(car: Car, ground: Ground) -> Callable[[State], State]:
     """d(x, y, heading, Vx, Vy, Omega, time)/dW as a function of these."""
-    wheel_u, wheel_v = _wheels(car)
-    wheelbase = car.front_axle + car.rear_axle
-    front, rear = car.rear_axle / wheelbase / 2, car.front_axle / wheelbase / 2
-    load = GRAVITY * jnp.stack([front, front, rear, rear])  # static, per unit of vehicle mass
+    wheel_u, wheel_v = wheel_places(car)
+    load = GRAVITY * wheel_loads(car)  # static, per unit of vehicle mass
 
     def rate(state: State) -> State:
         x, y, heading, Vx, Vy, Omega, _ = state
@@ -462,8 +460,15 @@ def slope(car: Car, ground: Ground) -> Callable[[State], State]:
     return rate
 
 
-def _wheels(car: Car) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
-    """Ahead and to the left of the centre of gravity, m."""
+def wheel_loads(car: Car) -> Float[Array, "4"]:
+    """Static load of each wheel over the vehicle's weight."""
+    wheelbase = car.front_axle + car.rear_axle
+    front, rear = car.rear_axle / wheelbase / 2, car.front_axle / wheelbase / 2
+    return jnp.stack([front, front, rear, rear])
+
+
+def wheel_places(car: Car) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
+    """Of the wheels, ahead and to the left of the centre of gravity, m."""
     ahead = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
     return ahead, jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
 

@@ -256,6 +256,8 @@ class Scene:
         end_of_rotation: where each stopped sliding sideways, keyed likewise.
         robust: whether errors of the evidence have heavy tails, so that an item which contradicts
             the others gives way.
+        approximations: what a model misses of a fuller one, by flat name: inputs that it adds to the
+            scene it sees.
     """
 
     title: str
@@ -273,6 +275,7 @@ class Scene:
     marks: dict[str, tuple[Mark, ...]] = field(default_factory=dict)
     end_of_rotation: dict[str, EndOfRotation] = field(default_factory=dict)
     robust: bool = False
+    approximations: dict[str, Measured] = field(default_factory=dict)
 
     def inputs(self) -> dict[str, Measured]:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
@@ -298,7 +301,7 @@ class Scene:
             flat[f"speed_dependence_{surface.name}"] = surface.speed_dependence
             if surface.edge is not None:
                 flat[f"edge_{surface.name}"] = surface.edge.offset
-        return flat
+        return flat | self.approximations
 
     def evidence(self) -> dict[str, Measured]:
         """What the likelihood compares with, by flat name: rest_x_a, departure_speed_b, mark_1_a, …

@@ -1,0 +1,299 @@
+"""Run-out along a measured way: speed from its length and the drag factor on it, without integration.
+
+V² = 2 g f L, f the mean of the drag factor over the way. Where a car was struck, its wheels slide
+aside and hold it back by nearly all their friction; once it has turned into its course only their own
+drag is left. So how far it went until it had turned decides, and follows from how much it turned.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from retrodict.mechanics.rotation import cos_sin
+from retrodict.mechanics.runout import (
+    GRAVITY,
+    PATCH,
+    Car,
+    Ground,
+    Pose,
+    Velocity,
+    wheel_loads,
+    wheel_places,
+)
+from retrodict.mechanics.surface import friction
+from retrodict.mechanics.tyre import force
+
+# Numbers of the turning, found by `benchmarks/roll.py` against run-outs on wheels, of one locked to
+# four rolling: what of its friction a spinning car's yaw is held back by, its least drag while it turns
+# (over friction too), and the mean yaw rate of the time to rest over the first, were it to turn all
+# the way (0.5 if it slowed down evenly).
+_YAW_BRAKING, _TURNING_DRAG, MEAN_YAW_RATE = 0.5, 0.6, 0.55
+_POINTS = 12  # of the sum, on the part where it turns and on the part after
+_PASSES = 2  # of the sum, for the speeds along the way
+_LEAST_SHARE = 0.02  # of the way, on which it turns
+_LEAST_DRAG = 0.02  # of that of its wheels straight ahead: smooths the mean drag factor at nothing
+_LEAST_TURN = 0.1  # rad: smooths the turning time where it hardly turns
+_LEAST_SPEED2 = 0.01  # m²/s²
+_TINY = 1e-18
+
+
+class Way(NamedTuple):
+    """Where a vehicle was seen after the impact, in order.
+
+    Args:
+        points: x and y of its centre of gravity, the last where it came to rest, m.
+        heading: there, unwrapped, rad; not a number where it is not known. The first that is known
+            ends the turning; where that is at rest, how far it turned is computed.
+    """
+
+    points: Float[Array | np.ndarray, "points 2"]
+    heading: Float[Array | np.ndarray, " points"]
+
+
+class WayTaken(NamedTuple):
+    """A way and what holds a vehicle back on it.
+
+    Args:
+        stations: share of the way at its start and at each point.
+        places: of these from the start, m.
+        length: of the way, m.
+        course: first direction of travel, rad.
+        share: of the way on which it turns.
+        turned: there, rad.
+        turned_after: from there to rest, rad.
+        drag: mean deceleration over g.
+    """
+
+    stations: Float[Array, " stations"]
+    places: Float[Array, "stations 2"]
+    length: Float[Array, ""]
+    course: Float[Array, ""]
+    share: Float[Array, ""]
+    turned: Float[Array, ""]
+    turned_after: Float[Array, ""]
+    drag: Float[Array, ""]
+
+
+def drag_factor(
+    place: Float[Array, "points 2"],
+    course: Float[Array, " points"],
+    heading: Float[Array, " points"],
+    turning: Float[Array, " points"],
+    speed: Float[Array, " points"],
+    car: Car,
+    ground: Ground,
+) -> Float[Array, " points"]:
+    """Deceleration along the course over g, at points of a way.
+
+    The sum over the wheels of load share times friction times the tyre's force against the course.
+
+    Args:
+        place: of the centre of gravity, m.
+        course: direction of travel, rad.
+        heading: of the vehicle, rad.
+        turning: of the heading along the way, rad/m.
+        speed: m/s.
+        car: its axles, track and wheels; loads are static.
+        ground: friction of the surfaces and where they lie.
+
+    Source:
+        The drag factor of reconstructionists, from wheels and crab angle: D. Struble, Automotive
+        Accident Reconstruction (2nd edition, 2020), who sums it along the measured path.
+    """
+    u, v = wheel_places(car)
+    crab = (course - heading)[:, None]
+    c, s = cos_sin(heading)
+    c, s = c[:, None], s[:, None]
+    by_turning, speed = turning[:, None], speed[:, None]
+    slip_u, slip_v = (
+        speed * (jnp.cos(crab) - by_turning * v),
+        speed * (jnp.sin(crab) + by_turning * u),
+    )
+    patch2 = (PATCH * by_turning * speed) ** 2 + _TINY
+    slip = jnp.sqrt(slip_u**2 + slip_v**2 + patch2)
+    x, y = place[:, :1] + c * u - s * v, place[:, 1:] + s * u + c * v
+    grip = friction(x.ravel(), y.ravel(), slip.ravel(), *ground).reshape(slip.shape)
+    if car.wheels is None:
+        along, across = -slip_u / slip, -slip_v / slip
+    else:
+        along, across = force(jnp.stack([slip_u, slip_v]), patch2, car.wheels)
+    against = -(along * jnp.cos(crab) + across * jnp.sin(crab))
+    return jnp.sum(wheel_loads(car) * grip * against, axis=1)
+
+
+def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
+    """A measured way and the mean drag factor on it.
+
+    The course is that of the straight lines between points, smoothed. The vehicle turns at a yaw rate
+    that falls evenly, on the first part of the way, which is as long as friction at the wheels takes
+    to end so much rotation; a car that rolls is then held back by its wheels' drag alone. Where no
+    heading is known it is taken to end along its course.
+
+    Args:
+        way: where it was seen.
+        start: x, y, heading at the impact, m and rad.
+        car: its yaw inertia, axles, track and wheels.
+        ground: friction of the surfaces and where they lie.
+    """
+    places = jnp.concatenate([jnp.zeros((1, 2)), jnp.asarray(way.points) - start[:2]])
+    legs = jnp.diff(places, axis=0)
+    lengths = jnp.sqrt(jnp.sum(legs**2, axis=1) + _TINY)
+    far = jnp.concatenate([jnp.zeros(1), jnp.cumsum(lengths)])
+    length, stations = far[-1], far / far[-1]
+    courses = _unwrapped(jnp.arctan2(legs[:, 1], legs[:, 0] + _TINY))
+    middles = (stations[1:] + stations[:-1]) / 2
+
+    known = ~jnp.isnan(jnp.asarray(way.heading))
+    along = start[2] + _wrapped(courses[-1] - start[2], np.pi)
+    heading = jnp.where(known, jnp.nan_to_num(jnp.asarray(way.heading)), along)
+    last = len(way.heading) - 1
+    first = jnp.where(known.any(), jnp.argmax(known), last)
+    turned = heading[first] - start[2]
+    turned_after = jnp.where(known[-1], heading[-1] - heading[first], 0.0)
+
+    def place(at: Float[Array, " points"]) -> Float[Array, "points 2"]:
+        return jnp.stack([jnp.interp(at, stations, places[:, i]) for i in (0, 1)], axis=1)
+
+    even = (jnp.arange(_POINTS) + 0.5) / _POINTS
+    x, y = (place(even) + start[:2]).T
+    roughly = jnp.sqrt(GRAVITY * length * (1 - even))  # at half of g
+    grip = friction(x, y, roughly, *ground).mean()
+    computed = turning(turned, length, grip, car)[0]
+    share = jnp.where(first == last, computed, jnp.maximum(stations[first + 1], _LEAST_SHARE))
+
+    at = jnp.concatenate([share * even, share + (1 - share) * even])
+    part = jnp.repeat(jnp.stack([share, 1 - share]), _POINTS) / _POINTS
+    course = jnp.interp(at, middles, courses)
+    angle = start[2] + _heading(at, share, turned, turned_after)
+    early = at < share
+    by_length = (
+        jnp.where(
+            early,
+            2 * turned / share * (1 - at / share),
+            turned_after / jnp.maximum(1 - share, _LEAST_SHARE),
+        )
+        / length
+    )
+    speed = jnp.sqrt(2 * GRAVITY * grip * length * (1 - at) + _LEAST_SPEED2)
+    for _ in range(_PASSES):
+        drag = drag_factor(place(at) + start[:2], course, angle, by_length, speed, car, ground)
+        lost = drag * part
+        left = jnp.cumsum(lost[::-1])[::-1] - lost / 2  # from here to rest
+        speed = jnp.sqrt(jnp.maximum(2 * GRAVITY * length * left, 0.0) + _LEAST_SPEED2)
+    # a car that turns about over a short way may come out as pushed along: its wheels hold it back
+    mean, least = jnp.sum(lost), _LEAST_DRAG * _own_drag(car) * grip
+    mean = (mean + jnp.sqrt(mean**2 + 4 * least**2)) / 2
+    return WayTaken(stations, places, length, courses[0], share, turned, turned_after, mean)
+
+
+def rolled(
+    velocity: Velocity, start: Pose, taken: WayTaken, at: Float[Array, " rows"]
+) -> Float[Array, "rows 3"]:
+    """Where a vehicle goes by the drag factor of its way: the way itself, turned and made longer.
+
+    L = V² / (2 g f) and rotation = 0.55 Omega (2 L / V) (share of the way on which it turns).
+
+    Args:
+        velocity: Vx, Vy, Omega at the start, m/s and rad/s.
+        start: x, y, heading there, m and rad.
+        taken: the measured way.
+        at: shares of the way, 1 for rest.
+
+    Returns:
+        x, y, m, and heading, unwrapped, rad, at each share.
+    """
+    Vx, Vy, Omega = velocity
+    speed2 = Vx**2 + Vy**2 + _TINY
+    length = speed2 / (2 * GRAVITY * taken.drag)
+    c, s = cos_sin(jnp.arctan2(Vy, Vx) - taken.course)
+    x, y = (
+        jnp.interp(at, taken.stations, taken.places[:, i]) * length / taken.length for i in (0, 1)
+    )
+    turned = MEAN_YAW_RATE * Omega * 2 * length / jnp.sqrt(speed2) * taken.share
+    angle = _heading(at, taken.share, turned, taken.turned_after)
+    return start + jnp.stack([c * x - s * y, s * x + c * y, angle], axis=1)
+
+
+def rolled_back(end: Pose, start: Pose, taken: WayTaken) -> Velocity:
+    """The velocity with which `rolled` ends at a rest pose.
+
+    Args:
+        end: x, y, heading at rest, unwrapped, m and rad.
+        start: at the impact.
+        taken: the measured way.
+    """
+    x, y, turned = end - start
+    chord_x, chord_y = taken.places[-1]
+    length = taken.length * jnp.sqrt((x**2 + y**2 + _TINY) / (chord_x**2 + chord_y**2 + _TINY))
+    speed = jnp.sqrt(2 * GRAVITY * taken.drag * length)
+    c, s = cos_sin(taken.course + jnp.arctan2(y, x) - jnp.arctan2(chord_y, chord_x))
+    time = MEAN_YAW_RATE * 2 * length / speed * taken.share
+    return jnp.stack([speed * c, speed * s, (turned - taken.turned_after) / time])
+
+
+def turning(
+    turned: Float[Array | np.ndarray, ""] | float,
+    length: Float[Array | np.ndarray, ""] | float,
+    grip: Float[Array | np.ndarray, ""] | float,
+    car: Car,
+    xp: ModuleType = jnp,
+) -> tuple[Any, Any]:
+    """On which share of a way wheels of that friction end so much rotation, and the first speed.
+
+    Friction at the wheels ends it in the time T, turned = alpha T² / 2, at a drag factor f_1, and what
+    speed v is left, v T + g f_1 T² / 2 from the start, is lost over the rest at f_2: v² / (2 g f_2).
+
+    Args:
+        turned: rotation, rad.
+        length: of the way, m.
+        grip: mean friction on it.
+        car: its yaw inertia, axles, track and wheels.
+        xp: NumPy, where JAX is not to trace or compile.
+
+    Returns:
+        The share, 1 where the way is too short, and V at the start, m/s.
+    """
+    arm = xp.sqrt(car.front_axle * car.rear_axle + (car.track / 2) ** 2)
+    size = xp.sqrt(turned**2 + _LEAST_TURN**2)
+    T = xp.sqrt(2 * size * car.k2 / (_YAW_BRAKING * grip * GRAVITY * arm))
+    own = _own_drag(car)
+    f_1, f_2 = xp.maximum(_TURNING_DRAG, own) * grip, own * grip
+    on_the_way = GRAVITY * f_1 * T**2 / 2
+    rest = xp.maximum(length - on_the_way, 0.0)
+    v = 2 * rest / (T + xp.sqrt(T**2 + 2 * rest / (GRAVITY * f_2) + _TINY))
+    share = xp.where(rest > 0, (v * T + on_the_way) / length, 1.0)
+    first = xp.where(rest > 0, v + GRAVITY * f_1 * T, xp.sqrt(2 * GRAVITY * f_1 * length))
+    return xp.clip(share, _LEAST_SHARE, 1.0), first
+
+
+def _own_drag(car: Car) -> Any:
+    """Drag of the wheels straight ahead over friction, weighted by static loads."""
+    if car.wheels is None:
+        return 1.0
+    front, drag = car.rear_axle / (car.front_axle + car.rear_axle) / 2, car.wheels.drag
+    return front * (drag[0] + drag[1]) + (0.5 - front) * (drag[2] + drag[3])
+
+
+def _heading(
+    at: Float[Array, " rows"], share: Array, turned: Array, turned_after: Array
+) -> Float[Array, " rows"]:
+    """Turned so far, at shares of the way."""
+    to_come = 1 - jnp.clip(at / share, 0.0, 1.0)
+    after = jnp.clip((at - share) / jnp.maximum(1 - share, _LEAST_SHARE), 0.0, 1.0)
+    return turned * (1 - to_come**2) + turned_after * after
+
+
+def _wrapped(angle: Array, period: float) -> Array:
+    """The same, to within half a period of nothing."""
+    return angle - period * jnp.round(angle / period)
+
+
+def _unwrapped(angle: Float[Array, " n"]) -> Float[Array, " n"]:
+    """The same, each within half a turn of the one before."""
+    steps = _wrapped(jnp.diff(angle), 2 * np.pi)
+    return angle[0] + jnp.concatenate([jnp.zeros(1), jnp.cumsum(steps)])
