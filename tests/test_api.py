@@ -3,14 +3,49 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import retrodict as rd
 from retrodict import api
 from retrodict.inference import Interrupted
+from retrodict.scene.quantities import describe
+from retrodict.studies.conflict import conflicts
 from tests.studies.made_up import ladder_of, step
 
 SCENE = Path(__file__).parents[1] / "examples" / "brach-1977" / "scene.toml"
+
+
+FILM = """
+schema = 1
+title = "B as a film shows it"
+
+[vehicles.A]
+mass = "1857 kg"
+wheelbase = "2.8 m"
+track = "1.5 m"
+impact_centre = { distance = "2.09 m", angle = "5.6 deg" }
+impact = { heading = "180 deg" }
+approach = { speed = "20 ± 1 m/s" }
+rest = { position = ["-3.2 m", "2.0 m"], heading = "209 deg", rotation = "29 deg" }
+
+[vehicles.B]
+mass = "1778 kg"
+wheelbase = "2.8 m"
+track = "1.5 m"
+impact_centre = { distance = "1.76 m", angle = "90 deg" }
+impact = { heading = "-22 deg" }
+departure = { yaw_rate = "60 ± 20 deg/s" }
+marks = [{ point = ["2 m", "-4.6 m"], speed = "5.1 ± 0.3 m/s", course = "-48 ± 4 deg" }]
+end_of_rotation = { x = "3.8 ± 0.5 m", y = "-6.5 ± 0.5 m", heading = "35 ± 5 deg" }
+
+[impact]
+point = ["0 m", "0 m"]
+contact_line = "-8.9 ± 3 deg"
+
+[surfaces.road]
+friction = "0.50 ± 0.03"
+"""
 
 
 def test_public_names_are_there() -> None:
@@ -24,6 +59,28 @@ def test_a_scene_shows_itself_and_is_named_after_its_folder() -> None:
     page = scene._repr_html_()
     assert "SAE 770014" in page
     assert "<script" not in page
+
+
+def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path) -> None:
+    """Of B no rest is known: numbers are those of its run-out at 8.0 m/s, after which B came at 19.3."""
+    (tmp_path / "film.toml").write_text(FILM, encoding="utf-8")
+    result = rd.reconstruct(
+        rd.load_scene(tmp_path / "film.toml"),
+        model="momentum+spin",
+        method="importance",
+        draws=1000,
+    )
+    assert result.checks.passed, result.checks.reasons
+    low, high = np.quantile(result.idata["posterior"]["speed_b"], [0.05, 0.95])
+    assert low < 19.3 < high
+    items = set(result.scene.evidence())
+    assert {"mark_1_speed_b", "mark_1_course_b", "end_x_b", "end_y_b", "end_heading_b"} < items
+    for group in ("posterior_predictive", "log_likelihood", "observed_data"):
+        assert set(result.idata[group].data_vars) == items
+    assert {item.name for item in conflicts(result.outcome)} == items
+    page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
+    for name in items:
+        assert describe(name)[0] in page
 
 
 def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> None:
