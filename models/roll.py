@@ -192,7 +192,7 @@ def spreads(free: float, steer: float, first: float, turned: float) -> tuple[flo
         first: share of the way up to the first point that was seen on it.
         turned: from impact to rest, rad.
     """
-    steered = 0.42 * min(abs(steer) / 0.07, 1.0) * free**4
+    steered = 0.5 * min(abs(steer) / 0.07, 1.0) * free**4
     of_speed = math.hypot(0.04, 0.23 * free**2, steered)
     of_course = math.hypot(0.045, 0.5 * free**2.1, steered) * first**0.8
     return of_speed, of_course, math.hypot(0.8, math.hypot(0.15, 0.45 * free) * turned)
@@ -200,7 +200,7 @@ def spreads(free: float, steer: float, first: float, turned: float) -> tuple[flo
 
 def approximations(scene: Scene) -> dict[str, Measured]:
     """By what the velocity of each vehicle that rolled to rest is off that of its way, as inputs."""
-    found = {}
+    found: dict[str, Measured] = {}
     for v in _rolling(scene):
         if v not in scene.rest:
             continue

@@ -57,7 +57,7 @@ class RunOut:
     paths: parts.Paths
     fullness: frozenset[str]
     integrated: Callable[[Scene], tuple[str, ...]] = lambda scene: VEHICLES
-    ways: Callable[[Scene], dict[str, Float[np.ndarray, "points 3"]]] = lambda scene: {}
+    ways: Callable[[Scene], dict[str, Float[Array | np.ndarray, "points 3"]]] = lambda scene: {}
     approximations: Callable[[Scene], dict[str, Measured]] = lambda scene: {}
     inverse: Inverse | None = None
     refusal: Callable[[Scene], str] = lambda scene: ""

@@ -166,6 +166,12 @@ def test_a_vehicle_that_rolls_along_its_way_beside_one_that_skids() -> None:
     agrees(replace(scene, vehicles=scene.vehicles | {"a": SCENE.vehicles["a"]}), "momentum+roll")
 
 
+@pytest.mark.slow
+def test_marks_on_the_way_that_a_vehicle_rolled_along() -> None:
+    """They bend the way, and their distance from it is evidence."""
+    agrees(replace(rolled(), marks={"b": (Mark(3.0, -4.0, 0.5, "centre"),)}), "momentum+roll")
+
+
 def agrees(scene: Scene, name: str) -> None:
     """A Student-t in the model's unconstrained unknowns, weighed by NumPyro's density of it.
 

@@ -223,7 +223,9 @@ def _inverted(
     """`reduced` of a vehicle whose run-out has an inverse in closed form."""
     z, xi = _split(structure, q)
     x = parts.from_standard(structure, data, xi)
-    back = RUNGS[structure.rung].run_out.inverse(structure, data, x, v)
+    inverse = RUNGS[structure.rung].run_out.inverse
+    assert inverse is not None, "its run-out is not integrated"
+    back = inverse(structure, data, x, v)
     scale = friction_scale(structure, data, x)
 
     def velocity(own: Float[Array, " v"]) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 # A rolling tyre's lateral force rises with its slip angle and saturates at its friction; at this
@@ -24,8 +25,8 @@ class Wheels(NamedTuple):
         steer: angle of each wheel from the vehicle's heading, counter-clockwise, rad.
     """
 
-    drag: Float[Array, "4"]
-    steer: Float[Array, "4"]
+    drag: Float[Array | np.ndarray, "4"]
+    steer: Float[Array | np.ndarray, "4"]
 
 
 def force(
