@@ -43,6 +43,7 @@ class Structure:
         evidence: names of the items of evidence that the rung explains.
         marks: name of each item at a mark, and what of its vehicle passed there.
         robust: whether errors of the evidence have heavy tails.
+        loose: whether rest poses say too little for coordinates: velocities after the impact are.
         steps: of each run-out's integration; None where they are an argument, which run-outs that
             nobody differentiates in reverse take.
     """
@@ -58,6 +59,7 @@ class Structure:
     evidence: tuple[str, ...]
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
+    loose: bool = False
     steps: int | None = None
 
     @property
@@ -72,15 +74,19 @@ class Structure:
 
     @property
     def open(self) -> tuple[str, ...]:
-        """Those of `aims` that were not measured, and pin no velocity after the impact."""
-        return tuple(name for name in self.aims if name not in self.evidence)
+        """Those of `aims` that pin no velocity after the impact: not measured, or too vague."""
+        return tuple(name for name in self.aims if self.loose or name not in self.evidence)
+
+    @property
+    def paced(self) -> bool:
+        """Whether the motion of a vehicle that rolls is integrated."""
+        return not set(self.rolling).isdisjoint(self.integrated)
 
     @property
     def inverted(self) -> tuple[str, ...]:
         """Vehicles that roll whose rest pose gives the velocity after the impact in closed form."""
-        return tuple(
-            v for v in self.rolling if v not in self.integrated and f"rest_x_{v}" in self.evidence
-        )
+        measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence and not self.loose)
+        return tuple(v for v in measured if v not in self.integrated)
 
     @property
     def unpinned(self) -> bool:
@@ -93,7 +99,7 @@ class Structure:
 
         So it is in scenes in which a vehicle rolls: its paced steps have none in reverse mode.
         """
-        if self.steps or not set(self.rolling) & set(self.integrated):
+        if self.steps or not self.paced:
             return ()
         return tuple(v for v in VEHICLES if self.on_way_of(v))
 
@@ -145,7 +151,7 @@ class Data(NamedTuple):
 
 
 def of_scene(
-    scene: Scene, rung: str, run_out: RunOut, explained: Callable[[str], bool]
+    scene: Scene, rung: str, run_out: RunOut, explained: Callable[[str], bool], loose: bool
 ) -> tuple[Structure, Data]:
     """A scene as a program's structure and its arguments.
 
@@ -154,6 +160,7 @@ def of_scene(
         rung: its name.
         run_out: of it.
         explained: whether it predicts an item of evidence.
+        loose: as of `Structure`.
     """
     inputs = scene.inputs()
     uncertain: list[tuple[str, str]] = [
@@ -192,6 +199,7 @@ def of_scene(
         evidence=tuple(evidence),
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
+        loose=loose,
     )
     data = Data(
         inputs=numbers,
@@ -203,9 +211,8 @@ def of_scene(
         ways=run_out.ways(scene),
     )
     # run-outs that are differentiated in reverse
-    rolls = set(structure.rolling) & set(structure.integrated)
-    if structure.unpinned or (structure.followed and not rolls):
-        steps = ROLLING_STEPS if rolls else STEPS
+    if structure.unpinned or (structure.followed and not structure.paced):
+        steps = ROLLING_STEPS if structure.paced else STEPS
         structure = replace(structure, steps=steps)
     return structure, data
 

@@ -45,7 +45,7 @@ __all__ = [
     "validate",
 ]
 
-AUTO = "auto"  # the model that the ladder chooses
+AUTO = "auto"  # the model that the ladder chooses, and the method that suits the scene
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
 
 ladder = shown_in_notebooks(_ladder)
@@ -186,7 +186,7 @@ def reconstruct(
     scene: Scene,
     *,
     model: str = AUTO,
-    method: str = "nuts",
+    method: str = AUTO,
     chains: int = 4,
     draws: int | None = None,
     warmup: int = 150,
@@ -200,7 +200,8 @@ def reconstruct(
         scene: what was measured, from `load_scene`.
         model: a rung's name; "auto" for the one that the ladder chooses among those that the
             question and the evidence allow, or the fullest of them where it chooses none.
-        method: nuts (the reference), importance, smc, laplace, monte-carlo or linear.
+        method: nuts (the reference), importance, smc, laplace, monte-carlo or linear; "auto" for nuts,
+            and for importance where some wheel rolls, whose run-outs take long to follow by chains.
         chains: of draws; independent replicates where a method has no chains.
         draws: kept of each; None for as many as the method takes by default.
         warmup: iterations before them, where a method has any.
@@ -218,6 +219,9 @@ def reconstruct(
         Interrupted: stopped before any draw was kept.
     """
     climbed, known = None, dict[str, Whereabouts]()
+    if method == AUTO:
+        rolls = any(vehicle.wheels is not None for vehicle in scene.vehicles.values())
+        method = "importance" if rolls else "nuts"
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:

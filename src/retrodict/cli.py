@@ -40,6 +40,7 @@ class UnitChoice(StrEnum):
 MethodChoice = StrEnum(
     "MethodChoice", ["nuts", "importance", "smc", "laplace", "monte-carlo", "linear"]
 )
+AutoChoice = StrEnum("AutoChoice", ["auto", *(method.value for method in MethodChoice)])
 ExactChoice = StrEnum("ExactChoice", ["importance", "nuts", "smc"])
 
 SceneFile = Annotated[Path, typer.Argument(help="the scene file (TOML)", show_default=False)]
@@ -87,7 +88,10 @@ def reconstruct(
     model: Annotated[
         str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
     ] = "auto",
-    method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
+    method: Annotated[
+        AutoChoice,
+        typer.Option(help="how to draw; auto: nuts, and importance where some wheel rolls"),
+    ] = AutoChoice.auto,
     chains: Annotated[int, typer.Option(min=1, max=64, help="chains, or replicates")] = 4,
     draws: Annotated[
         int | None,

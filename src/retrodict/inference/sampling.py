@@ -136,6 +136,9 @@ class Sampling:
         instead = _INSTEAD.get(run.method)
         if not (instead and run.failed and run.complete and task.draws >= _WORTH_MORE):
             return run
+        if instead == "nuts" and task.posterior.programs.structure.paced:
+            note = "nuts was not tried: where cars roll on integrated wheels it takes minutes"
+            return replace(run, notes=(*run.notes, note))
         if missed := _missed(self.found):
             return replace(run, notes=(*run.notes, f"{missed}: no other method was tried"))
         # those draws say where the posterior lies, though they may not be told

@@ -3,8 +3,8 @@
 Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
 least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
 
-In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that along
-x, of the heading the yaw rate, counted from that of a likely crash.
+In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that
+along x, of the heading the yaw rate, counted from that of a likely crash.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods.weights import smoothed
 from retrodict.inference.modes import Whereabouts
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
-from retrodict.models import RUNGS, Rung
+from retrodict.models import RUNGS, Rung, roll
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -268,6 +268,14 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
             twins = (n for n, no in why.items() if not no and _alike(rung, RUNGS[n], scene))
             twin = next(twins, None)
             why[name] = f"of this scene the same model as {twin}" if twin else ""
+    left = [name for name, no in why.items() if not no]
+    along = [name for name in left if RUNGS[name].run_out is roll.RUN_OUT]
+    if along:  # wheels that roll: the others take long, and would be moved by these
+        kept = {along[0], along[-1], left[-1]}
+        stand = (
+            f"takes long where wheels roll; {', '.join(n for n in left if n in kept)} stand for it"
+        )
+        why |= {name: stand for name in left if name not in kept}
     return why
 
 

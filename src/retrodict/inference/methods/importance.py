@@ -39,7 +39,7 @@ _FOR_EVIDENCE, _HELD_AGAINST = 2000, 2000  # draws
 # two of 500 random crashes passed, 0.26 off).
 _OFF = 0.15
 # Times as many points as draws were asked for, where their weights fall short; twice as many are kept.
-_MOST = 32
+_MOST, _MOST_PACED = 32, 8  # the latter where run-outs of vehicles that roll are integrated
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,7 @@ def draw(task: Task, times: int = 1) -> Draws:
     # each chain is a replicate of its own, so that R-hat has something to compare
     places = np.arange(weights.size).reshape(chains, -1)
     index = np.concatenate([own[resampled(weights[own], draws, rng)] for own in places])
+    most = _MOST_PACED if posterior.programs.structure.paced else _MOST
     evidence, error = log_mean(log_weight)
     verdict = judged(k)
     verdict["attributes"] |= {
@@ -82,7 +83,7 @@ def draw(task: Task, times: int = 1) -> Draws:
         {"log_weight": log_weight[index].reshape(chains, draws)},
         **verdict,
         told={name: values[index] for name, values in told.items()},
-        more=partial(draw, task, 2 * times) if times < _MOST else None,
+        more=partial(draw, task, 2 * times) if times < most else None,
     )
 
 
