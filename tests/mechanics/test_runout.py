@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks import reference
 from retrodict.mechanics import Car, Ground, Wheels, Zone, rest, run_out, tyre, wheel_paths
-from retrodict.mechanics.runout import GRAVITY, PATCH, Steps, fixed_steps
+from retrodict.mechanics.runout import GRAVITY, PATCH, Paced, Steps, fixed_steps
 from retrodict.mechanics.surface import TYRE_WIDTH
 from retrodict.mechanics.tyre import SLIP, SLOW
 
@@ -210,6 +210,51 @@ def test_steps_may_be_an_argument_of_one_program() -> None:
     assert len(traces) == 1
     with pytest.raises(ValueError, match="1 to 3072"):
         fixed_steps(4000)
+
+
+def cars_that_roll(count: int) -> tuple[np.ndarray, np.ndarray, Car, Ground]:
+    """From one wheel locked to none, on drags of 0.02 to 0.1, steered or not; a row for each."""
+    rng = np.random.default_rng(3)
+    drag = rng.uniform(0.02, 0.1, (count, 4))
+    drag[np.arange(count) % 2 == 0, 0] = 1.0
+    steer = rng.normal(0, 0.1, (count, 1)) * np.array([1.0, 1.0, 0.0, 0.0])
+    pose = np.zeros((count, 3))
+    velocity = np.stack([rng.uniform(3, 15, count), *rng.normal(0, 2, (2, count))], axis=1)
+    same = [np.full(count, part) for part in (1.8, 1.3, 1.5, 1.5)]
+    grounds = jax.tree.map(lambda a: np.broadcast_to(a, (count, *a.shape)), plain(0.7))
+    return pose, velocity, Car(*same, Wheels(drag, steer)), grounds
+
+
+def test_paced_steps_follow_cars_that_roll() -> None:
+    """Against adaptive steps of order eight; fine ones are off by how the last motion is closed."""
+    cars = cars_that_roll(16)
+    exact = np.stack([_rest(*jax.tree.map(lambda a: a[i], cars)) for i in range(16)])  # noqa: B023
+
+    def errors(fineness: float) -> np.ndarray:
+        paced = jax.jit(jax.vmap(lambda *car: rest(*car, steps=Paced(fineness))))(*cars)
+        return np.hypot(*(np.asarray(paced) - exact)[:, :2].T)
+
+    coarse, fine = errors(1.0), errors(4.0)
+    assert np.median(coarse) < 5e-3
+    assert np.max(coarse) < 0.1
+    assert np.median(fine) < 1e-4
+    assert np.max(fine) < 2e-3
+
+
+def test_jacobians_of_paced_steps_do_not_blow_up() -> None:
+    """Uniform steps in W beyond a tyre's stability limit had them wrong by up to 1e11."""
+    cars = cars_that_roll(16)
+
+    def jacobians(fineness: float) -> np.ndarray:
+        def one(pose: jax.Array, velocity: jax.Array, car: Car, ground: Ground) -> jax.Array:
+            return jax.jacfwd(lambda V: rest(pose, V, car, ground, Paced(fineness)))(velocity)
+
+        return np.asarray(jax.jit(jax.vmap(one))(*cars))
+
+    coarse, fine = jacobians(1.0), jacobians(4.0)
+    off = np.abs(coarse - fine).max(axis=(1, 2)) / np.abs(fine).max(axis=(1, 2))
+    assert np.median(off) < 0.01
+    assert np.max(off) < 0.2
 
 
 def test_gradient_agrees_with_complex_steps_of_scipy() -> None:
