@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -27,7 +28,8 @@ from retrodict.mechanics import (
 )
 from retrodict.mechanics.contact import towards_b
 from retrodict.scene import parse_scene
-from retrodict.scene.records import VEHICLES, WHEELS, Measured
+from retrodict.scene.records import VEHICLES, WHEELS, Measured, RunOutError
+from tests.scenes import collision
 
 DEGREE = np.pi / 180
 _rest = jax.jit(partial(rest, steps=None))
@@ -116,7 +118,8 @@ def crashes() -> list[scenes.Made]:
 def test_scenes_are_read_as_they_were_meant(crashes: list[scenes.Made]) -> None:
     """What a scene takes as uncertain is what its truth varies, and all evidence is there."""
     of_vehicle = {"mass", "yaw_inertia", "impact_distance", "impact_angle", "heading", "grip"}
-    of_vehicle |= {"steer", "speed", "direction", "omega", *(f"drag_{wheel}" for wheel in WHEELS)}
+    of_vehicle |= {"steer", "speed", "direction", "omega", "drag_factor"}
+    of_vehicle |= {*(f"drag_{wheel}" for wheel in WHEELS)}
     varied = {f"{name}_{v}" for name in of_vehicle for v in VEHICLES}
     varied |= {"impact_x", "impact_y", "Gamma", "friction_road"}
     for made in crashes:
@@ -163,8 +166,12 @@ def test_truth_is_drawn_by_the_law_that_the_scene_states(
 
 
 def test_a_locked_car_is_measured_to_the_end_and_a_rolling_one_the_less_the_further() -> None:
-    assert scenes.errors(100.0, 1.0) == (0.15, 3 * DEGREE)
-    assert_allclose(scenes.errors(50.0, 0.0), [np.hypot(0.15, 2.0), np.hypot(3, 8) * DEGREE])
+    scene, error = collision(berm=False), RunOutError(Measured(0.04), Measured(8 * DEGREE))
+    b = replace(scene.vehicles["b"], run_out_error=error)
+    scene = replace(scene, vehicles=scene.vehicles | {"b": b})
+    assert scenes.errors(scene, "a", 100.0) == (0.15, 3 * DEGREE)
+    of_b = scenes.errors(scene, "b", 50.0)
+    assert_allclose(of_b, [np.hypot(0.15, 2.0), np.hypot(3, 8) * DEGREE])
 
 
 def made_up_row(**differing: object) -> runs.Row:

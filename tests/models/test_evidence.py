@@ -262,7 +262,7 @@ def test_an_unknown_speed_of_a_has_its_prior() -> None:
         assert law.cdf(speed) == pytest.approx(stats.norm.cdf(deviate), rel=1e-9)
 
 
-def test_any_rest_that_was_measured_pins_the_motion_unless_a_vehicle_rolls() -> None:
+def test_any_rest_that_was_measured_pins_the_motion_but_along_a_way() -> None:
     scene = collision()
     whole = RUNG.of_scene(scene)[0]
     assert not whole.open
@@ -278,10 +278,14 @@ def test_any_rest_that_was_measured_pins_the_motion_unless_a_vehicle_rolls() -> 
     assert RUNG.of_scene(replace(scene, rest={}))[0].unpinned
     wheels, rolled = RUNGS["planar-moment+wheels"], rolls(scene, "b", (0.3,) * 4)
     structure = wheels.of_scene(rolled)[0]
-    assert structure.open == ("rest_x_b", "rest_y_b", "rest_heading_b")
-    assert structure.responding == ("b",)
-    both = wheels.of_scene(rolls(rolled, "a", (0.3,) * 4))[0]
-    assert both.unpinned
-    assert not both.responding
+    assert structure.paced
+    assert not structure.open
+    assert not structure.responding
+    passed = replace(rolled, marks={"b": (Mark(3.0, -4.0, 0.2, "centre"),)})
+    assert wheels.of_scene(passed)[0].responding == ("b",)
+    along = RUNGS["planar-moment+roll"].of_scene(passed)[0]
+    assert along.unpinned  # its errors of the yaw rate are too wide for the bounds of e_m
+    assert "mark_1_b" not in along.evidence
+    assert not RUNGS["momentum+roll"].of_scene(passed)[0].unpinned
     # a rung that follows no heading lacks nothing
     assert not RUNGS["momentum+slide"].of_scene(partly)[0].open

@@ -136,9 +136,15 @@ def test_rungs_that_a_scene_cannot_tell_apart_are_skipped() -> None:
     assert not refused["planar+spin"]
     left = {name: why for name, why in refusals(berm, ASKED).items() if why}
     assert left == dict.fromkeys((n for n in RUNGS if n.endswith("roll")), "no wheel rolls")
-    rolling = refusals(rolls(plain, "b", (1.0, 0.1, 0.1, 0.1)), ASKED)
-    assert not rolling["planar+roll"]
-    assert not rolling["planar+wheels"]
+
+
+def test_where_wheels_roll_three_rungs_stand_for_all() -> None:
+    """The others take every wheel as locked, or take long."""
+    rolling = refusals(rolls(collision(berm=False), "b", (1.0, 0.1, 0.1, 0.1)), ("speed_b",))
+    left = [name for name, why in rolling.items() if not why]
+    assert left == ["momentum+roll", "planar-moment+roll", "planar-moment+wheels"]
+    assert rolling["planar+spin"] == "takes every wheel as locked, and some roll"
+    assert "momentum+roll" in rolling["planar+wheels"]
 
 
 @pytest.fixture
