@@ -76,7 +76,8 @@ def _slowing_evenly(
     time = 2 * length / jnp.maximum(first, 1e-9) * (1 - left)
     course = jnp.arctan2(legs[:, 1], legs[:, 0])
     speed = first * left
-    Omega = jnp.gradient(pose[:, 2]) / jnp.maximum(jnp.gradient(time), 1e-9)
+    turns, lasts = (jnp.diff(rows, append=rows[-1:]) for rows in (pose[:, 2], time))
+    Omega = turns / jnp.maximum(lasts, 1e-9)
     columns = [speed * jnp.cos(course), speed * jnp.sin(course), Omega]
     return Path(pose, jnp.stack(columns, axis=1), time)
 

@@ -40,7 +40,9 @@ class UnitChoice(StrEnum):
 MethodChoice = StrEnum(
     "MethodChoice", ["nuts", "importance", "smc", "laplace", "monte-carlo", "linear"]
 )
-AutoChoice = StrEnum("AutoChoice", ["auto", *(method.value for method in MethodChoice)])
+AutoChoice = StrEnum(
+    "AutoChoice", ["auto", "nuts", "importance", "smc", "laplace", "monte-carlo", "linear"]
+)
 ExactChoice = StrEnum("ExactChoice", ["importance", "nuts", "smc"])
 
 SceneFile = Annotated[Path, typer.Argument(help="the scene file (TOML)", show_default=False)]
