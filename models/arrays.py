@@ -193,7 +193,7 @@ def of_scene(
         constant_friction=all(
             s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
         ),
-        rolling=tuple(v for v in VEHICLES if scene.vehicles[v].wheels is not None),
+        rolling=scene.rolling,
         integrated=run_out.integrated(scene),
         rests=run_out.rests,
         evidence=tuple(evidence),

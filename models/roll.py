@@ -202,7 +202,7 @@ def spreads(free: float, steer: float, first: float, turned: float) -> tuple[flo
 def approximations(scene: Scene) -> dict[str, Measured]:
     """By what the velocity of each vehicle that rolled to rest is off that of its way, as inputs."""
     found: dict[str, Measured] = {}
-    for v in _rolling(scene):
+    for v in scene.rolling:
         if v not in scene.rest:
             continue
         vehicle, way = scene.vehicles[v], way_of(scene, v)
@@ -232,12 +232,8 @@ def approximations(scene: Scene) -> dict[str, Measured]:
     return found
 
 
-def _rolling(scene: Scene) -> tuple[str, ...]:
-    return tuple(v for v in VEHICLES if scene.vehicles[v].wheels is not None)
-
-
 def _refusal(scene: Scene) -> str:
-    rolling = _rolling(scene)
+    rolling = scene.rolling
     if not rolling:
         return "no wheel rolls"
     if not any(v in scene.rest for v in rolling):
@@ -277,8 +273,8 @@ RUN_OUT = RunOut(
     rest_poses=rest_poses,
     paths=paths,
     fullness=frozenset({"yaw", "rolling"}),
-    integrated=lambda scene: tuple(v for v in VEHICLES if v not in _rolling(scene)),
-    ways=lambda scene: {v: way_of(scene, v) for v in _rolling(scene)},
+    integrated=lambda scene: tuple(v for v in VEHICLES if v not in scene.rolling),
+    ways=lambda scene: {v: way_of(scene, v) for v in scene.rolling},
     approximations=approximations,
     inverse=inverse,
     refusal=_refusal,

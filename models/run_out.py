@@ -16,8 +16,7 @@ from retrodict.scene.records import VEHICLES, Measured, Scene
 
 def rolls(scene: Scene) -> str:
     """Refuse a scene for a run-out that takes every wheel as locked, if some roll."""
-    rolling = any(scene.vehicles[v].wheels is not None for v in VEHICLES)
-    return "takes every wheel as locked, and some roll" if rolling else ""
+    return "takes every wheel as locked, and some roll" if scene.rolling else ""
 
 
 ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for both vehicles"

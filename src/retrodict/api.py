@@ -220,8 +220,7 @@ def reconstruct(
     """
     climbed, known = None, dict[str, Whereabouts]()
     if method == AUTO:
-        rolls = any(vehicle.wheels is not None for vehicle in scene.vehicles.values())
-        method = "importance" if rolls else "nuts"
+        method = "importance" if scene.rolling else "nuts"
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:

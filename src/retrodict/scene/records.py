@@ -277,6 +277,11 @@ class Scene:
     robust: bool = False
     approximations: dict[str, Measured] = field(default_factory=dict)
 
+    @property
+    def rolling(self) -> tuple[str, ...]:
+        """Vehicles of which some wheel was not locked after the impact."""
+        return tuple(v for v in VEHICLES if self.vehicles[v].wheels is not None)
+
     def inputs(self) -> dict[str, Measured]:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
         flat: dict[str, Measured] = {}
