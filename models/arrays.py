@@ -44,6 +44,9 @@ class Structure:
         marks: name of each item at a mark, and what of its vehicle passed there.
         robust: whether errors of the evidence have heavy tails.
         loose: whether rest poses say too little for coordinates: velocities after the impact are.
+        offset: whether coordinates are offsets from a guess of the velocities after the impact.
+        ways: vehicles that are followed along where they were seen, and at how many points.
+        around: items of evidence of which whole turns mean nothing, for they were not counted.
         steps: of each run-out's integration; None where they are an argument, which run-outs that
             nobody differentiates in reverse take.
     """
@@ -60,6 +63,9 @@ class Structure:
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
     loose: bool = False
+    offset: bool = False
+    ways: tuple[tuple[str, int], ...] = ()
+    around: tuple[str, ...] = ()
     steps: int | None = None
 
     @property
@@ -91,7 +97,7 @@ class Structure:
     @property
     def unpinned(self) -> bool:
         """Whether coordinates are velocities after the impact, and not rest poses: all are open."""
-        return self.open == self.aims
+        return self.open == self.aims and not self.offset
 
     @property
     def responding(self) -> tuple[str, ...]:
@@ -111,6 +117,8 @@ class Structure:
     @property
     def surrogates(self) -> tuple[str, ...]:
         """What run-outs end at or pass that is predicted by a surrogate too, in order."""
+        if self.offset:
+            return ()
         return (*self.aims, *(name for v in self.responding for name in self.on_way_of(v)))
 
     @property
@@ -162,7 +170,7 @@ def of_scene(
         explained: whether it predicts an item of evidence.
         loose: as of `Structure`.
     """
-    inputs = scene.inputs()
+    inputs, ways = scene.inputs(), run_out.ways(scene)
     uncertain: list[tuple[str, str]] = [
         (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
     ]
@@ -200,6 +208,7 @@ def of_scene(
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
         loose=loose,
+        ways=tuple((v, len(way)) for v, way in ways.items()),
     )
     data = Data(
         inputs=numbers,
@@ -208,7 +217,7 @@ def of_scene(
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
         steps=fixed_steps(STEPS),
-        ways=run_out.ways(scene),
+        ways=ways,
     )
     # run-outs that are differentiated in reverse
     if structure.unpinned or (structure.followed and not structure.paced):

@@ -118,7 +118,7 @@ def observe(
                 predicted = (_ALL | _YAW)[name[:-2]](motion)
             if surrogate and name in structure.surrogates:
                 predicted = surrogate(name, after, predicted)
-            if any(part in name for part in _CIRCULAR):
+            if name in structure.around or any(part in name for part in _CIRCULAR):
                 # the representative nearest to what was measured
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))

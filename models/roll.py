@@ -130,6 +130,11 @@ def _along_its_way(
 # course and yaw rate less those of its way.
 
 
+def offsets(v: str) -> tuple[str, str, str]:
+    """Names of these inputs of a vehicle."""
+    return f"roll_speed_{v}", f"roll_course_{v}", f"roll_yaw_rate_{v}"
+
+
 def _of_its_way(x: parts.Values, v: str, velocity: Float[Array, "3"]) -> Float[Array, "3"]:
     """The velocity that the measured way is taken to be of."""
     if f"roll_speed_{v}" not in x:
@@ -205,31 +210,43 @@ def approximations(scene: Scene) -> dict[str, Measured]:
     for v in scene.rolling:
         if v not in scene.rest:
             continue
-        vehicle, way = scene.vehicles[v], way_of(scene, v)
-        wheels = vehicle.wheels
-        assert wheels is not None, "it rolls"
-        drag = np.array([getattr(wheels, wheel).value for wheel in WHEELS])
-        front, rear = vehicle.front_axle.value, vehicle.rear_axle.value
-        k2 = vehicle.yaw_inertia.value / vehicle.mass.value
-        car = Car(k2, front, rear, vehicle.track.value, Wheels(drag, np.zeros(4)))
-        loads = np.array([rear, rear, front, front]) / (front + rear) / 2
-        steer = math.hypot(wheels.steer.value, wheels.steer.sd)
-        legs = np.hypot(*np.diff(np.vstack([_start(scene, v), way[:, :2]]), axis=0).T)
-        turned = float(np.nan_to_num(way[-1, 2] - vehicle.heading.value))
-        grip = vehicle.grip.value * scene.surfaces[0].friction.value
-        share, speed = turning(turned, legs.sum(), grip, car, np)
-        of_speed, of_course, of_turn = spreads(
-            1 - loads @ drag, steer, legs[0] / legs.sum(), turned
-        )
-        of_yaw_rate = of_turn / (MEAN_YAW_RATE * share * 2 * legs.sum() / speed)
+        of_speed, of_course, of_yaw_rate = missed(scene, v)
         mean = math.exp(of_speed**2 / 2)  # where the median is 1
         relative = Measured(mean, mean * math.sqrt(math.expm1(of_speed**2)), "lognormal")
-        found |= {
-            f"roll_speed_{v}": replace(relative, source=_SOURCE, assumed="sd"),
-            f"roll_course_{v}": Measured(0.0, float(of_course), source=_SOURCE, assumed="sd"),
-            f"roll_yaw_rate_{v}": Measured(0.0, float(of_yaw_rate), source=_SOURCE, assumed="sd"),
-        }
+        errors = (relative, Measured(0.0, of_course), Measured(0.0, of_yaw_rate))
+        for name, error in zip(offsets(v), errors, strict=True):
+            found[name] = replace(error, source=_SOURCE, assumed="sd")
     return found
+
+
+def missed(scene: Scene, v: str, turns: float = 0.0) -> tuple[float, float, float]:
+    """Standard deviations by which the velocity of a vehicle is off that of its way.
+
+    Args:
+        scene: what was measured, its rest among it.
+        v: "a" or "b".
+        turns: rotation to rest that is left open besides, rad.
+
+    Returns:
+        Of ln(speed), of the course, rad, and of the yaw rate, rad/s.
+    """
+    vehicle, way = scene.vehicles[v], way_of(scene, v)
+    wheels = vehicle.wheels
+    drag, steer = np.ones(4), 0.0
+    if wheels is not None:
+        drag = np.array([getattr(wheels, wheel).value for wheel in WHEELS])
+        steer = math.hypot(wheels.steer.value, wheels.steer.sd)
+    front, rear = vehicle.front_axle.value, vehicle.rear_axle.value
+    k2 = vehicle.yaw_inertia.value / vehicle.mass.value
+    car = Car(k2, front, rear, vehicle.track.value, Wheels(drag, np.zeros(4)))
+    loads = np.array([rear, rear, front, front]) / (front + rear) / 2
+    legs = np.hypot(*np.diff(np.vstack([_start(scene, v), way[:, :2]]), axis=0).T)
+    turned = float(np.nan_to_num(way[-1, 2] - vehicle.heading.value))
+    grip = vehicle.grip.value * scene.surfaces[0].friction.value
+    share, speed = turning(turned, legs.sum(), grip, car, np)
+    of_speed, of_course, of_turn = spreads(1 - loads @ drag, steer, legs[0] / legs.sum(), turned)
+    lasts = MEAN_YAW_RATE * share * 2 * legs.sum() / speed
+    return float(of_speed), float(of_course), float(math.hypot(of_turn, turns) / lasts)
 
 
 def _refusal(scene: Scene) -> str:

@@ -46,6 +46,7 @@ __all__ = [
 ]
 
 AUTO = "auto"  # the model that the ladder chooses, and the method that suits the scene
+_CHAINS = 4  # unless asked for otherwise, as by the ladder
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
 
 ladder = shown_in_notebooks(_ladder)
@@ -187,7 +188,7 @@ def reconstruct(
     *,
     model: str = AUTO,
     method: str = AUTO,
-    chains: int = 4,
+    chains: int = _CHAINS,
     draws: int | None = None,
     warmup: int = 150,
     seed: int = 0,
@@ -201,7 +202,7 @@ def reconstruct(
         model: a rung's name; "auto" for the one that the ladder chooses among those that the
             question and the evidence allow, or the fullest of them where it chooses none.
         method: nuts (the reference), importance, smc, laplace, monte-carlo or linear; "auto" for nuts,
-            and for importance where some wheel rolls, whose run-outs take long to follow by chains.
+            and for smc where some wheel rolls, whose run-outs bend too much for its derivatives.
         chains: of draws; independent replicates where a method has no chains.
         draws: kept of each; None for as many as the method takes by default.
         warmup: iterations before them, where a method has any.
@@ -219,15 +220,20 @@ def reconstruct(
         Interrupted: stopped before any draw was kept.
     """
     climbed, known = None, dict[str, Whereabouts]()
+    # what the ladder draws of scenes in which wheels roll takes longest, and is kept
+    kept: dict[str, Outcome] | None = None
     if method == AUTO:
-        method = "importance" if scene.rolling else "nuts"
+        method = "smc" if scene.rolling else "nuts"
+        kept = {} if scene.rolling and (chains, draws) == (_CHAINS, None) else None
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:
-            climbed = ladder(scene, seed=seed, progress=progress, known=known)
+            climbed = ladder(scene, seed=seed, progress=progress, known=known, outcomes=kept)
             if not climbed.complete:
                 raise Interrupted("stopped before a model was chosen")
         model = (climbed and climbed.choice) or rungs[-1]
+        if kept and model in kept:
+            return Result(kept[model], climbed)
     outcome = _reconstruct(
         scene,
         model=model,

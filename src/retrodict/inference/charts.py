@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from retrodict.inference import coordinates
-from retrodict.inference.coordinates import Chart, Response, Sheet, Wall
+from retrodict.inference.coordinates import Chart, Guess, Response, Sheet, Wall
 from retrodict.inference.programs import Programs
 from retrodict.inference.squash import softness_for
 from retrodict.models.arrays import Data, Structure
@@ -26,6 +26,17 @@ def plain(centre: Point, spread: Spread) -> Chart:
     return Chart(_NO_SHEETS, _NO_WALL, centre, spread, np.array(np.linalg.slogdet(spread)[1]), ())
 
 
+def off(sheets: tuple[Sheet, Sheet], guess: Guess, n: int) -> Chart:
+    """A chart of so many coordinates that are offsets, without walls: w is q.
+
+    Args:
+        sheets: of the vehicles whose coordinates are the misses of their rest pose.
+        guess: of the velocities of the others.
+        n: number of coordinates.
+    """
+    return plain(np.zeros(n), np.eye(n))._replace(sheets=sheets, guess=guess)
+
+
 def blank(structure: Structure) -> Chart:
     """A chart of the right shapes and no meaning, to compile programs for."""
     n, v = coordinates.length(structure), len(structure.rests)
@@ -33,6 +44,8 @@ def blank(structure: Structure) -> Chart:
         return plain(np.zeros(n), np.eye(n))
     sizes = [v + len(coordinates.shaping_inputs(structure, vehicle)) for vehicle in VEHICLES]
     for_a, for_b = (Sheet(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes)
+    if structure.offset:
+        return off((for_a, for_b), Guess(np.zeros(2), np.ones((2, 3)), np.zeros(())), n)
     responses = []
     for vehicle in structure.responding:
         m, k = len(structure.on_way_of(vehicle)), sizes[VEHICLES.index(vehicle)]

@@ -30,11 +30,12 @@ from jaxtyping import Array, Float, Int
 
 from retrodict.inference import unpinned
 from retrodict.inference.squash import lift
-from retrodict.models import RUNGS, parts
+from retrodict.models import RUNGS, parts, roll
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import Level, quotients
 from retrodict.scene.records import VEHICLES
 
+_NO_CRASH = {"e": 0.1, "e_m": 0.5, "mu": 0.1}
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 
 Numbers = Array | np.ndarray
@@ -114,6 +115,22 @@ class Response(NamedTuple):
         return self.surface(jnp.concatenate([off, shape]))
 
 
+class Guess(NamedTuple):
+    """Velocities after the impact of each vehicle that rolls, as the way to where it was found has them.
+
+    Args:
+        taken: whether offsets from it are the vehicle's coordinates, and not its sheet's; shape (2,).
+        off: by what they may be off: the logarithm of the speed, the course, rad, and the yaw rate,
+            rad/s, shape (2, 3).
+        spun: whether the last coordinate of B is by what its yaw rate before the impact is off what was
+            measured, in standard deviations.
+    """
+
+    taken: Float[Numbers, "2"]
+    off: Float[Numbers, "2 3"]
+    spun: Float[Numbers, ""]
+
+
 class Chart(NamedTuple):
     """The numbers of the bijection w -> q -> the model's unknowns, and of the slopes beside it.
 
@@ -124,6 +141,7 @@ class Chart(NamedTuple):
         spread: q's change per w, shape (q, w); no column changes what is held, to first order.
         log_volume: log |det| of the spread and the directions of what is held together.
         responses: of each of `Structure.responding`.
+        guess: of the velocities from which coordinates are offsets, where they are.
     """
 
     sheets: tuple[Sheet, Sheet]
@@ -132,6 +150,7 @@ class Chart(NamedTuple):
     spread: Float[Numbers, "q w"]
     log_volume: Float[Numbers, ""]
     responses: tuple[Response, ...]
+    guess: Guess | None = None
 
 
 def levels_of(structure: Structure) -> tuple[Level, ...]:
@@ -422,6 +441,9 @@ def locate(
     if structure.unpinned:
         sites, volume = unpinned.locate(structure, data, q)
         return sites, volume + log_det, q
+    if structure.offset:
+        sites, volume = _off_guess(structure, data, chart, q)
+        return sites, volume + log_det, q
     v = len(structure.aims)
     bent = Bent(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
     if levels_of(structure):
@@ -435,6 +457,59 @@ def locate(
     sites, log_inverse = _sites(structure, data, q, separation + bent.motion[:v], x)
     log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
     return sites | bent.levels, log_det, q
+
+
+def _off_guess(
+    structure: Structure, data: Data, chart: Chart, q: Q
+) -> tuple[parts.Values, Float[Array, ""]]:
+    """`locate` where coordinates are offsets: unknowns at q, and log |d unknowns / d q|.
+
+    Bounds are no edges here: beyond them there is no density.
+    """
+    guess, impact = chart.guess, RUNGS[structure.rung].impact
+    assert guess is not None, "charts of offsets have one"
+    last, spun = len(structure.aims) - 1, jnp.asarray(guess.spun) > 0
+    deviate, q = q[last], q.at[last].set(jnp.where(spun, 0.0, q[last]))
+    x = parts.from_standard(structure, data, _split(structure, q)[1])
+    scale = friction_scale(structure, data, x)
+    velocities, slopes = reduced(structure, data, chart, q)
+    separation = scale * velocities.reshape(2, -1)
+    volumes = [_log_det(own) + len(own) * jnp.log(scale) for own in slopes]
+    # of B but for its yaw rate
+    flat = _log_det(slopes[1][:2, :2]) + 2 * jnp.log(scale)
+    for i, v in enumerate(VEHICLES):
+        if v not in structure.integrated or v not in data.ways:
+            continue
+        u, units = q[3 * i : 3 * i + 3], jnp.asarray(guess.off)[i]
+        off = dict(zip(roll.offsets(v), units * u, strict=True))
+        off[f"roll_speed_{v}"] = jnp.exp(off[f"roll_speed_{v}"])
+        end = jnp.nan_to_num(jnp.asarray(data.ways[v])[-1])
+        V = roll.inverse(structure, data, x | off, v)(end)
+        taken = jnp.asarray(guess.taken)[i] > 0
+        own = jnp.log(V[0] ** 2 + V[1] ** 2) + jnp.log(units[0] * units[1])
+        separation = separation.at[i].set(jnp.where(taken, V, separation[i]))
+        volumes[i] = jnp.where(taken, own + jnp.log(units[2]), volumes[i])
+        flat = jnp.where(taken, own, flat) if v == "b" else flat
+    if spins(structure):
+        middle, sd = data.inputs["omega_b"]
+        # both yaw rates of B go together one to one (SAE 770014, eq 21)
+        still = impact.unknowns(separation.at[1, 2].set(0.0).ravel(), x)[0]["omega_b"]
+        turned = separation.at[1, 2].set(middle + sd * deviate - still)
+        separation = jnp.where(spun, turned, separation)
+        volumes[1] = jnp.where(spun, flat + jnp.log(sd), volumes[1])
+    sites, log_inverse = _sites(structure, data, q, separation.ravel(), x)
+    log_det = log_inverse - jnp.log(sites["speed_b"]) + volumes[0] + volumes[1]
+    bounded = levels_of(structure)
+    inside = jnp.array([(sites[b.name] > b.low) & (sites[b.name] < b.high) for b in bounded]).all()
+    # no crash stands for those outside: one is put in their place whose run-outs are short
+    own = {k: value for k, value in sites.items() if k != "measured"}
+    sites |= {k: jnp.where(inside, value, _NO_CRASH.get(k, 1.0)) for k, value in own.items()}
+    return sites, jnp.where(inside, log_det, -jnp.inf)
+
+
+def spins(structure: Structure) -> bool:
+    """Whether B's yaw rate before the impact was measured, and follows from the motion after it."""
+    return "omega_b" in structure.known_of_b and bool(levels_of(structure))
 
 
 def likeness(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference import rolling
 from retrodict.inference.descent import spread
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.draws import Progress
@@ -264,7 +265,7 @@ class Whereabouts:
 
 
 def whereabouts(
-    scene: Scene, rung: str, seed: int, progress: Progress | None = None
+    scene: Scene, rung: str, seed: int, method: str, progress: Progress | None = None
 ) -> Whereabouts:
     """Where a scene's posterior lies on a rung.
 
@@ -272,12 +273,17 @@ def whereabouts(
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
         seed: of the draws that weigh solutions, and of the search for rivals.
+        method: by which it will be drawn from.
         progress: as of `solutions`.
 
     Raises:
         Unanswerable: as of `solutions`.
     """
-    found = solutions(scene, rung, progress)
+    if rolling.tempered(scene, rung, method):
+        whole = rolling.prepare(scene, rung)
+        found = [Solution(whole, RUNGS[rung].with_approximations(scene), {}, False)]
+    else:
+        found = solutions(scene, rung, progress)
     modes, unsettled = weighed(found, seed)
     return Whereabouts(found, modes, _unresolved(found) + unsettled, seed)
 

@@ -30,13 +30,14 @@ from retrodict.scene.records import VEHICLES, Scene
 
 RIVAL = 1e-3  # weight from which on another mode counts
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
-_MOST_STEPS = 768
+MOST_STEPS = 768
 _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
 _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
 # Least curvature that whitening takes for real. Where rest poses do not pin the motion: inputs have a
 # prior of curvature 1, and a direction that is much wider than that is a ridge that bends away.
 _RIDGE, FLAT = 0.3, 1e-2
 IMPROBABLE = 20.0  # log density by which another mode may be lower and count
+_FAR = 1.5  # standard deviations at the mode: what tempering starts from
 _RUN_OUTS, _WIDE = 2048, 1.2  # that responses are fitted to, over how much of what is whitened
 _SLOW = 5.0  # m/s: speeds of B over which its spike is levelled
 _SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
@@ -53,6 +54,7 @@ class Posterior:
         sheet_error: of the fitted sheets for A and B, in standard deviations of the rest pose.
         log_evidence: Laplace's approximation at the mode.
         unresolved: how far the rest poses may be out for want of steps, in standard deviations.
+        spread: standard deviations of w from which tempering starts; None for `_FAR` in all.
     """
 
     programs: Programs
@@ -61,6 +63,12 @@ class Posterior:
     sheet_error: np.ndarray
     log_evidence: float
     unresolved: float
+    spread: np.ndarray | None = None
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Standard deviations of w from which tempering starts, about zero."""
+        return np.full(self.size, _FAR) if self.spread is None else self.spread
 
     @property
     def size(self) -> int:
@@ -207,7 +215,7 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
         found = [replace(at, unresolved=max(at.unresolved, unresolved(at))) for at in found]
         structure, data = found[0].programs.structure, found[0].data
         steps = steps_of(structure, data)
-        if found[0].unresolved <= RESOLVED or steps >= _MOST_STEPS:
+        if found[0].unresolved <= RESOLVED or steps >= MOST_STEPS:
             return found
         structure, data = in_steps(structure, data, 2 * steps)
 
@@ -225,7 +233,7 @@ def _unpinned(structure: Structure, data: Data) -> Posterior:
         posterior = max(climbed, key=lambda found: found.log_evidence)
         posterior = replace(posterior, unresolved=unresolved(posterior))
         steps = steps_of(structure, data)
-        if posterior.unresolved <= RESOLVED or steps >= _MOST_STEPS:
+        if posterior.unresolved <= RESOLVED or steps >= MOST_STEPS:
             return posterior
         structure, data = in_steps(structure, data, 2 * steps)
         starts = [np.asarray(posterior.chart.centre)]
@@ -297,7 +305,7 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
         sheets, error, run_outs = sheet.fit(programs, data, separation)
         unresolved = sheet.unresolved(programs, data, run_outs)
         steps = steps_of(structure, data)
-        if unresolved <= RESOLVED or steps >= _MOST_STEPS:
+        if unresolved <= RESOLVED or steps >= MOST_STEPS:
             break
         structure, data = in_steps(structure, data, 2 * steps)
     n = coordinates.length(structure)

@@ -14,14 +14,11 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
-from jax.scipy.special import gammaln
-from jaxtyping import Array, Float
+from jaxtyping import Array
 from numpyro.infer.hmc import hmc
 from numpyro.infer.util import ParamInfo
 
@@ -39,8 +36,6 @@ BLOCK = 50  # iterations per call of `advance`
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.
 _MAX_TREE_DEPTH = 6
 
-_FREEDOM, _WIDE = 8.0, 2.0  # of the Student-t that tempering starts from
-
 # Run a few times each: compiling them well would take longer than they do.
 _SELDOM = dict.fromkeys(
     ("inputs", "levels", "solve_back", "propagate", "simulate", "prior", "paths"), 0
@@ -50,16 +45,6 @@ _LEVELS = _SELDOM | {"reached": 1, "weigh": 1}
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
-
-
-class Tempering(NamedTuple):
-    """Where a tempered SMC run stands: weighted particles, temperature from 0 to 1, log evidence."""
-
-    key: Array
-    particles: Float[Array, "count q"]
-    weights: Float[Array, " count"]
-    temperature: Float[Array, ""]
-    log_evidence: Float[Array, ""]
 
 
 class Programs:
@@ -164,56 +149,6 @@ class Programs:
         )
         return start, advance_compiled
 
-    def tempering(self, count: int, *example: Any) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """Tempered SMC by blackjax, from a Student-t to the posterior.
-
-        Args:
-            count: of particles.
-            example: data and chart, of which only the shapes matter.
-
-        Returns:
-            start(key, data, chart) -> state and advance(state, data, chart) -> state a stage on.
-        """
-        n = coordinates.size(self.structure)
-
-        def start(key: Array, *_: Any) -> Tempering:
-            key, first = jax.random.split(key)
-            tails = dist.MultivariateStudentT(_FREEDOM, jnp.zeros(n), _WIDE * jnp.eye(n))
-            w = tails.sample(first, (count,))
-            return Tempering(key, w, jnp.full(count, 1 / count), jnp.zeros(()), jnp.zeros(()))
-
-        def advance(state: Tempering, data: Data, chart: coordinates.Chart) -> Tempering:
-            import blackjax  # half a second, and the other methods do without
-            from blackjax.smc.resampling import systematic
-            from blackjax.smc.tempered import TemperedSMCState
-
-            def gain(w: Array) -> Array:
-                found = -self.target.potential(w, data, chart) - _log_tails(w)
-                return jnp.where(jnp.isfinite(found), found, -1e6)
-
-            moves = {
-                "step_size": jnp.array([0.4]),
-                "inverse_mass_matrix": jnp.ones((1, n)),
-                "num_integration_steps": jnp.array([4]),
-            }
-            hmc_move = blackjax.hmc.build_kernel()
-            kernel = blackjax.adaptive_tempered_smc.build_kernel(
-                _log_tails, gain, hmc_move, blackjax.hmc.init, systematic, target_ess=0.7
-            )
-            key, now = jax.random.split(state.key)
-            before = TemperedSMCState(state.particles, state.weights, state.temperature)
-            after, info = kernel(now, before, 2, moves)
-            rise = state.log_evidence + info.log_likelihood_increment
-            return Tempering(key, after.particles, after.weights, after.tempering_param, rise)
-
-        nowhere = (jax.random.key(0), *example)
-        self._submit(f"temper from {count}", lambda: jax.jit(start).lower(*nowhere))
-        self._submit(
-            f"temper {count}",
-            lambda: jax.jit(advance).lower(jax.eval_shape(start, *nowhere), *example),
-        )
-        return self._finished(f"temper from {count}"), self._finished(f"temper {count}")
-
     def _submit(self, name: str, lower: Callable[[], jax.stages.Lowered]) -> None:
         """Loaded elsewhere where it is kept; else traced here and now, and compiled elsewhere."""
         if name in self._programs:
@@ -250,18 +185,6 @@ class Programs:
             program = self._programs[name].result()
         Programs.compile_seconds += time.perf_counter() - begin
         return program
-
-
-def _log_tails(w: Array) -> Array:
-    """Log density of the Student-t that tempering starts from.
-
-    Written out, because numpyro's solves a triangular system by LAPACK, and a program kept on disk
-    that calls LAPACK crashes in a process that has compiled none (jaxlib then has not looked it up).
-    """
-    n = w.shape[-1]
-    constant = gammaln((_FREEDOM + n) / 2) - gammaln(_FREEDOM / 2)
-    constant -= n / 2 * jnp.log(_FREEDOM * jnp.pi * _WIDE**2)
-    return constant - (_FREEDOM + n) / 2 * jnp.log1p(jnp.vdot(w, w) / (_FREEDOM * _WIDE**2))
 
 
 def in_chunks(function: Callable[[Any], Any], values: Any, size: int = CHUNK) -> Any:

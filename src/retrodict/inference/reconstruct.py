@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from retrodict.inference import charts
+from retrodict.inference import charts, rolling
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Solution, Whereabouts, whereabouts
@@ -22,6 +22,7 @@ from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
 from retrodict.inference.sampling import Sampling
 from retrodict.inference.tree import prior_keys
 from retrodict.models import RUNGS
+from retrodict.models.arrays import Data
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import VEHICLES, Scene
 
@@ -82,10 +83,11 @@ def reconstruct(
     finding = partial(tell, "finding where the posterior lies")
     finding(0, 1)
     known = {} if known is None else known
-    if model not in known:
-        known[model] = whereabouts(scene, model, seed, finding)
+    place = f"{model}, tempered" if rolling.tempered(scene, model, method) else model
+    if place not in known:
+        known[place] = whereabouts(scene, model, seed, method, finding)
     finding(1, 1)
-    where = known[model]
+    where = known[place]
     found, modes = where.found, where.modes
     seeks = chosen.exact and method != "smc"  # which starts from everywhere
     tell("looking for other solutions", 0, 1)
@@ -144,15 +146,14 @@ def compile_ahead(
         pictured: whether the prior and run-outs are told too.
     """
     structure, data = RUNGS[model].of_scene(scene)
+    if rolling.tempered(scene, model, method):
+        pinned, structure, data, _ = rolling.seen(scene, model)
+        _expect_run_outs(programs_for(pinned), data)
     programs = programs_for(structure)
     chart = charts.blank(structure)
     n = chart.spread.shape[1]
-    if not structure.unpinned:
-        if structure.inverted != VEHICLES:
-            separation = np.zeros((BATCH, len(structure.aims)))
-            xi = np.zeros((BATCH, len(structure.uncertain)))
-            programs.expect("inputs", data, xi)
-            programs.expect("reached", data, separation, xi)
+    if not (structure.unpinned or structure.offset):
+        _expect_run_outs(programs, data)
         if programs.target.rung.impact.levels:
             programs.expect("levels", data, chart, chart.centre)
     if structure.unpinned:
@@ -169,6 +170,17 @@ def compile_ahead(
         programs.expect("simulate", data, sites)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)
+
+
+def _expect_run_outs(programs: Programs, data: Data) -> None:
+    """What sheets are fitted by."""
+    structure = programs.structure
+    if structure.inverted == VEHICLES:
+        return
+    separation = np.zeros((BATCH, len(structure.aims)))
+    xi = np.zeros((BATCH, len(structure.uncertain)))
+    programs.expect("inputs", data, xi)
+    programs.expect("reached", data, separation, xi)
 
 
 def _named(known: dict, what: str, name: str) -> Any:

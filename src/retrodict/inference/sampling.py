@@ -92,7 +92,9 @@ class Sampling:
         notes = [note for each in drawn for note in each.notes]
         complete = all(each.complete for each in drawn)
         draws, times, lacking = task.draws, 1, self._lacking(checks)
-        while complete and may_mend(checks, task, times) and all(each.more for each in drawn):
+        while (
+            complete and may_mend(checks, task, times, method) and all(each.more for each in drawn)
+        ):
             times *= 2
             drawn, further = self._timed(partial(_more, drawn))
             seconds += further
@@ -221,16 +223,18 @@ def _more(drawn: list[Draws]) -> list[Draws]:
     return [each.more() for each in drawn if each.more]
 
 
-def may_mend(checks: Checks, task: Task, times: int) -> bool:
+def may_mend(checks: Checks, task: Task, times: int, method: str) -> bool:
     """Whether more draws may mend what these lack.
 
     Args:
         checks: of the draws.
         task: that asked for them.
         times: as many as it asked for were drawn already; for a digit alone they are doubled but once.
+        method: a name in METHODS; populations of smc are all anew, so they need not be near.
     """
     short = bool(checks.failed or (checks.coarse and times == 1))
-    return short and checks.max_rhat < _NEARLY and task.draws >= _WORTH_MORE
+    near = checks.max_rhat < _NEARLY or method == "smc"
+    return short and near and task.draws >= _WORTH_MORE
 
 
 def _missed(found: list[Solution]) -> str:

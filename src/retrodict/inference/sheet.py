@@ -9,7 +9,10 @@ along x, of the heading the yaw rate, counted from that of a likely crash.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from jaxtyping import Bool, Float
 
 from retrodict.inference import coordinates
 from retrodict.inference.errors import Unanswerable
@@ -22,6 +25,8 @@ from retrodict.models.parts import AFTER
 from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
+_FAR = 4.0  # standard deviations of a rest pose, by a sheet, at which velocities that reach it lie apart
+NEAR = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
 _NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
@@ -36,12 +41,58 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
         data: its numbers, taken at their measured values.
 
     Returns:
-        (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where the
-        rung has none. Where a part is open, its velocity is that of a likely crash. Of vehicles whose
-        run-out is inverted they need not end there.
+        As of `Shot.separation`. Of vehicles whose run-out is inverted they need not end there.
 
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
+    """
+    found = nearest(programs, data)
+    for v, by in zip(VEHICLES, found.missed, strict=True):
+        if by > NEAR and v not in programs.structure.inverted:
+            raise unreachable(v, by)
+    return found.separation
+
+
+def unreachable(v: str, missed: float) -> Unanswerable:
+    """That a vehicle cannot reach its rest pose: what the nearest run-out misses by, in its sd."""
+    return Unanswerable(
+        f"vehicle {v.upper()}: no velocities after the impact bring it to its measured rest "
+        f"(the nearest run-out misses by {missed:.1f} standard deviations); "
+        "check its rest position, heading and rotation, and the friction"
+    )
+
+
+class Shot(NamedTuple):
+    """What was found of velocities after the impact that end at the measured rest poses.
+
+    Args:
+        separation: (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where
+            the rung has none. Where a part is open, its velocity is that of a likely crash.
+        missed: by how many standard deviations the run-outs of A and of B miss.
+        near: of A and of B, all velocities met whose run-outs miss by less than `NEAR`.
+    """
+
+    separation: np.ndarray
+    missed: Float[np.ndarray, "2"]
+    near: tuple[Float[np.ndarray, "any v"], Float[np.ndarray, "any v"]]
+
+    def folds(self, sheets: tuple[coordinates.Sheet, coordinates.Sheet]) -> Bool[np.ndarray, "2"]:
+        """Whether some of them lie far from the sheet of A and of B, which then holds not all of them."""
+        apart = []
+        for V, near, fitted in zip(self.separation.reshape(2, -1), self.near, sheets, strict=True):
+            by_z = np.asarray(fitted.linear)[:, : V.size]
+            z = (near - V) @ np.linalg.pinv(by_z).T
+            apart.append(bool((np.linalg.norm(z, axis=1) > _FAR).any()))
+        return np.array(apart)
+
+
+def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
+    """Velocities after the impact that end nearest to the measured rest poses, as far as was sought.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers, taken at their measured values.
+        every: whether others are sought after the first was found of each vehicle.
     """
     size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
@@ -55,6 +106,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
     V = np.where(opened, target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
+    near: list[list[np.ndarray]] = [[], []]
     weight = _TURNING[:size]
     damping = np.ones((starts, 2, 1))
     previous, cost_before = V.copy(), np.full((starts, 2), np.inf)
@@ -70,10 +122,11 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
         worse = ~(cost <= cost_before)
         for v in range(2):
+            near[v].append(V[cost[:, v] < NEAR**2, v])
             i = int(np.argmin(cost[:, v]))
             if cost[i, v] < best[v]:
                 best[v], found[v] = cost[i, v], V[i, v]
-        if np.all(best < 1e-6):
+        if not every and np.all(best < 1e-6):
             break
         damping = np.where(worse[..., None], damping / 4, np.minimum(damping * 2, 1))
         J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP * sd), 1, -1)
@@ -90,14 +143,8 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
         previous = np.where(worse[..., None], previous, V)
         cost_before = np.where(worse, cost_before, cost)
         V = V_next
-    for v, name in enumerate("AB"):
-        if best[v] > 1.0 and VEHICLES[v] not in programs.structure.inverted:
-            raise Unanswerable(
-                f"vehicle {name}: no velocities after the impact bring it to its measured rest "
-                f"(the nearest run-out misses by {np.sqrt(best[v]):.1f} standard deviations); "
-                "check its rest position, heading and rotation, and the friction"
-            )
-    return found.ravel()
+    of_a, of_b = map(np.concatenate, near)
+    return Shot(found.ravel(), np.sqrt(best), (of_a, of_b))
 
 
 def fit(
@@ -199,7 +246,8 @@ def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.nd
         run_outs: as `fit` returns them.
 
     Returns:
-        What nine tenths of the run-outs' coordinates stay below, against four times the steps.
+        What nine tenths of the run-outs' coordinates stay below, against four times the steps; of those
+        that can be followed.
     """
     s = programs.structure
     if not s.integrated:
@@ -211,7 +259,7 @@ def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.nd
     ]
     sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in s.aims])
     moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
-    return float(np.quantile(np.abs(moved[:, np.isfinite(sd)]), 0.9))
+    return float(np.nanquantile(np.abs(moved[:, np.isfinite(sd)]), 0.9))
 
 
 def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:

@@ -96,7 +96,8 @@ class Target:
             off = off.at[i].set(by)
             return near + by
 
-        given = {} if self.structure.unpinned else {"surrogate": surrogate}
+        exact = self.structure.unpinned or self.structure.offset
+        given = {} if exact else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
         return Weighed(joint + log_det, sites | _told(trace), q, off)
 

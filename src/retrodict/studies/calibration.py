@@ -209,7 +209,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         truth = {k: v[i] for k, v in sites.items()}
         seed = int(rng.integers(2**31))
         try:
-            where = whereabouts(scene, of.model, seed)
+            where = whereabouts(scene, of.model, seed, of.method)
         except Unanswerable as error:
             rows.append(Row(number, reason=f"refused: {error}"))
             continue
@@ -344,7 +344,9 @@ def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[st
     drawn, times = METHODS[method].draw(task), 1
     sites, checks = _checked(posterior, drawn, scene)
     # as a reconstruction does, but that a digit matters to no rank
-    while checks.reasons and drawn.complete and drawn.more and may_mend(checks, task, times):
+    while (
+        checks.reasons and drawn.complete and drawn.more and may_mend(checks, task, times, method)
+    ):
         drawn, times = drawn.more(), 2 * times
         sites, checks = _checked(posterior, drawn, scene)
     if not drawn.complete:

@@ -22,7 +22,6 @@ from retrodict.studies.fit import Fit, Summary, fit, summary
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
-METHOD = "importance"  # by which rungs are compared
 DOUBT = 0.01  # probability of so large a chi-square below which a rung does not fit
 SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
 FACTOR = 1.25  # by which it may widen or narrow it
@@ -124,13 +123,17 @@ def ladder(
     factor: float = FACTOR,
     progress: Progress | None = None,
     known: dict[str, Whereabouts] | None = None,
+    outcomes: dict[str, Outcome] | None = None,
 ) -> Ladder:
-    """Reconstruct a scene on every rung that it allows, by importance sampling, and choose one.
+    """Reconstruct a scene on the rungs that it allows, and choose one.
 
     Chosen is the lowest rung that fits the evidence and is enough: no fuller rung that is enough
     itself moves its answer by more than `share` of the fuller rung's standard deviation, or makes it
     wider or narrower by more than `factor`. A rung fits where a chi-square as large as its own has a
     probability of `DOUBT` or more.
+
+    Where wheels roll the fullest comes first, and simpler ones stand in for it only where it fails: none
+    of them could be enough beside it, for how far they miss it is among their own errors.
 
     Args:
         scene: what was measured.
@@ -140,6 +143,7 @@ def ladder(
         factor: by which it may widen or narrow it, above 1.
         progress: called with (rung, done, of all), and with the stages within each rung.
         known: as of `reconstruct`.
+        outcomes: what each rung came to is added, by name, with what figures show.
 
     Returns:
         The ladder; when interrupted, with the rungs that were finished.
@@ -152,27 +156,33 @@ def ladder(
         raise ValueError(f"share is above 0 and factor above 1; not {share:g} and {factor:g}")
     progress = progress or silent
     question = question or scene.question
-    refused = refusals(scene, question)
-    steps, complete = [], True
+    refused, complete = refusals(scene, question), True
     to_come = _left(refused)
     count = len(to_come)
-    for name, why in refused.items():
-        if why:
-            steps.append(blank(name, why))
-            continue
-        place = f"{name} ({count - len(to_come) + 1} of {count})"
+    if scene.rolling:
+        to_come.reverse()
+    ran: dict[str, Step] = {}
+    while to_come:
+        name = to_come[0]
+        place = f"{name} ({len(ran) + 1} of {count})"
         within = prefixed(progress, place)
         progress(place, 0, 1)
         try:
             within("compiling", 0, 1)
-            for soon in to_come[:2]:  # the next one's programs compile while this one's are at work
-                compile_ahead(scene, soon, METHOD)
-            to_come.remove(name)
-            steps.append(climb(scene, name, question, seed, known, within))
+            # the next one's programs compile while this one's are at work
+            for soon in to_come[: 1 if scene.rolling else 2]:
+                compile_ahead(scene, soon, method_for(scene), pictured=outcomes is not None)
+            ran[name] = climb(scene, name, question, seed, known, within, outcomes)
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
         progress(place, 1, 1)
+        to_come.pop(0)
+        if scene.rolling and ran[name].counts:
+            refused |= dict.fromkeys(to_come, f"not run: {name} can be relied on, and is fuller")
+            break
+    done = set(ran) | {name for name, why in refused.items() if why}
+    steps = [ran.get(name) or blank(name, refused[name]) for name in refused if name in done]
     if complete:
         told, choice, reason = chosen(steps, question, share, factor)
     else:
@@ -187,6 +197,7 @@ def climb(
     seed: int,
     known: dict[str, Whereabouts] | None = None,
     progress: Progress | None = None,
+    outcomes: dict[str, Outcome] | None = None,
 ) -> Step:
     """What one rung says of a scene, not yet compared with the others.
 
@@ -196,6 +207,7 @@ def climb(
         question: quantities that are asked.
         seed: of every random number.
         known, progress: as of `reconstruct`.
+        outcomes: as of `ladder`.
 
     Returns:
         The step; with the reason as its verdict where the rung has no posterior.
@@ -208,15 +220,22 @@ def climb(
         outcome = reconstruct(
             scene,
             model=name,
-            method=METHOD,
+            method=method_for(scene),
             seed=seed,
             progress=progress,
-            pictured=False,
+            pictured=outcomes is not None,
             known=known,
         )
     except Unanswerable as error:
         return replace(step, verdict=str(error))
+    if outcomes is not None:
+        outcomes[name] = outcome
     return _told_by(outcome, step, question)
+
+
+def method_for(scene: Scene) -> str:
+    """By which rungs are compared: where wheels roll, one that needs no mode and no derivatives."""
+    return "smc" if scene.rolling else "importance"
 
 
 def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:

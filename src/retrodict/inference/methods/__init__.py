@@ -37,7 +37,7 @@ METHODS = {
         750,
         importance.draw,
     ),
-    "smc": Method("tempered sequential Monte Carlo", True, 600, smc.draw),
+    "smc": Method("tempered sequential Monte Carlo", True, 512, smc.draw),
     "laplace": Method(
         "Laplace's approximation in the flattened coordinates", False, 600, laplace.draw
     ),
