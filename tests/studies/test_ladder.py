@@ -205,7 +205,9 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 
     ahead = []
     monkeypatch.setattr(ladders, "reconstruct", run)
-    monkeypatch.setattr(ladders, "compile_ahead", lambda scene, model, method: ahead.append(model))
+    monkeypatch.setattr(
+        ladders, "compile_ahead", lambda scene, model, method, pictured: ahead.append(model)
+    )
     stop_at = None
     seen = []
     whole = ladder(make_scene(), question=ASKED, seed=5, progress=lambda *p: seen.append(p))
@@ -222,6 +224,32 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
     assert not cut.complete
     assert cut.choice is None
     assert [s.name for s in cut.steps] == ["low", "middle"]
+
+
+def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(monkeypatch) -> None:
+    asked = []
+
+    def run(scene, *, model, method, seed, progress, pictured, known):
+        asked.append((model, method))
+        if model in failing:
+            raise Unanswerable("no way there")
+        return make_outcome(scene)
+
+    monkeypatch.setattr(ladders, "reconstruct", run)
+    monkeypatch.setattr(ladders, "compile_ahead", lambda *_, **__: None)
+    scene, failing = rolls(collision(berm=False), "b", (0.2, 1.0, 1.0, 0.2)), ()
+    kept = {}
+    found = ladder(scene, question=ASKED, outcomes=kept)
+    assert asked == [("planar-moment+wheels", "smc")]
+    assert found.choice == "planar-moment+wheels"
+    assert list(kept) == ["planar-moment+wheels"]
+    assert "can be relied on" in found.step("momentum+roll").verdict
+    assert [s.name for s in found.steps] == list(RUNGS)
+
+    asked.clear()
+    failing = ("planar-moment+wheels",)
+    assert ladder(scene, question=ASKED).choice == "planar-moment+roll"
+    assert [model for model, _ in asked] == ["planar-moment+wheels", "planar-moment+roll"]
 
 
 def test_on_the_paper_s_scene_momentum_with_wheels_is_enough_for_the_speed() -> None:

@@ -37,11 +37,9 @@ BLOCK = 50  # iterations per call of `advance`
 _MAX_TREE_DEPTH = 6
 
 # Run a few times each: compiling them well would take longer than they do.
-_SELDOM = dict.fromkeys(
-    ("inputs", "levels", "solve_back", "propagate", "simulate", "prior", "paths"), 0
-)
+_SELDOM = dict.fromkeys(("inputs", "levels", "solve_back", "propagate", "prior", "paths"), 0)
 # At the default level, 3, what runs through batches takes half as long again (measured).
-_LEVELS = _SELDOM | {"reached": 1, "weigh": 1}
+_LEVELS = _SELDOM | {"reached": 1, "weigh": 1, "simulate": 1}
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")

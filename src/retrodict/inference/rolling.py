@@ -32,7 +32,7 @@ _LEAST_OFF = 0.05  # of the logarithm of a speed, and rad
 
 
 def tempered(scene: Scene, rung: str, method: str) -> bool:
-    """Whether a scene's posterior is drawn from in this way: by smc, if some vehicle rolls and some rests.
+    """Whether a posterior is drawn from in this way: by smc, if some vehicle rolls and some rests.
 
     Impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ from retrodict.inference.methods import METHODS, Draws, Task
 from retrodict.inference.modes import SLIGHT, Rival, Solution, beside, mixed
 from retrodict.inference.outcome import Checks, Mode
 from retrodict.inference.programs import Programs
-from retrodict.inference.tree import tree_of
+from retrodict.inference.tree import crashes_of_prior, tree_of
 from retrodict.progress import Progress
 from retrodict.scene.quantities import describe
 
@@ -79,6 +79,7 @@ class Sampling:
     faults: tuple[str, ...]
     pictured: bool
     tell: Progress
+    _priors: dict[int, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
 
     def by(self, method: str, task: Task) -> Run:
         """Draws of every solution by a method, which goes on to more where that may help.
@@ -185,7 +186,8 @@ class Sampling:
         others = modes[len(self.found) :]
         known = self.faults + tuple(_told_apart(mode, self.modes[0]) for mode in others)
         trees = [
-            tree_of(s, d, task.seed, self.pictured) for s, d in zip(self.found, drawn, strict=False)
+            tree_of(s, d, task.seed, self._prior(s, task.seed))
+            for s, d in zip(self.found, drawn, strict=False)
         ]
         # a chain that is stuck in one solution would be hidden by the others
         for solution, mode, each, tree in zip(self.found, self.modes, drawn, trees, strict=False):
@@ -200,6 +202,15 @@ class Sampling:
             known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
         idata = mixed(trees, self.modes, task.seed)
         return idata, gate.judge(idata, self.found[0].scene, known), modes
+
+    def _prior(self, solution: Solution, seed: int) -> dict[str, np.ndarray] | None:
+        """Crashes from the prior, drawn once: where vehicles roll they take a second."""
+        if not self.pictured:
+            return None
+        key = id(solution.posterior)
+        if key not in self._priors:
+            self._priors[key] = crashes_of_prior(solution.posterior, seed)
+        return self._priors[key]
 
     def _modes(self, drawn: list[Draws]) -> list[Mode]:
         """The solutions, then each rival that no draw of its solution holds."""

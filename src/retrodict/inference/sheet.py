@@ -66,8 +66,8 @@ class Shot(NamedTuple):
     """What was found of velocities after the impact that end at the measured rest poses.
 
     Args:
-        separation: (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where
-            the rung has none. Where a part is open, its velocity is that of a likely crash.
+        separation: (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates
+            where the rung has none. Where a part is open, its velocity is that of a likely crash.
         missed: by how many standard deviations the run-outs of A and of B miss.
         near: of A and of B, all velocities met whose run-outs miss by less than `NEAR`.
     """
@@ -77,7 +77,7 @@ class Shot(NamedTuple):
     near: tuple[Float[np.ndarray, "any v"], Float[np.ndarray, "any v"]]
 
     def folds(self, sheets: tuple[coordinates.Sheet, coordinates.Sheet]) -> Bool[np.ndarray, "2"]:
-        """Whether some of them lie far from the sheet of A and of B, which then holds not all of them."""
+        """Whether some of them lie far from the sheet of A and of B, which then holds not all."""
         apart = []
         for V, near, fitted in zip(self.separation.reshape(2, -1), self.near, sheets, strict=True):
             by_z = np.asarray(fitted.linear)[:, : V.size]

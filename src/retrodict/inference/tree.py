@@ -22,19 +22,28 @@ if TYPE_CHECKING:
 PATHS = 60
 
 
-def tree_of(solution: Solution, drawn: Draws, seed: int, pictured: bool) -> xr.DataTree:
+def crashes_of_prior(posterior: Posterior, seed: int) -> dict[str, np.ndarray]:
+    """Crashes drawn from the prior and the inputs: unknowns, what follows, and predictions."""
+    programs, data = posterior.programs, posterior.data
+    prior = programs("prior", prior_keys(seed), data)
+    return prior | programs("simulate", data, prior)
+
+
+def tree_of(
+    solution: Solution, drawn: Draws, seed: int, prior: dict[str, np.ndarray] | None
+) -> xr.DataTree:
     """Draws as an ArviZ DataTree, named, with units.
 
     Args:
         solution: that they are of.
         drawn: by any method.
-        seed: of the errors of predictions, and of the prior.
-        pictured: whether the prior and run-outs are told too, which figures show.
+        seed: of the errors of predictions.
+        prior: crashes drawn from it, which figures show beside run-outs; None for neither.
     """
     import xarray as xr
 
     posterior, scene = solution.posterior, solution.scene
-    programs, data = posterior.programs, posterior.data
+    programs = posterior.programs
     rng = np.random.default_rng([seed, 1])
 
     told = drawn.known(posterior)
@@ -68,9 +77,7 @@ def tree_of(solution: Solution, drawn: Draws, seed: int, pictured: bool) -> xr.D
         "observed_data": _labelled({k: np.asarray(m.value) for k, m in evidence.items()}, ()),
         "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
     }
-    if pictured:
-        prior = programs("prior", prior_keys(seed), data)
-        prior |= programs("simulate", data, prior)
+    if prior is not None:
         groups["prior"] = group(prior, "", once).assign_attrs(kept=_kept(prior, evidence))
         groups["prior_predictive"] = group(noisy(prior), "predicted/", once)
         groups["trajectories"] = _trajectories(posterior, told)

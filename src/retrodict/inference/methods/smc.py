@@ -15,6 +15,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import partial
+from math import ceil
 from threading import Event
 
 import numpy as np
@@ -59,7 +60,7 @@ def draw(task: Task) -> Draws:
     def run(chain: int, tell: Callable[[float], None]) -> _Population:
         rng = np.random.default_rng([task.seed, chain, count])
         population = _Population.tempered(task.posterior, count, rng, tell)
-        population.keep(-(-task.draws // count))
+        population.keep(ceil(task.draws / count))
         return population
 
     return _told(task, _side_by_side(task, run), 1)
@@ -67,7 +68,7 @@ def draw(task: Task) -> Draws:
 
 def _more(task: Task, done: list[_Population], times: int) -> Draws:
     """As many draws again, of the same populations moved on."""
-    kept = -(-times * task.draws // len(done[0].w))
+    kept = ceil(times * task.draws / len(done[0].w))
 
     def run(chain: int, tell: Callable[[float], None]) -> _Population:
         done[chain].tell = tell
@@ -226,7 +227,8 @@ class _Population:
 
     def draws(self, count: int) -> Points:
         """The last so many of what was kept; those of one particle follow each other."""
-        last = self.kept[-(-(-count // len(self.w))) :]
+        rounds = ceil(count / len(self.w))
+        last = self.kept[-rounds:]
         return np.stack(last, axis=1).reshape(-1, self.w.shape[1])[:count]
 
     def _start(self, w: Points) -> Values:
