@@ -244,7 +244,9 @@ def missed(scene: Scene, v: str, turns: float = 0.0) -> tuple[float, float, floa
     turned = float(np.nan_to_num(way[-1, 2] - vehicle.heading.value))
     grip = vehicle.grip.value * scene.surfaces[0].friction.value
     share, speed = turning(turned, legs.sum(), grip, car, np)
-    of_speed, of_course, of_turn = spreads(1 - loads @ drag, steer, legs[0] / legs.sum(), turned)
+    of_speed, of_course, of_turn = spreads(
+        1 - float(loads @ drag), steer, legs[0] / legs.sum(), turned
+    )
     lasts = MEAN_YAW_RATE * share * 2 * legs.sum() / speed
     return float(of_speed), float(of_course), float(math.hypot(of_turn, turns) / lasts)
 

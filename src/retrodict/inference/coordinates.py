@@ -502,8 +502,8 @@ def _off_guess(
     bounded = levels_of(structure)
     inside = jnp.array([(sites[b.name] > b.low) & (sites[b.name] < b.high) for b in bounded]).all()
     # no crash stands for those outside: one is put in their place whose run-outs are short
-    own = {k: value for k, value in sites.items() if k != "measured"}
-    sites |= {k: jnp.where(inside, value, _NO_CRASH.get(k, 1.0)) for k, value in own.items()}
+    for name in [name for name in sites if name != "measured"]:
+        sites[name] = jnp.where(inside, sites[name], _NO_CRASH.get(name, 1.0))
     return sites, jnp.where(inside, log_det, -jnp.inf)
 
 

@@ -83,13 +83,14 @@ def reconstruct(
     finding = partial(tell, "finding where the posterior lies")
     finding(0, 1)
     known = {} if known is None else known
-    place = f"{model}, tempered" if rolling.tempered(scene, model, method) else model
+    tempered = rolling.tempered(scene, model, method)
+    place = f"{model}, tempered" if tempered else model
     if place not in known:
         known[place] = whereabouts(scene, model, seed, method, finding)
     finding(1, 1)
     where = known[place]
     found, modes = where.found, where.modes
-    seeks = chosen.exact and method != "smc"  # which starts from everywhere
+    seeks = chosen.exact and not tempered  # where no mode was sought, there is none beside it
     tell("looking for other solutions", 0, 1)
     sampling = Sampling(found, modes, where.rivals if seeks else [], where.faults, pictured, tell)
     told = partial(tell, "sampling")
