@@ -21,7 +21,7 @@ from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
-from retrodict.studies.ladder import Ladder, allowed, method_for
+from retrodict.studies.ladder import Ladder, allowed
 from retrodict.studies.ladder import ladder as _ladder
 from retrodict.studies.validation import Validation
 
@@ -222,8 +222,9 @@ def reconstruct(
     climbed, known = None, dict[str, Whereabouts]()
     # what the ladder draws of scenes in which wheels roll takes longest, and is kept
     kept: dict[str, Outcome] | None = None
-    if method == AUTO and scene.rolling and (chains, draws) == (_CHAINS, None):
-        kept = {}
+    if method == AUTO:
+        method = "smc" if scene.rolling else "nuts"
+        kept = {} if scene.rolling and (chains, draws) == (_CHAINS, None) else None
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:
@@ -233,8 +234,6 @@ def reconstruct(
         model = (climbed and climbed.choice) or rungs[-1]
         if kept and model in kept:
             return Result(kept[model], climbed)
-    if method == AUTO:
-        method = method_for(scene, model) if scene.rolling else "nuts"
     outcome = _reconstruct(
         scene,
         model=model,

@@ -238,8 +238,7 @@ def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(mon
     monkeypatch.setattr(ladders, "climb", climbed)
     monkeypatch.setattr(ladders, "compile_ahead", lambda *_, **__: None)
     scene = rolls(collision(berm=False), "b", (0.2, 0.9, 0.9, 0.2))
-    assert ladders.method_for(scene, "planar-moment+wheels") == "smc"
-    assert ladders.method_for(scene, "momentum+roll") == "importance"
+    assert ladders.method_for(scene) == "smc"
     found = ladder(scene, question=ASKED)
     assert asked == ["planar-moment+wheels"]
     assert found.choice == "planar-moment+wheels"

@@ -171,8 +171,7 @@ def ladder(
             within("compiling", 0, 1)
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
-                method = method_for(scene, soon)
-                compile_ahead(scene, soon, method, pictured=outcomes is not None)
+                compile_ahead(scene, soon, method_for(scene), pictured=outcomes is not None)
             ran[name] = climb(scene, name, question, seed, known, within, outcomes)
         except (KeyboardInterrupt, Interrupted):
             complete = False
@@ -221,7 +220,7 @@ def climb(
         outcome = reconstruct(
             scene,
             model=name,
-            method=method_for(scene, name),
+            method=method_for(scene),
             seed=seed,
             progress=progress,
             pictured=outcomes is not None,
@@ -234,13 +233,9 @@ def climb(
     return _told_by(outcome, step, question)
 
 
-def method_for(scene: Scene, name: str) -> str:
-    """By which a rung is compared: where wheels roll, one that needs no mode and no derivatives.
-
-    But for momentum along the measured way, which has an inverse in closed form.
-    """
-    simple = RUNGS[name].run_out is roll.RUN_OUT and not RUNGS[name].impact.levels
-    return "smc" if scene.rolling and not simple else "importance"
+def method_for(scene: Scene) -> str:
+    """By which rungs are compared: where wheels roll, one that needs no mode and no derivatives."""
+    return "smc" if scene.rolling else "importance"
 
 
 def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:

@@ -29,7 +29,7 @@ from retrodict.inference.posterior import Posterior
 from retrodict.inference.threads import one_blas_thread
 
 _PARTICLES = 256  # of a population: a row each of what is weighed at once
-_MOST = 4  # times as many draws are gone on to, where they fall short
+_MOST = 8  # times as many draws are gone on to, where they fall short
 _ASUNDER = 0.4  # standard deviations between populations from which more moves will not do
 _EFFECTIVE = 0.5  # share of the particles that a step in temperature leaves
 _STAGES = 60  # at most
