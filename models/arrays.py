@@ -97,7 +97,7 @@ class Structure:
     @property
     def unpinned(self) -> bool:
         """Whether coordinates are velocities after the impact, and not rest poses: all are open."""
-        return self.open == self.aims and not self.offset
+        return self.open == self.aims
 
     @property
     def responding(self) -> tuple[str, ...]:

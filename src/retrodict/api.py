@@ -21,7 +21,7 @@ from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
-from retrodict.studies.ladder import Ladder, allowed
+from retrodict.studies.ladder import Ladder, allowed, method_for
 from retrodict.studies.ladder import ladder as _ladder
 from retrodict.studies.validation import Validation
 
@@ -223,7 +223,7 @@ def reconstruct(
     # what the ladder draws of scenes in which wheels roll takes longest, and is kept
     kept: dict[str, Outcome] | None = None
     if method == AUTO:
-        method = "smc" if scene.rolling else "nuts"
+        method = method_for(scene) if scene.rolling else "nuts"
         kept = {} if scene.rolling and (chains, draws) == (_CHAINS, None) else None
     if model == AUTO:
         rungs = allowed(scene)

@@ -21,9 +21,7 @@ from retrodict.models import RUNGS, roll
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.scene.records import VEHICLES, Scene
 
-_FITS = (
-    0.5  # standard deviations of the rest pose, up to which a sheet's error makes good coordinates
-)
+_FITS = 0.5  # standard deviations of the rest pose: a sheet's error that makes good coordinates
 # Of where particles start: coordinates beside inputs, in their own standard deviations. A velocity that
 # nothing pins may be off that of a likely crash by so much, m/s and rad/s.
 _WIDE, _OPEN = 1.5, np.array([10.0, 10.0, 3.0])
@@ -117,11 +115,15 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
     if structure.inverted != VEHICLES:
         shot = sheet.nearest(fitted, data, every=True)
         for i, v in enumerate(VEHICLES):
-            if shot.missed[i] > sheet.NEAR and v not in structure.inverted and not guess.taken[i]:
+            if (
+                shot.missed[i] > sheet.REACHED
+                and v not in structure.inverted
+                and not guess.taken[i]
+            ):
                 raise sheet.unreachable(v, shot.missed[i])
         sheets, error, _ = sheet.fit(fitted, data, shot.separation)
         turns_open = [f"rest_heading_{v}" in structure.around for v in VEHICLES]
-        astray = (shot.missed > sheet.NEAR) | shot.folds(sheets) | turns_open
+        astray = (shot.missed > sheet.REACHED) | shot.folds(sheets) | turns_open
         error = np.where(astray, np.inf, error)
     taken, n = np.where(error > _FITS, guess.taken, 0.0), coordinates.length(structure)
     spun = np.zeros(())

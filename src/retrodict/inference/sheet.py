@@ -26,7 +26,7 @@ from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
 _FAR = 4.0  # standard deviations of a rest pose, by a sheet, at which velocities that reach it lie apart
-NEAR = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
+REACHED = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
 _NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
@@ -48,7 +48,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
     """
     found = nearest(programs, data)
     for v, by in zip(VEHICLES, found.missed, strict=True):
-        if by > NEAR and v not in programs.structure.inverted:
+        if by > REACHED and v not in programs.structure.inverted:
             raise unreachable(v, by)
     return found.separation
 
@@ -69,7 +69,7 @@ class Shot(NamedTuple):
         separation: (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates
             where the rung has none. Where a part is open, its velocity is that of a likely crash.
         missed: by how many standard deviations the run-outs of A and of B miss.
-        near: of A and of B, all velocities met whose run-outs miss by less than `NEAR`.
+        near: of A and of B, all velocities met whose run-outs miss by less than `REACHED`.
     """
 
     separation: np.ndarray
@@ -122,7 +122,7 @@ def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
         worse = ~(cost <= cost_before)
         for v in range(2):
-            near[v].append(V[cost[:, v] < NEAR**2, v])
+            near[v].append(V[cost[:, v] < REACHED**2, v])
             i = int(np.argmin(cost[:, v]))
             if cost[i, v] < best[v]:
                 best[v], found[v] = cost[i, v], V[i, v]

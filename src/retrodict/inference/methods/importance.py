@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import gammaln, logsumexp
 
 from retrodict.inference.methods.draws import Draws, Task
-from retrodict.inference.methods.weights import judged, log_mean, resampled, smoothed
+from retrodict.inference.methods.weights import effective, judged, log_mean, resampled, smoothed
 from retrodict.inference.posterior import Posterior
 from retrodict.inference.threads import one_blas_thread
 from retrodict.scene.quantities import REPORTED, describe
@@ -164,21 +164,16 @@ def weighed(
             weights, k = smoothed(log_weight)
             if len(proposals) == _ROUNDS:
                 return w, log_weight, told, len(proposals) * count
-            even = k <= _EVEN and _effective(weights) >= _SHARE * count
+            even = k <= _EVEN and effective(weights) >= _SHARE * count
             every, log_densities = np.concatenate([every, w]), np.append(log_densities, heights)
             if len(proposals) > 1:
                 mixture = logsumexp([p.log_density(every) for p in proposals], axis=0)
                 weights, _ = smoothed(log_densities - mixture)
-            mean, effective = weights @ every, _effective(weights)
+            mean, worth = weights @ every, effective(weights)
             spread = (every - mean).T @ ((every - mean) * weights[:, None])
-            if even and last.outgrown(spread, effective) <= _OUTGROWN:
+            if even and last.outgrown(spread, worth) <= _OUTGROWN:
                 return w, log_weight, told, len(proposals) * count
-            proposals.append(last.moved(mean, spread, effective))
-
-
-def _effective(weights: np.ndarray) -> float:
-    """How many draws of equal weight say as much."""
-    return float(1 / np.sum(weights**2))
+            proposals.append(last.moved(mean, spread, worth))
 
 
 @dataclass(frozen=True)

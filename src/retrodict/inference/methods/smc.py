@@ -4,8 +4,8 @@ Particles move by preconditioned Crank-Nicolson steps (Cotter et al. 2013) on ra
 coordinates, whitened by the particles' own mean and covariance at each temperature. They need values of
 the density only, so that run-outs that have no good derivatives, or several valleys, are followed too.
 
-Written out here: blackjax's tempering takes a density that is one program with its moves, which took
-minutes to compile where vehicles roll, and runs on one core.
+Written out here: blackjax's tempering takes the density and its moves as one program, which would be one
+more to compile for each structure of scene, and would run on one core.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from threading import Event
 
 import numpy as np
 from jaxtyping import Float
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.methods.draws import Draws, Task
-from retrodict.inference.methods.weights import resampled
+from retrodict.inference.methods.weights import effective, resampled
 from retrodict.inference.posterior import Posterior
 from retrodict.inference.threads import one_blas_thread
 
@@ -244,16 +244,16 @@ class _Population:
         """
         gain = self.height - self._start(self.w)
         low, high, wanted = self.temperature, 1.0, _EFFECTIVE * len(gain)
-        if _effective((high - low) * gain) < wanted:
+        if effective(softmax((high - low) * gain)) < wanted:
             for _ in range(50):
                 middle = (low + high) / 2
-                bears = _effective((middle - self.temperature) * gain) >= wanted
+                bears = effective(softmax((middle - self.temperature) * gain)) >= wanted
                 low, high = (middle, high) if bears else (low, middle)
             high = low
         log_weight = (high - self.temperature) * gain
         self.log_evidence += float(logsumexp(log_weight) - np.log(len(gain)))
         self.temperature = high
-        weights = np.exp(log_weight - logsumexp(log_weight))
+        weights = softmax(log_weight)
         chart = _Whitened.by(self.w, weights, self.wide)
         index = resampled(weights, len(weights), self.rng)
         self.w, self.height = self.w[index], self.height[index]
@@ -306,8 +306,8 @@ class _Whitened:
         """By weighted points; without correlations as far as they are too few to tell."""
         mean = weights @ w
         covariance = (w - mean).T @ ((w - mean) * weights[:, None])
-        effective, n = 1 / np.sum(weights**2), w.shape[1]
-        share = effective / (effective + n)
+        worth = effective(weights)
+        share = worth / (worth + w.shape[1])
         own = np.diag(covariance) + 1e-12 * wide**2
         covariance = share * covariance + (1 - share) * np.diag(own) + 1e-12 * np.diag(wide**2)
         return cls(mean, np.linalg.cholesky(covariance[::-1, ::-1]))
@@ -321,12 +321,6 @@ class _Whitened:
         from scipy.linalg import solve_triangular
 
         return solve_triangular(self.root, (w - self.mean)[:, ::-1].T, lower=True).T
-
-
-def _effective(log_weight: Values) -> float:
-    """How many particles of equal weight say as much."""
-    weights = np.exp(log_weight - log_weight.max())
-    return float(weights.sum() ** 2 / np.sum(weights**2))
 
 
 def _correlation(before: Points, after: Points) -> float:

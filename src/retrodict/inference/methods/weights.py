@@ -40,6 +40,11 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
     return weights / weights.sum(), float(k)
 
 
+def effective(weights: np.ndarray) -> float:
+    """How many draws of equal weight say as much as these, whose weights sum to one."""
+    return float(1 / np.sum(weights**2))
+
+
 def log_mean(log_weight: np.ndarray) -> tuple[float, float]:
     """Log of the mean weight, which is the evidence, and its standard error to first order.
 
