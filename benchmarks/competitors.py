@@ -13,7 +13,6 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import blackjax
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -157,6 +156,8 @@ def _numpyro(forward: Forward, name: str, dense: bool, whole: bool, warmup: int)
 
 def _blackjax(forward: Forward, warmup: int) -> Sampler:
     """blackjax's NUTS after its window adaptation (diagonal), each compiled whole."""
+    import blackjax  # in the group `bench` only, and tests read this module
+
     data = forward.data
 
     def warm(state: Any, data: Data) -> Any:
