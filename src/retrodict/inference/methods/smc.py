@@ -1,7 +1,7 @@
 """Sequential Monte Carlo, tempered from a wide normal to the posterior; it gives the evidence too.
 
 Particles move by preconditioned Crank-Nicolson steps (Cotter et al. 2013) on random subsets of the
-coordinates, whitened by the particles' own mean and covariance at each temperature. They need values of
+coordinates, whitened by the particles' own mean and covariance, anew as they move. They need values of
 the density only, so that run-outs that have no good derivatives, or several valleys, are followed too.
 
 Written out here: blackjax's tempering takes the density and its moves as one program, which would be one
@@ -10,39 +10,36 @@ more to compile for each structure of scene, and would run on one core.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import partial
 from math import ceil
-from threading import Event
 
 import numpy as np
 from jaxtyping import Float
 from scipy.special import logsumexp, softmax
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.methods.draws import Draws, Task
+from retrodict.inference.methods.draws import Draws, Progress, Task
 from retrodict.inference.methods.weights import effective, resampled
 from retrodict.inference.posterior import Posterior
 from retrodict.inference.threads import one_blas_thread
 
-_PARTICLES = 256  # of a population: a row each of what is weighed at once
+_PARTICLES = 512  # of a population
 _MOST = 8  # times as many draws are gone on to, where they fall short
 _ASUNDER = 0.4  # standard deviations between populations from which more moves will not do
 _EFFECTIVE = 0.5  # share of the particles that a step in temperature leaves
 _STAGES = 60  # at most
-# Sweeps at a temperature end when no coordinate is correlated with itself before them by more, or here.
-_CORRELATED, _SWEEPS = 0.4, 12
-_AT_LAST, _LAST_SWEEPS = 0.25, 24  # likewise at the posterior, before each draw that is kept
-_KEEP = np.array([0.0, 0.5, 0.8, 0.93])  # of a coordinate, in a step
-_MOVED = np.array([0.1, 0.25, 0.5, 1.0])  # share of the coordinates that a step moves
+_SWEEPS = 4  # of moves at a temperature, after which coordinates are whitened anew
+_LAST = 3  # times as many at the posterior, before each draw that is kept
+# Steps far and near; the far ones go farthest in the mean, and the near ones are seldom refused.
+_KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
+_MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
+_WIDER = 1.15  # than the particles spread: what steps aim at has to have the heavier tails
 _ASTRAY = 3.0  # widths of the start: a posterior farther off is not one that it was spread about
 _NOWHERE = -1e12  # log density where there is none
 
-Points = Float[np.ndarray, "particles w"]
-Values = Float[np.ndarray, " particles"]
+Points = Float[np.ndarray, "chains particles w"]
+Values = Float[np.ndarray, "chains particles"]
 
 
 def draw(task: Task) -> Draws:
@@ -53,81 +50,42 @@ def draw(task: Task) -> Draws:
             several in a row are kept for more draws than that.
 
     Raises:
-        Interrupted: stopped before a population was done.
+        Interrupted: stopped before any draws were kept.
     """
-    count = min(_PARTICLES, task.draws)
-
-    def run(chain: int, tell: Callable[[float], None]) -> _Population:
-        rng = np.random.default_rng([task.seed, chain, count])
-        population = _Population.tempered(task.posterior, count, rng, tell)
-        population.keep(ceil(task.draws / count))
-        return population
-
-    return _told(task, _side_by_side(task, run), 1)
-
-
-def _more(task: Task, done: list[_Population], times: int) -> Draws:
-    """As many draws again, of the same populations moved on."""
-    kept = ceil(times * task.draws / len(done[0].w))
-
-    def run(chain: int, tell: Callable[[float], None]) -> _Population:
-        done[chain].tell = tell
-        done[chain].keep(kept)
-        return done[chain]
-
-    return _told(task, _side_by_side(task, run), 2 * times)
-
-
-def _side_by_side(
-    task: Task, run: Callable[[int, Callable[[float], None]], _Population]
-) -> list[_Population]:
-    """What is done of each chain, in threads; those that were done when interrupted."""
-    shares, stop = np.zeros(task.chains), Event()
-
-    def one(chain: int) -> _Population:
-        def tell(share: float) -> None:
-            shares[chain] = share
-            if stop.is_set():
-                raise Interrupted("stopped before any draws were kept")
-
-        return run(chain, tell)
-
-    with one_blas_thread(), ThreadPoolExecutor(min(task.chains, os.cpu_count() or 1)) as pool:
-        runs = [pool.submit(one, chain) for chain in range(task.chains)]
+    populations = _Populations.spread(task, min(_PARTICLES, task.draws))
+    with one_blas_thread():
         try:
-            while wait(runs, timeout=0.2).not_done:
-                task.progress(int(1000 * shares.mean()), 1000)
+            populations.temper()
         except KeyboardInterrupt:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-    if not stop.is_set():
-        return [each.result() for each in runs]
-    done = [each.result() for each in runs if not each.cancelled() and not each.exception()]
-    if not done:
-        raise Interrupted("stopped before any draws were kept")
-    return done
+            raise Interrupted("stopped before any draws were kept") from None
+        return _kept(task, populations, 1)
 
 
-def _told(task: Task, done: list[_Population], times: int) -> Draws:
-    """The last draws of populations, up to twice as many as were asked for."""
-    draws = min(times, 2) * task.draws
-    w = np.stack([population.draws(draws) for population in done])
-    evidence = np.array([population.log_evidence for population in done])
+def _kept(task: Task, populations: _Populations, times: int) -> Draws:
+    """The last draws, up to twice as many as were asked for, once `times` as many were kept in all."""
+    complete = True
+    try:
+        with one_blas_thread():
+            populations.keep(times * task.draws)
+    except KeyboardInterrupt:
+        complete = False
+        if not populations.kept:
+            raise Interrupted("stopped before any draws were kept") from None
     faults = []
-    reached = min(population.temperature for population in done)
-    if reached < 1:
+    if populations.temperature < 1:
         faults.append(
             f"tempering had not reached the posterior after {_STAGES} stages, but a power of "
-            f"{reached:.2g} of its density"
+            f"{populations.temperature:.2g} of its density"
         )
+    w = populations.draws(min(times, 2) * task.draws)
     astray = np.max(np.abs(w.mean(axis=(0, 1))) / task.posterior.reach)
     if astray > _ASTRAY:
         faults.append(
             f"the posterior lies {astray:.1f} widths from the middle of where it was sought, more than "
             f"{_ASTRAY:g}: parts of it may be missing"
         )
-    complete = len(done) == task.chains
-    nearly = complete and times < _MOST and _apart(done) < _ASUNDER
+    nearly = complete and times < _MOST and _apart(populations.w) < _ASUNDER
+    evidence = populations.log_evidence
     return Draws(
         w,
         {},
@@ -136,20 +94,19 @@ def _told(task: Task, done: list[_Population], times: int) -> Draws:
         attributes={
             "log_evidence": float(logsumexp(evidence) - np.log(len(evidence))),
             "log_evidence_sd": _error(evidence),
-            "evaluations": float(sum(population.evaluations for population in done)),
+            "evaluations": float(populations.evaluations),
         },
-        more=partial(_more, task, done, times) if nearly else None,
+        more=partial(_kept, task, populations, 2 * times) if nearly else None,
     )
 
 
-def _apart(done: list[_Population]) -> float:
+def _apart(w: Points) -> float:
     """How far the means of populations lie apart in any coordinate, in standard deviations."""
-    w = np.stack([population.w for population in done])
     spread = w.mean(axis=1).std(axis=0) / np.maximum(w.std(axis=1).mean(axis=0), 1e-300)
     return float(spread.max())
 
 
-def _error(evidence: np.ndarray) -> float:
+def _error(evidence: Float[np.ndarray, " chains"]) -> float:
     """Standard error of the log of the mean of so many evidences, from their logs."""
     if len(evidence) < 2:
         return float("nan")
@@ -157,135 +114,137 @@ def _error(evidence: np.ndarray) -> float:
 
 
 @dataclass
-class _Population:
-    """Particles on their way from the start to the posterior.
+class _Populations:
+    """Particles on their way from the start to the posterior, a population for each chain.
+
+    Populations are weighted, resampled and moved each for itself. They share temperatures, and what
+    their steps are made by: more particles tell a covariance better.
 
     Args:
-        density: log density of the posterior at points.
-        wide: standard deviations of the normal that they start from, shape (w,).
+        posterior: in coordinates that start about zero, as wide as `Posterior.reach` says.
+        rng: of all that is random.
+        progress: called as the work goes on.
         w: where they are.
-        height: the density there.
-        rng: of the moves.
-        tell: called with the share of the work that is done.
-        temperature: power of the density over that of the start.
-        log_evidence: of the posterior, once the temperature is one.
-        evaluations: of the density.
+        height: log density of the posterior there.
+        log_evidence: of the posterior by each population, once the temperature is one.
         chart: coordinates in which they have no correlation.
+        temperature: power of the density over that of the start.
+        evaluations: of the density.
         kept: where they were at the posterior, after each round of moves.
     """
 
-    density: Callable[[Points], Values]
-    wide: Float[np.ndarray, " w"]
+    posterior: Posterior
+    rng: np.random.Generator
+    progress: Progress
     w: Points
     height: Values
-    rng: np.random.Generator
-    tell: Callable[[float], None]
+    log_evidence: Float[np.ndarray, " chains"]
+    chart: _Whitened
     temperature: float = 0.0
-    log_evidence: float = 0.0
     evaluations: int = 0
-    chart: _Whitened | None = None
     kept: list[Points] = field(default_factory=list)
 
     @classmethod
-    def tempered(
-        cls,
-        posterior: Posterior,
-        count: int,
-        rng: np.random.Generator,
-        tell: Callable[[float], None],
-    ) -> _Population:
-        """A population that has come to the posterior, or as near to it as it could.
-
-        Args:
-            posterior: in coordinates that start about zero, as wide as `Posterior.reach` says.
-            count: of particles.
-            rng: of all that is random.
-            tell: called with the share of the work that is done.
-        """
-
-        def density(w: Points) -> Values:
-            found = posterior.log_density(w)
-            return np.where(np.isfinite(found), found, _NOWHERE)
-
-        w = rng.standard_normal((count, posterior.size)) * posterior.reach
-        self = cls(density, posterior.reach, w, density(w), rng, tell)
-        for _ in range(_STAGES):
-            self.chart = self._step()
-            if self.temperature >= 1:
-                break
-            self._move(self.chart, _CORRELATED, _SWEEPS)
-            tell(0.8 * self.temperature**0.25)
+    def spread(cls, task: Task, count: int) -> _Populations:
+        """Populations of so many particles, as they start."""
+        rng = np.random.default_rng([task.seed, task.chains, count])
+        wide = task.posterior.reach
+        w = rng.standard_normal((task.chains, count, len(wide))) * wide
+        chart, none = _Whitened(np.zeros(len(wide)), np.diag(wide)), np.zeros(task.chains)
+        self = cls(task.posterior, rng, task.progress, w, np.zeros(w.shape[:2]), none, chart)
+        self.height = self._density(w)
         return self
 
-    def keep(self, rounds: int) -> None:
-        """Move the particles so many times over, and keep where they come to each time."""
-        assert self.chart is not None, "it was tempered"
-        for i in range(rounds):
-            self._move(self.chart, _AT_LAST, _LAST_SWEEPS)
-            self.kept.append(self.w.copy())
-            self.tell(0.8 + 0.2 * (i + 1) / rounds)
+    def temper(self) -> None:
+        """Bring them to the posterior, or as near to it as they can come."""
+        for _ in range(_STAGES):
+            self._step()
+            if self.temperature >= 1:
+                return
+            self._move()
+            self._tell(0.8 * self.temperature**0.25)
+
+    def keep(self, count: int) -> None:
+        """Move the particles until so many draws of each chain are kept in all."""
+        rounds = ceil(count / self.w.shape[1])
+        while len(self.kept) < rounds:
+            for _ in range(_LAST):
+                self._move()
+            self.kept.append(self.w)
+            self._tell(0.8 + 0.2 * len(self.kept) / rounds)
 
     def draws(self, count: int) -> Points:
-        """The last so many of what was kept; those of one particle follow each other."""
-        rounds = ceil(count / len(self.w))
-        last = self.kept[-rounds:]
-        return np.stack(last, axis=1).reshape(-1, self.w.shape[1])[:count]
+        """The last so many of each chain; those of one particle follow each other."""
+        chains, particles, n = self.w.shape
+        last = np.stack(self.kept[-ceil(count / particles) :], axis=2)
+        return last.reshape(chains, -1, n)[:, :count]
+
+    def _density(self, w: Points) -> Values:
+        self.evaluations += w.shape[0] * w.shape[1]
+        found = self.posterior.log_density(w.reshape(-1, w.shape[2])).reshape(w.shape[:2])
+        return np.where(np.isfinite(found), found, _NOWHERE)
 
     def _start(self, w: Points) -> Values:
         """Log density of the normal that particles start from."""
-        z = w / self.wide
-        return -np.sum(z**2 / 2 + np.log(self.wide) + np.log(2 * np.pi) / 2, axis=1)
+        wide = self.posterior.reach
+        return -np.sum((w / wide) ** 2 / 2 + np.log(wide) + np.log(2 * np.pi) / 2, axis=2)
 
-    def _step(self) -> _Whitened:
-        """Raise the temperature as far as the particles bear, and resample them.
-
-        Returns:
-            Coordinates in which they have no correlation.
-        """
+    def _step(self) -> None:
+        """Raise the temperature as far as each population bears, and resample them."""
         gain = self.height - self._start(self.w)
-        low, high, wanted = self.temperature, 1.0, _EFFECTIVE * len(gain)
-        if effective(softmax((high - low) * gain)) < wanted:
+        wanted = _EFFECTIVE * gain.shape[1]
+
+        def bears(temperature: float) -> bool:
+            weights = softmax((temperature - self.temperature) * gain, axis=1)
+            return min(map(effective, weights)) >= wanted
+
+        low, high = self.temperature, 1.0
+        if not bears(high):
             for _ in range(50):
                 middle = (low + high) / 2
-                bears = effective(softmax((middle - self.temperature) * gain)) >= wanted
-                low, high = (middle, high) if bears else (low, middle)
+                low, high = (middle, high) if bears(middle) else (low, middle)
             high = low
         log_weight = (high - self.temperature) * gain
-        self.log_evidence += float(logsumexp(log_weight) - np.log(len(gain)))
+        self.log_evidence += logsumexp(log_weight, axis=1) - np.log(gain.shape[1])
         self.temperature = high
-        weights = softmax(log_weight)
-        chart = _Whitened.by(self.w, weights, self.wide)
-        index = resampled(weights, len(weights), self.rng)
-        self.w, self.height = self.w[index], self.height[index]
-        return chart
+        weights = softmax(log_weight, axis=1)
+        self.chart = self._whitened(self.w, weights)
+        for i, own in enumerate(weights):
+            index = resampled(own, len(own), self.rng)
+            self.w[i], self.height[i] = self.w[i][index], self.height[i][index]
 
-    def _move(self, chart: _Whitened, correlated: float, most: int) -> None:
-        """Move the particles until they have forgotten where they were."""
-        z, start = chart.seen(self.w), self._start(self.w)
-        first = z
-        for _ in range(most):
-            z, start = self._sweep(chart, z, start)
-            if _correlation(first, z) < correlated:
-                return
+    def _whitened(self, w: Points, weights: Values) -> _Whitened:
+        n = w.shape[-1]
+        return _Whitened.by(w.reshape(-1, n), weights.ravel() / weights.sum(), self.posterior.reach)
 
-    def _sweep(self, chart: _Whitened, z: Points, start: Values) -> tuple[Points, Values]:
-        """One step of each particle."""
-        count, n = z.shape
-        moved = self.rng.random((count, n)) < self.rng.choice(_MOVED, (count, 1))
-        moved[np.arange(count), self.rng.integers(n, size=count)] = True
-        keep = self.rng.choice(_KEEP, (count, 1))
-        fresh = keep * z + np.sqrt(1 - keep**2) * self.rng.standard_normal((count, n))
+    def _move(self) -> None:
+        """Move the particles, in coordinates that they are then whitened by anew."""
+        z, start = self.chart.seen(self.w), self._start(self.w)
+        for _ in range(_SWEEPS):
+            z, start = self._sweep(z, start)
+        lately = np.concatenate([self.w, *self.kept[-3:]], axis=1)
+        self.chart = self._whitened(lately, np.ones(lately.shape[:2]))
+
+    def _sweep(self, z: Points, start: Values) -> tuple[Points, Values]:
+        """One step of each particle, from its coordinates and log density at the start."""
+        each, n = z.shape[:2], z.shape[2]
+        moved = self.rng.random(z.shape) < self.rng.choice(_MOVED, (*each, 1))
+        moved |= np.arange(n) == self.rng.integers(n, size=(*each, 1))
+        keep = self.rng.choice(_KEEP, (*each, 1))
+        fresh = keep * z + np.sqrt(1 - keep**2) * self.rng.standard_normal(z.shape)
         there = np.where(moved, fresh, z)
-        w = chart.at(there)
-        height, start_there = self.density(w), self._start(w)
-        self.evaluations += count
+        w = self.chart.at(there)
+        height, start_there = self._density(w), self._start(w)
         rise = (1 - self.temperature) * (start_there - start)
         rise += self.temperature * (height - self.height)
-        rise += (np.sum(there**2, axis=1) - np.sum(z**2, axis=1)) / 2  # over the normal of the step
-        taken = np.log(self.rng.random(count)) < rise
-        self.w = np.where(taken[:, None], w, self.w)
+        rise += (np.sum(there**2, axis=2) - np.sum(z**2, axis=2)) / 2  # over the normal of the step
+        taken = np.log(self.rng.random(each)) < rise
+        self.w = np.where(taken[..., None], w, self.w)
         self.height = np.where(taken, height, self.height)
-        return np.where(taken[:, None], there, z), np.where(taken, start_there, start)
+        return np.where(taken[..., None], there, z), np.where(taken, start_there, start)
+
+    def _tell(self, share: float) -> None:
+        self.progress(int(1000 * share), 1000)
 
 
 @dataclass(frozen=True)
@@ -302,7 +261,12 @@ class _Whitened:
     root: Float[np.ndarray, "w w"]
 
     @classmethod
-    def by(cls, w: Points, weights: Values, wide: Float[np.ndarray, " w"]) -> _Whitened:
+    def by(
+        cls,
+        w: Float[np.ndarray, "points w"],
+        weights: Float[np.ndarray, " points"],
+        wide: Float[np.ndarray, " w"],
+    ) -> _Whitened:
         """By weighted points; without correlations as far as they are too few to tell."""
         mean = weights @ w
         covariance = (w - mean).T @ ((w - mean) * weights[:, None])
@@ -310,21 +274,15 @@ class _Whitened:
         share = worth / (worth + w.shape[1])
         own = np.diag(covariance) + 1e-12 * wide**2
         covariance = share * covariance + (1 - share) * np.diag(own) + 1e-12 * np.diag(wide**2)
-        return cls(mean, np.linalg.cholesky(covariance[::-1, ::-1]))
+        return cls(mean, _WIDER * np.linalg.cholesky(covariance[::-1, ::-1]))
 
     def at(self, z: Points) -> Points:
         """Points by their coordinates."""
-        return self.mean + (z @ self.root.T)[:, ::-1]
+        return self.mean + (z @ self.root.T)[..., ::-1]
 
     def seen(self, w: Points) -> Points:
         """Coordinates of points."""
         from scipy.linalg import solve_triangular
 
-        return solve_triangular(self.root, (w - self.mean)[:, ::-1].T, lower=True).T
-
-
-def _correlation(before: Points, after: Points) -> float:
-    """The largest, over coordinates, of a coordinate with itself."""
-    a, b = before - before.mean(axis=0), after - after.mean(axis=0)
-    spread = np.sqrt(np.mean(a**2, axis=0) * np.mean(b**2, axis=0))
-    return float(np.max(np.mean(a * b, axis=0) / np.maximum(spread, 1e-300)))
+        off = (w - self.mean)[..., ::-1].reshape(-1, w.shape[-1])
+        return solve_triangular(self.root, off.T, lower=True).T.reshape(w.shape)
