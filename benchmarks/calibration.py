@@ -1,23 +1,27 @@
 """Are posteriors as sure as they may be? Calibrates rungs and methods, and writes docs/calibration.md.
 
-python3 -m uv run python -m benchmarks.calibration [simulations] [rung ...]
+python3 -m uv run python -m benchmarks.calibration [simulations] [rung or `rolling` ...]
 
 A run goes on where the last one stopped: each rung's ranks stand in docs/charts/calibration/. Without
-arguments the page is written from the ranks that are there, and nothing is run.
+arguments the page is written from the ranks that are there, and nothing is run. `rolling` is the
+default rung by smc, of crashes whose wheels roll (benchmarks/rolling/design.toml).
 """
 
 from __future__ import annotations
 
 import json
 import sys
-from itertools import product
 from pathlib import Path
 
 from benchmarks import page
 from benchmarks.__main__ import DOCS
 from retrodict.api import calibrate
+from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.scene import load_scene
 
-METHODS = ["importance", "nuts"]
+METHODS, SMC = ["importance", "nuts"], "smc"
+ROLLING, ROLLS = "rolling", ", wheels that roll"
+DESIGN = Path(__file__).parent / "rolling" / "design.toml"
 FOLDERS = DOCS / "charts" / "calibration"
 
 
@@ -29,10 +33,11 @@ def table(folders: list[Path]) -> page.Parts:
         outside = [k for k, v in told["quantities"].items() if not v["inside_jointly"]]
         alone = [k for k, v in told["quantities"].items() if not v["inside"]]
         counts = f"{told['ranked']} of {told['done']}"
-        cells = [told["model"], told["method"], counts, f"{told['withheld']:.1%}"]
+        name = told["model"] + (ROLLS if folder.name.startswith(ROLLING) else "")
+        cells = [name, told["method"], counts, f"{told['withheld']:.1%}"]
         rows.append([*cells, ", ".join(alone) or "none", ", ".join(outside) or "none"])
         verdicts += [
-            f"### {told['model']}, {told['method']}\n",
+            f"### {name}, {told['method']}\n",
             f"{told['verdict']}\n",
             f"![ranks](charts/calibration/{folder.name}/calibration.png)\n",
             *page.table(
@@ -53,9 +58,12 @@ def _coverage(told: dict) -> list[list[str]]:
 
 def main(simulations: int, rungs: list[str]) -> None:
     """Go on with each rung until so many simulations are done, then write the page."""
-    for method, rung in product(METHODS, rungs):
+    asked = [(method, rung) for rung in rungs for method in ([SMC] if rung == ROLLING else METHODS)]
+    for method, rung in asked:
+        rolling = rung == ROLLING
         found = calibrate(
-            model=rung,
+            load_scene(DESIGN) if rolling else None,
+            model=DEFAULT_RUNG if rolling else rung,
             method=method,
             simulations=simulations,
             out=FOLDERS / f"{rung}-{method}",
