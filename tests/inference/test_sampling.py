@@ -63,8 +63,8 @@ def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
 def test_only_a_solution_that_counts_is_judged_by_itself(
     monkeypatch: pytest.MonkeyPatch, weight: float, reasons: int
 ) -> None:
-    (solution,) = found = solutions(SCENE, DEFAULT_RUNG)
-    (mode,) = weighed(found, 0)[0]
+    found, (mode,), _ = weighed(solutions(SCENE, DEFAULT_RUNG), 0)
+    (solution,) = found
     modes = [replace(mode, weight=1 - weight), replace(mode, weight=weight)]
     faults = iter([(), ("the second is stuck",)])
 

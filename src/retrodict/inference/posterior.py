@@ -199,7 +199,7 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
         rung: a name in `retrodict.models.RUNGS`.
 
     Returns:
-        A posterior for each branch that counts, the likeliest first.
+        A posterior for each branch that may count, the likeliest first by Laplace's approximation.
 
     Raises:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
@@ -294,7 +294,7 @@ def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
-    """The posterior on each branch that counts, the likeliest first, with as many steps as it takes."""
+    """The posterior on each branch that may count, the likeliest first, in as many steps as it takes."""
     sheets, error, unresolved = charts.blank(structure).sheets, np.zeros(2), 0.0
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
@@ -328,8 +328,7 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
             found.append(mode)
     if not found:
         raise refusals[0]
-    found = sorted(found, key=lambda posterior: -posterior.log_evidence)
-    return [at for at in found if at.log_evidence > found[0].log_evidence + np.log(RIVAL)]
+    return sorted(found, key=lambda posterior: -posterior.log_evidence)
 
 
 def _branch(posterior: Posterior) -> tuple[float, ...]:

@@ -87,17 +87,20 @@ def draw(task: Task, times: int = 1) -> Draws:
     )
 
 
-def log_evidence(posterior: Posterior, rng: np.random.Generator) -> Evidence:
+def log_evidence(
+    posterior: Posterior, rng: np.random.Generator, draws: int = _FOR_EVIDENCE
+) -> Evidence:
     """The evidence of a posterior, by the mean of its importance weights.
 
     Args:
         posterior: whose evidence it is.
         rng: of the draws.
+        draws: how many are weighed.
 
     Returns:
         The evidence; at fault where the weights have no variance to judge it by.
     """
-    _, log_weight, _, _ = weighed(posterior, _FOR_EVIDENCE, rng)
+    _, log_weight, _, _ = weighed(posterior, draws, rng)
     return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
 
 
