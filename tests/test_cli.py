@@ -1,5 +1,6 @@
 """The commands as a user runs them, in processes of their own."""
 
+import hashlib
 import json
 import os
 import re
@@ -169,9 +170,8 @@ def test_too_few_draws_are_told_as_not_to_be_relied_on(tmp_path: Path) -> None:
     assert summary["checks"]["reasons"]
 
 
-def test_quiet_is_silent_and_ctrl_c_keeps_the_draws(tmp_path: Path) -> None:
-    out = tmp_path / "cut"
-    asked = ("reconstruct", SCENE, "--model", "planar-moment+spin", "--out", out, "--draws")
+def interrupted(*asked: object) -> str:
+    """What a run prints that is interrupted once it has draws."""
     command = [str(RETRODICT), *map(str, asked), "100000"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
@@ -181,13 +181,77 @@ def test_quiet_is_silent_and_ctrl_c_keeps_the_draws(tmp_path: Path) -> None:
             if ": planar-moment+spin: sampling, " in line:  # with a share: draws are there
                 process.send_signal(signal.SIGINT)
                 break
-        process.communicate()
+        printed, _ = process.communicate()
     assert process.returncode == 130
-    assert (out / "chains.npz").is_file()
+    return printed
+
+
+def test_quiet_is_silent_and_ctrl_c_keeps_the_draws(tmp_path: Path) -> None:
+    out = tmp_path / "cut"
+    asked = ("reconstruct", SCENE, "--model", "planar-moment+spin", "--out", out, "--draws")
+    interrupted(*asked)
     assert not json.loads((out / "summary.json").read_text())["checks"]["passed"]
+    chains = (out / "chains.npz").read_bytes()
+    (out / "chains.npz").write_bytes(chains[: len(chains) // 2])
+    refused = run(*asked, 20, "--resume")
+    assert refused.returncode == 2
+    (line,) = reasons(refused)
+    assert line.startswith(f"--resume: {out / 'chains.npz'} is damaged")
 
     done = run(*asked, 20, "--quiet")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_ctrl_c_leaves_a_finished_result_alone(tmp_path: Path) -> None:
+    out = tmp_path / "done"
+    out.mkdir()
+    finished = {"complete": True, "checks": {"passed": True}, "files": {}}
+    (out / "summary.json").write_text(json.dumps(finished))
+    (out / "report.html").write_text("finished")
+    asked = ("reconstruct", SCENE, "--model", "planar-moment+spin", "--out", out, "--draws")
+    assert "is that of the run before, which was finished; --resume" in interrupted(*asked)
+    assert {p.name for p in out.iterdir()} == {"summary.json", "report.html", "chains.npz"}
+    assert (out / "report.html").read_text() == "finished"
+
+
+def test_results_of_two_runs_show(tmp_path: Path) -> None:
+    digest = hashlib.sha256(b"mine").hexdigest()
+    (tmp_path / "summary.json").write_text(json.dumps({"files": {"report.html": digest}}))
+    (tmp_path / "report.html").write_text("mine")
+    assert "fine" in run("check", tmp_path).stdout
+    (tmp_path / "report.html").write_text("of another")
+    mixed = run("check", tmp_path)
+    assert mixed.returncode == 2
+    assert "not of the run that summary.json is of: report.html" in mixed.stderr
+
+
+@pytest.mark.parametrize(("out", "told"), [("", "--out is empty"), (".", "--out is empty")])
+def test_the_current_folder_is_not_written_to(tmp_path: Path, out: str, told: str) -> None:
+    done = run("reconstruct", SCENE, "--out", out, folder=tmp_path)
+    assert done.returncode == 2
+    assert reasons(done)[0].startswith(told)
+    (tmp_path / "...toml").write_text(SCENE.read_text())
+    done = run("reconstruct", "...toml", folder=tmp_path)
+    assert done.returncode == 2
+    assert "choose a folder with --out" in done.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["...toml"]
+
+
+def test_names_do_not_steer_the_terminal(tmp_path: Path) -> None:
+    done = run("check", tmp_path / "\x1b[2Jscene.toml")
+    assert done.returncode == 2
+    assert "\x1b" not in done.stderr
+    assert r"\x1b[2Jscene.toml" in done.stderr
+
+
+def test_an_encoding_that_lacks_a_character_and_a_wrong_platform_are_survived() -> None:
+    poor = ENVIRONMENT | {"PYTHONIOENCODING": "ascii", "JAX_PLATFORMS": "abacus"}
+    asked = {"capture_output": True, "text": True, "env": poor, "cwd": ROOT, "check": False}
+    done = subprocess.run([str(RETRODICT), "check", str(SCENE)], **asked)
+    assert done.returncode == 0, done.stderr
+    refused = subprocess.run([str(RETRODICT), "reconstruct", str(SCENE), "--out", "none"], **asked)
+    assert refused.returncode == 2
+    assert any(line.startswith("JAX_PLATFORMS=abacus: ") for line in refused.stderr.splitlines())
 
 
 def test_the_option_names_every_method() -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import tempfile
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
+from retrodict.inference.methods import checkpoint
 from retrodict.inference.modes import Whereabouts
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
@@ -129,9 +127,12 @@ class Result:
     ) -> Path:
         """Write posterior.nc, summary.json, report.html, figures/*.png, and chains.npz if interrupted.
 
+        The summary comes last and has the digests of the others, so that a mixture of two runs shows.
+
         Args:
             directory: made where missing; files of the same names in it are replaced, once all of
-                the new ones are written, and others are left alone.
+                the new ones are written, and others are left alone. Where it holds the answer of a
+                run that was finished, an interrupted one leaves that alone and writes chains.npz only.
             units: "si" or "us".
             drawing: a process started ahead to draw the figures; None to draw them here.
 
@@ -144,31 +145,28 @@ class Result:
         # handed over before the imports and asked for last: all else is done while they are drawn
         begun = drawing.begin(self.outcome, units) if drawing else None
 
-        from retrodict.report.document import write_report
+        from retrodict.report.document import report_html
         from retrodict.report.figures import images
-        from retrodict.report.files import write_whole
-        from retrodict.report.findings import write_summary
+        from retrodict.report.files import write_together
+        from retrodict.report.findings import SUMMARY, holds_answer, summary_json
 
-        drawn = cache(begun or partial(images, self.outcome, units))
         directory = Path(directory)
-        directory.mkdir(parents=True, exist_ok=True)
-        staging = Path(tempfile.mkdtemp(prefix=".retrodict-", dir=directory))
-        try:
-            self.idata.to_netcdf(staging / "posterior.nc")
-            write_summary(self.outcome, staging / "summary.json", self.ladder)
-            write_report(self.outcome, staging / "report.html", units, drawn, self.ladder)
-            for name, image in drawn().items():
-                write_whole(staging / "figures" / f"{name}.png", image)
-            if self.outcome.unfinished:
-                self.outcome.unfinished(staging / CHAINS)
-            for file in sorted(f for f in staging.rglob("*") if f.is_file()):
-                target = directory / file.relative_to(staging)
-                target.parent.mkdir(exist_ok=True)
-                os.replace(file, target)
-            if not self.outcome.unfinished:
-                (directory / CHAINS).unlink(missing_ok=True)  # of a run that this one went on with
-        finally:
-            shutil.rmtree(staging, ignore_errors=True)
+        chains = {CHAINS: self.outcome.unfinished()} if self.outcome.unfinished else {}
+        if not self.outcome.complete and holds_answer(directory):
+            write_together(directory, chains)
+            return directory
+        drawn = cache(begun or partial(images, self.outcome, units))
+        # netCDF in memory: where a disk is full, the library that writes it ends the process
+        files = {
+            "posterior.nc": bytes(self.idata.to_netcdf()),
+            "report.html": report_html(self.outcome, units, drawn, self.ladder).encode(),
+            **{f"figures/{name}.png": image for name, image in drawn().items()},
+            **chains,
+        }
+        files[SUMMARY] = summary_json(self.outcome, files, self.ladder)
+        write_together(directory, files)
+        if not chains:
+            (directory / CHAINS).unlink(missing_ok=True)  # of a run that this one went on with
         return directory
 
     def _draw(self, name: str, units: Units) -> Figure:
@@ -219,6 +217,8 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
+    if resume is not None:
+        checkpoint.read(resume)  # what is damaged is refused before the work
     climbed, known = None, dict[str, Whereabouts]()
     # what the ladder draws of scenes in which wheels roll takes longest, and is kept
     kept: dict[str, Outcome] | None = None

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import gc
 import math
+import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -12,9 +15,11 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 import retrodict
-from retrodict.progress import reporting
+from retrodict.progress import Progress, printable, reporting
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from retrodict.scene import Scene
 
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -64,21 +69,44 @@ def _options(
 
 
 @app.command()
-def check(scene: SceneFile) -> None:
-    """Validate a scene file, and doubt what is seldom meant, without reconstructing anything."""
+def check(
+    scene: Annotated[
+        Path,
+        typer.Argument(help="the scene file (TOML), or a folder of results", show_default=False),
+    ],
+) -> None:
+    """Validate a scene file, and doubt what is seldom meant; or see that results are of one run."""
     from retrodict.scene.doubts import doubts
     from retrodict.scene.quantities import describe
 
+    if scene.is_dir():
+        _check_results(scene)
+        return
     found = _load(scene)
     uncertain = sum(m.sd > 0 for m in found.inputs().values())
     asked = ", ".join(describe(name)[0] for name in found.question)
-    typer.echo(
+    line = (
         f"{scene}: {found.title}: fine. It asks for {asked}. "
         f"{len(found.evidence())} items of evidence, "
         f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
     )
+    typer.echo(printable(line))
     for doubt in doubts(found):
-        typer.echo(f"  doubt: {doubt}")
+        typer.echo(printable(f"  doubt: {doubt}"))
+
+
+def _check_results(folder: Path) -> None:
+    """Whether all files of a folder of results come from one run."""
+    from retrodict.report.findings import SUMMARY, read_summary, strangers
+
+    if read_summary(folder) is None:
+        _fail(f"{folder}: no results are told of there: {SUMMARY} is missing or damaged")
+    if others := strangers(folder):
+        _fail(
+            f"{folder}: not of the run that {SUMMARY} is of: {', '.join(others)}; "
+            "reconstruct the scene anew"
+        )
+    typer.echo(printable(f"{folder}: fine. All files are those that {SUMMARY} was written with"))
 
 
 @app.command()
@@ -108,10 +136,9 @@ def reconstruct(
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct a collision: posterior, table, figures and report."""
-    with reporting(quiet=quiet) as progress:
+    with _working(quiet) as progress:
         found = _load(scene)
-        folder = out if out is not None else Path("out") / found.name
-        _writable(folder)
+        folder = _folder(out, found.name)
         progress(_LOADING, 0, 1)
 
         from retrodict.report.drawing_process import DrawingProcess
@@ -131,6 +158,7 @@ def reconstruct(
 
         from retrodict.api import reconstruct as run
         from retrodict.inference import Interrupted, Unanswerable
+        from retrodict.report.findings import holds_answer
 
         try:
             result = run(
@@ -145,6 +173,7 @@ def reconstruct(
                 resume=chains_file,
             )
             progress(_WRITING, 0, 1)
+            stays = not result.outcome.complete and holds_answer(folder)
             result.save(folder, units.value, drawing)
             progress(_WRITING, 1, 1)
         except Unanswerable as error:
@@ -165,7 +194,10 @@ def reconstruct(
 
     console = Console(quiet=quiet)
     print_summary(result.outcome, console, units.value, result.ladder)
-    console.print(f"{folder / 'report.html'}", highlight=False, markup=False, soft_wrap=True)
+    _name(folder / "report.html", console)
+    if stays:
+        again = "; --resume goes on with this one" if result.outcome.unfinished else ""
+        console.print(f"It is that of the run before, which was finished{again}.")
     if not result.outcome.complete:
         raise typer.Exit(INTERRUPTED)
 
@@ -188,12 +220,11 @@ def ladder(
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct on every model that the scene allows, and choose the lowest that will do."""
-    with reporting(quiet=quiet) as progress:
+    with _working(quiet) as progress:
         found = _load(scene)
         if not (0 < share < math.inf and 1 < factor < math.inf):
             _fail(f"--share {share:g} --factor {factor:g}: share is above 0, and factor above 1")
-        folder = out if out is not None else Path("out") / found.name
-        _writable(folder)
+        folder = _folder(out, found.name)
         progress(_LOADING, 0, 1)
 
         from retrodict.api import ladder as climb
@@ -216,7 +247,7 @@ def ladder(
 
     console = Console(quiet=quiet)
     print_ladder(climbed, console, units.value)
-    console.print(f"{folder / 'ladder.json'}", highlight=False, markup=False, soft_wrap=True)
+    _name(folder / "ladder.json", console)
     if not climbed.complete:
         raise typer.Exit(INTERRUPTED)
 
@@ -237,13 +268,12 @@ def calibrate(
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Simulate crashes and reconstruct them: are the posteriors as sure as they may be?"""
-    with reporting(quiet=quiet) as progress:
+    with _working(quiet) as progress:
         found = None if scene is None else _load(scene)
         progress(_LOADING, 0, 1)
 
         _known_rung(model, auto=False)
-        folder = out if out is not None else Path("out") / "calibration" / f"{model}-{method.value}"
-        _writable(folder)
+        folder = _folder(out, f"calibration/{model}-{method.value}")
 
         from retrodict.api import calibrate as run
 
@@ -268,7 +298,7 @@ def calibrate(
 
     console = Console(quiet=quiet)
     print_calibration(done, console)
-    console.print(f"{folder / 'calibration.json'}", highlight=False, markup=False, soft_wrap=True)
+    _name(folder / "calibration.json", console)
     if not done.complete:
         raise typer.Exit(INTERRUPTED)
 
@@ -287,8 +317,8 @@ def validate(
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct staged collisions, and compare with the speeds that were measured."""
-    with reporting(quiet=quiet) as progress:
-        _writable(out)
+    with _working(quiet) as progress:
+        _folder(out, "validation")
         progress(_LOADING, 0, 1)
 
         _known_rung(model, auto=True)
@@ -314,11 +344,33 @@ def validate(
 
     console = Console(quiet=quiet)
     print_validation(done, console, units.value)
-    console.print(f"{out / 'validation.md'}", highlight=False, markup=False, soft_wrap=True)
+    _name(out / "validation.md", console)
     if done.faults:
         _fail("\n".join(done.faults))
     if not done.complete:
         raise typer.Exit(INTERRUPTED)
+
+
+@contextmanager
+def _working(quiet: bool) -> Iterator[Progress]:
+    """A context with a progress display, in which what stops the work is told in a line."""
+    try:
+        with reporting(quiet=quiet) as progress:
+            yield progress
+    except KeyboardInterrupt:
+        _fail("interrupted", INTERRUPTED)
+    except RuntimeError as error:
+        platforms = os.environ.get("JAX_PLATFORMS")
+        if platforms is None or "backend" not in str(error):
+            raise
+        _fail(
+            f"JAX_PLATFORMS={platforms}: {error}".splitlines()[0] + "; unset it, or set it to cpu"
+        )
+
+
+def _name(file: Path, console: Console) -> None:
+    """Say where results are, so that it can be copied."""
+    console.print(printable(str(file)), highlight=False, markup=False, soft_wrap=True)
 
 
 def _load(path: Path) -> Scene:
@@ -338,20 +390,21 @@ def _known_rung(model: str, *, auto: bool) -> None:
         _fail(f"--model {model}: choose {'auto or ' if auto else ''}one of {', '.join(RUNGS)}")
 
 
-def _writable(folder: Path) -> None:
-    """Find out before the work whether its results have a place to go."""
+def _folder(out: Path | None, name: str) -> Path:
+    """Where results go; found out before the work whether they can go there."""
+    if out is None and name.strip(". ") == "":
+        _fail("the scene file's name gives results no name: choose a folder with --out")
+    if out == Path():  # as of an empty option, for which the current folder is seldom meant
+        _fail("--out is empty, or the current folder: name a folder for the results")
+    folder = Path("out") / name if out is None else out
     nearest = folder
     while not nearest.exists() and nearest != nearest.parent:
         nearest = nearest.parent
     if not nearest.is_dir():
         _fail(f"--out {folder}: {nearest} is a file, not a folder; choose another folder")
+    return folder
 
 
 def _fail(line: str, status: int = BAD_INPUT) -> NoReturn:
-    print(line, file=sys.stderr)  # not by typer, which would write across a bar
+    print(printable(line), file=sys.stderr)  # not by typer, which would write across a bar
     raise typer.Exit(status)
-
-
-def main() -> None:
-    """Entry point of the `retrodict` command."""
-    app()

@@ -26,6 +26,11 @@ _TIMED, _GAINED = 2.0, 0.05  # s, and share of a stage: enough to estimate the t
 _KEPT = 8  # bars of what is finished
 
 
+def printable(text: str) -> str:
+    """A text without characters that steer a terminal: names of files may have them."""
+    return "".join(c if c.isprintable() or c in "\n\t" else f"\\x{ord(c):02x}" for c in text)
+
+
 def silent(stage: str, done: int, total: int) -> None:
     """Show nothing of (stage, done, of all)."""
 

@@ -1,10 +1,12 @@
 """Programs kept on disk: they come back as they were, or not at all."""
 
+import os
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from retrodict.inference import executables
 
@@ -49,3 +51,49 @@ def test_the_name_tells_programs_apart() -> None:
         assert executables.path_of("rung", "a") is None
     finally:
         jax.config.update("jax_enable_compilation_cache", before)
+
+
+def test_a_flipped_bit_is_no_program(tmp_path: Path) -> None:
+    path = tmp_path / "code" / "a.bin"
+    executables.save(path, _compiled(lambda x: x + 1))
+    whole = path.read_bytes()
+    for bit in np.random.default_rng(0).integers(8 * len(whole), size=500):
+        torn = bytearray(whole)
+        torn[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(torn)
+        assert executables.load(path) is None
+    path.write_bytes(whole)
+    assert executables.load(path) is not None
+
+
+def test_a_program_in_the_place_of_another_is_none(tmp_path: Path) -> None:
+    ours, other = tmp_path / "code" / "a.bin", tmp_path / "code" / "b.bin"
+    executables.save(ours, _compiled(lambda x: x + 1))
+    executables.save(other, _compiled(lambda x: x + 2))
+    other.replace(ours)
+    assert executables.load(ours) is None
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no such modes here")
+def test_what_others_may_write_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "code" / "a.bin"
+    executables.save(path, _compiled(lambda x: x + 1))
+    for place, open_, closed in ((path, 0o620, 0o600), (path.parent, 0o777, 0o700)):
+        place.chmod(open_)
+        assert executables.load(path) is None
+        place.chmod(closed)
+        assert executables.load(path) is not None
+
+
+def test_what_cannot_be_kept_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    (tmp_path / "gone").symlink_to(tmp_path / "nowhere")
+    executables.save(tmp_path / "code" / "a.bin", _compiled(lambda x: x + 1))
+    assert executables.load(tmp_path / "code" / "a.bin") is not None
+    monkeypatch.setattr(os, "replace", full)
+    executables.save(tmp_path / "code" / "b.bin", _compiled(lambda x: x + 2))
+    assert [p.name for p in (tmp_path / "code").iterdir()] == ["a.bin"]

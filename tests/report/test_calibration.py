@@ -20,6 +20,7 @@ from retrodict.report.calibration import (
     write_ranks,
 )
 from retrodict.report.figure_calibration import calibration_figure
+from retrodict.report.files import csv_text
 from retrodict.studies.calibration import Calibration, Row, design
 from retrodict.studies.uniformity import uniformity
 
@@ -91,6 +92,24 @@ def test_a_file_that_is_no_table_of_ranks_is_refused(calibration, tmp_path) -> N
         read_ranks(calibration, tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("column", "value", "told"),
+    [
+        ("simulation", "2", "has simulation 2 twice"),
+        ("simulation", "-1", "has simulation -1 twice, or has none of that number"),
+        ("speed_b", "100", "has a rank in simulation 1 that is not in 0 to 99"),
+        ("reason", "checks failed", "has in simulation 1 not either ranks or a reason"),
+    ],
+)
+def test_impossible_rows_are_refused_and_named(calibration, tmp_path, column, value, told) -> None:
+    write_ranks(calibration, tmp_path)
+    rows = list(csv.DictReader(io.StringIO((tmp_path / RANKS).read_text())))
+    rows[1][column] = value
+    (tmp_path / RANKS).write_text(csv_text(tuple(rows[0]), rows))
+    with pytest.raises(ValueError, match=told):
+        read_ranks(calibration, tmp_path)
+
+
 def test_a_line_leaves_its_band_where_the_verdict_says_so(calibration) -> None:
     figure = calibration_figure(calibration)
     drawn = {axes.get_title(loc="left"): axes for axes in figure.axes if axes.lines}
@@ -104,7 +123,13 @@ def test_nothing_ranked_is_drawn_and_told_as_such(calibration) -> None:
     assert calibration_figure(empty).axes[0].texts[0].get_text() == "too few ranks to tell"
     out = io.StringIO()
     print_calibration(empty, Console(file=out, width=100))
-    assert "too few ranks to tell" in out.getvalue()
+    assert "Too few to judge: 0 simulations" in out.getvalue()
+
+
+def test_a_few_simulations_are_not_judged(calibration) -> None:
+    four = replace(calibration, rows=calibration.rows[5:9])  # of which one was withheld
+    assert verdict(four, uniformity(four)).startswith("Too few to judge: 4 simulations; from 50 on")
+    assert not calibrated(four, uniformity(four))
 
 
 def test_the_table_tells_coverage_and_verdict(calibration) -> None:

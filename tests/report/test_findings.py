@@ -9,11 +9,14 @@ from retrodict.inference.outcome import Checks
 from retrodict.report.findings import (
     DERIVED,
     assumptions,
+    holds_answer,
     inputs_table,
+    read_summary,
     statistics,
+    strangers,
     summarise,
     summary_frame,
-    write_summary,
+    summary_json,
 )
 from retrodict.report.results import MARK, WITHHELD, answer, result_rows
 
@@ -271,7 +274,25 @@ def test_frame_of_a_failed_run_says_so_and_hides_what_failed(failing):
     assert frame.loc["speed_b", "checks"] == "NOT TO BE RELIED ON"
 
 
-def test_summary_is_written_whole(outcome, tmp_path):
-    path = write_summary(outcome, tmp_path / "summary.json")
-    assert json.loads(path.read_text(encoding="utf-8")) == summarise(outcome)
-    assert [p.name for p in tmp_path.iterdir()] == ["summary.json"]
+def test_a_file_of_another_run_shows(outcome, tmp_path):
+    beside = {"report.html": b"<p>", "figures/scene.png": b"PNG"}
+    (tmp_path / "figures").mkdir()
+    for name, content in beside.items():
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "summary.json").write_bytes(summary_json(outcome, beside))
+    found = read_summary(tmp_path)
+    assert {k: v for k, v in found.items() if k != "files"} == summarise(outcome)
+    assert strangers(tmp_path) == ()
+    (tmp_path / "figures" / "scene.png").write_bytes(b"PNG of another run")
+    (tmp_path / "report.html").unlink()
+    assert strangers(tmp_path) == ("report.html", "figures/scene.png")
+
+
+def test_only_a_finished_run_whose_checks_passed_is_an_answer(outcome, tmp_path):
+    assert not holds_answer(tmp_path)
+    for complete in (True, False):
+        summary = summary_json(replace(outcome, complete=complete), {})
+        (tmp_path / "summary.json").write_bytes(summary)
+        assert holds_answer(tmp_path) == complete
+    (tmp_path / "summary.json").write_text("[torn")
+    assert not holds_answer(tmp_path)

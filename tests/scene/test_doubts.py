@@ -76,3 +76,10 @@ def test_a_rest_far_sharper_than_a_run_out_can_follow_is_doubted() -> None:
     assert odd.startswith("vehicles.A.rest.position: measured to 0.15 m, but A rolled 107 m, ")
     assert f"misses it by about {missed:.2g} m" in odd
     assert not doubts(parse_scene(far.replace("105.1 ± 0.15", "105.1 ± 5"), "bend"))
+
+
+def test_vehicles_within_each_other_are_doubted() -> None:
+    near = {v: replace(own, impact_distance=Measured(0.1)) for v, own in SCENE.vehicles.items()}
+    odd = [line for line in doubts(replace(SCENE, vehicles=near)) if "within each other" in line]
+    assert len(odd) == 1
+    assert odd[0].startswith("vehicles.A.impact_centre, vehicles.B.impact_centre: ")

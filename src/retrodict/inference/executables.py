@@ -1,6 +1,10 @@
 """Compiled programs kept on disk whole, so that a later process neither traces nor compiles them.
 
 JAX's own cache spares the compiler only, and tracing takes seconds too.
+
+A file holds a pickle, which runs code as it loads. So only files are read that this user owns and nobody
+else may write, and that begin with a digest of their place and content: a damaged or swapped program
+could also give other numbers without a word. Whatever is wrong with a cache, the mend is to compile.
 """
 
 from __future__ import annotations
@@ -10,7 +14,9 @@ import os
 import pickle
 import platform
 import shutil
+import stat
 import tempfile
+from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
@@ -22,6 +28,7 @@ from jax.experimental.serialize_executable import deserialize_and_load, serializ
 
 from retrodict import models
 
+_DIGEST = hashlib.sha256().digest_size
 _GENERATIONS = 3  # of folders kept: one for each state of the code and machine that was used
 
 
@@ -34,11 +41,16 @@ def path_of(*what: object) -> Path | None:
 
 
 def load(path: Path) -> Any:
-    """The program kept there, ready to be called; None where there is none, or none that loads."""
+    """The program kept there, ready to be called; None where there is none, or none to rely on."""
     try:
-        # trusted input: whoever can write it can run code, so it is the user's own, never a scene's
-        return deserialize_and_load(*pickle.loads(path.read_bytes()))
-    except Exception:  # whatever is wrong with a cache, the mend is to compile again
+        with path.open("rb") as file:
+            if not (_ours(os.fstat(file.fileno())) and _ours(path.parent.stat())):
+                return None
+            digest, content = file.read(_DIGEST), file.read()
+        if digest != _digest(path, content):
+            return None
+        return deserialize_and_load(*pickle.loads(content))
+    except Exception:  # any that unpickling what another version wrote may raise
         return None
 
 
@@ -47,16 +59,35 @@ def save(path: Path, program: jax.stages.Compiled) -> None:
     # calling LAPACK crashes in a process that has not compiled a call of it
     if "lapack" in (program.as_text() or ""):
         return
+    temporary = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        content = pickle.dumps(serialize(program))
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(pickle.dumps(serialize(program)))
-        os.replace(file.name, path)
+            temporary = Path(file.name)
+            file.write(_digest(path, content) + content)
+        os.replace(temporary, path)
+        generations = sorted(path.parent.parent.iterdir(), key=lambda p: p.lstat().st_mtime)
+        for old in generations[:-_GENERATIONS]:
+            shutil.rmtree(old, ignore_errors=True)
     except Exception:  # a full disk, a program that cannot be serialised
-        return
-    generations = sorted(path.parent.parent.iterdir(), key=lambda p: p.stat().st_mtime)
-    for old in generations[:-_GENERATIONS]:
-        shutil.rmtree(old, ignore_errors=True)
+        if temporary:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def _digest(path: Path, content: bytes) -> bytes:
+    """Of a program and the place that it is kept for."""
+    place = f"{path.parent.name}/{path.name}/".encode()
+    return hashlib.sha256(place + content).digest()
+
+
+def _ours(facts: os.stat_result) -> bool:
+    """Whether nobody but this user can have written there."""
+    if not hasattr(os, "getuid"):  # Windows keeps a user's cache from others by its folder
+        return True
+    others = stat.S_IWGRP | stat.S_IWOTH
+    return facts.st_uid == os.getuid() and not facts.st_mode & others
 
 
 @lru_cache(maxsize=1)

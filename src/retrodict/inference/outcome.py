@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.scene.records import Scene
@@ -86,7 +85,7 @@ class Outcome:
         settings: method, chains, draws, warmup.
         complete: False when the run was interrupted.
         notes: how the run helped itself.
-        unfinished: writes what an interrupted run needs to go on.
+        unfinished: what an interrupted run needs to go on, as a file holds it.
         modes: the solutions found, the first of them the scene's; `mode` in sample_stats counts them
             where the draws are of several.
     """
@@ -101,5 +100,5 @@ class Outcome:
     settings: dict[str, int | str]
     complete: bool = True
     notes: tuple[str, ...] = field(default=())
-    unfinished: Callable[[Path], None] | None = field(default=None, repr=False)
+    unfinished: Callable[[], bytes] | None = field(default=None, repr=False)
     modes: tuple[Mode, ...] = ()

@@ -152,7 +152,9 @@ class Programs:
         if name in self._programs:
             return
         path = executables.path_of(self.structure, name)
-        if path and path.exists():
+        if path and os.path.exists(
+            path
+        ):  # unlike Path's, without an error where nothing may be read
             self._programs[name] = _COMPILERS.submit(executables.load, path)
             self._anew[name] = lambda: self._compile(name, lower, path)
         else:

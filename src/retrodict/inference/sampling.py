@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,7 +41,7 @@ class Run:
         seconds: of sampling, without compilation.
         complete: False when interrupted.
         notes: how it helped itself.
-        unfinished: writes interrupted chains to a file.
+        unfinished: interrupted chains as a file holds them.
         modes: the solutions, then each rival that no draw holds.
         drawn: what the method drew of each solution.
     """
@@ -55,7 +54,7 @@ class Run:
     seconds: float
     complete: bool
     notes: tuple[str, ...]
-    unfinished: Callable[[Path], None] | None
+    unfinished: Callable[[], bytes] | None
     modes: tuple[Mode, ...]
     drawn: list[Draws]
 

@@ -18,6 +18,8 @@ from retrodict.studies.calibration import DRAWS, MOST_WITHHELD, QUANTITIES, Cali
 from retrodict.studies.uniformity import BAND, LEVELS, Uniformity, uniformity
 
 RANKS = "calibration.csv"
+# simulations; with fewer, a withheld one or two are beyond the share that may be
+LEAST = 50
 _SETTINGS = ("model", "method", "seed", "scene")
 _COLUMNS = (*_SETTINGS, "simulation", *QUANTITIES, "reason")
 
@@ -30,7 +32,8 @@ def calibrated(calibration: Calibration, found: dict[str, Uniformity]) -> bool:
         found: as `uniformity` gives it.
     """
     few = calibration.withheld <= MOST_WITHHELD
-    return bool(found) and few and all(each.inside_jointly for each in found.values())
+    enough = len(calibration.ranked) >= LEAST
+    return enough and few and all(each.inside_jointly for each in found.values())
 
 
 def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
@@ -44,8 +47,12 @@ def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
     withheld = f"{done - ranked} of {done} runs ({calibration.withheld:.1%}) were withheld"
     if calibration.withheld > MOST_WITHHELD:
         withheld += f", more than {MOST_WITHHELD:.0%}"
-    if not found:
-        return f"NOT CALIBRATED: too few ranks to tell. {withheld}."
+    if done < LEAST:
+        return (
+            f"Too few to judge: {done} simulations; from {LEAST} on there is a verdict. {withheld}."
+        )
+    if ranked < LEAST:
+        return f"NOT CALIBRATED: fewer than {LEAST} ranks are too few to tell. {withheld}."
     outside = [name for name, each in found.items() if not each.inside_jointly]
     alone = [name for name, each in found.items() if not each.inside]
     level = 1 - (1 - BAND) / len(found)
@@ -174,16 +181,24 @@ def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:
     if not file.exists():
         return ()
     mine = {k: str(v) for k, v in _settings(like).items()}
-    rows = []
+    rows, seen = list[Row](), set[int]()
     try:
         for row in csv.DictReader(io.StringIO(file.read_text("utf-8"))):
             other = {k: row[k] for k in _SETTINGS}
             if other != mine:
                 raise ValueError(f"is of another calibration ({_listed(other)})")
             ranks = {name: int(row[name]) for name in QUANTITIES if row[name]}
-            rows.append(Row(int(row["simulation"]), ranks, row["reason"]))
+            number = int(row["simulation"])
+            if number < 0 or number in seen:
+                raise ValueError(f"has simulation {number} twice, or has none of that number")
+            if not all(0 <= rank <= DRAWS for rank in ranks.values()):
+                raise ValueError(f"has a rank in simulation {number} that is not in 0 to {DRAWS}")
+            if bool(ranks) == bool(row["reason"]):
+                raise ValueError(f"has in simulation {number} not either ranks or a reason")
+            seen.add(number)
+            rows.append(Row(number, ranks, row["reason"]))
     except (KeyError, TypeError, ValueError) as error:
-        why = str(error) if str(error).startswith("is of") else "is not a table of ranks"
+        why = str(error) if str(error).startswith(("is of", "has ")) else "is not a table of ranks"
         raise ValueError(
             f"{file} {why}; this one is {_listed(mine)}: choose another folder, or delete the file"
         ) from None

@@ -1,11 +1,16 @@
-"""Writing files whole: what is there is either the old file or the new one. And tables as CSV."""
+"""Writing files whole, and those of one result together: what is there is old or new. Tables as CSV."""
 
 from __future__ import annotations
 
 import csv
 import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import shutil
+import signal
+import tempfile
+import threading
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +39,54 @@ def write_whole(path: Path, content: bytes) -> Path:
     finally:
         temporary.unlink(missing_ok=True)
     return path
+
+
+def write_together(directory: Path, contents: Mapping[str, bytes]) -> None:
+    """Write files that belong together: once all are written, each takes its place.
+
+    Args:
+        directory: made where missing; other files in it are left alone.
+        contents: of each file by its path in there; the last one takes its place last.
+
+    Raises:
+        OSError: something could not be written; then nothing in the directory has changed.
+    """
+    made = not directory.exists()
+    directory.mkdir(parents=True, exist_ok=True)
+    try:
+        staging = Path(tempfile.mkdtemp(prefix=".retrodict-", dir=directory))
+        try:
+            for name, content in contents.items():
+                write_whole(staging / name, content)
+            with _signals_wait():
+                for name in contents:
+                    (directory / name).parent.mkdir(exist_ok=True)
+                    os.replace(staging / name, directory / name)
+        finally:
+            shutil.rmtree(staging, ignore_errors=True)
+    finally:
+        if made:
+            with suppress(OSError):  # where it is not empty
+                directory.rmdir()
+
+
+@contextmanager
+def _signals_wait() -> Iterator[None]:
+    """A context in which signals that end the process wait until it is left."""
+    if threading.current_thread() is not threading.main_thread():  # where none arrives
+        yield
+        return
+    arrived: list[int] = []
+    names = ("SIGINT", "SIGTERM", "SIGHUP")  # the last is not everywhere
+    ends = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = {number: signal.signal(number, lambda n, _: arrived.append(n)) for number in ends}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in arrived:
+            signal.raise_signal(number)
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,7 +14,6 @@ import numpy as np
 import xarray as xr
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error
-from retrodict.report.files import write_whole
 from retrodict.report.rounding import told, told_with_sd
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.quantities import Unit, Units, describe, unit_of
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from retrodict.studies.ladder import Ladder
 
 
+SUMMARY = "summary.json"
 LEVELS = (50, 90, 95)  # per cent; not those of studies.fit, which brings JAX
 _ERRORS = ("error", *(f"error_{level}" for level in LEVELS))  # Monte Carlo; `error` is the middle's
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
@@ -183,22 +184,62 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
     }
 
 
-def write_summary(outcome: Outcome, path: Path, ladder: Ladder | None = None) -> Path:
-    """Write `summarise` as a JSON file, whole or not at all.
+def summary_json(
+    outcome: Outcome, beside: Mapping[str, bytes], ladder: Ladder | None = None
+) -> bytes:
+    """`summarise` as a JSON file, with the digests of the files of the same result.
 
     Args:
         outcome: the reconstruction.
-        path: of the file.
+        beside: what these files hold, by path from where the summary is.
         ladder: as for `summarise`.
 
     Returns:
-        The path.
-
-    Raises:
-        OSError: the file could not be written; one that was there is as it was.
+        What the file holds; its entry `files` has the SHA-256 of each of the others.
     """
-    text = json.dumps(summarise(outcome, ladder), indent=2, ensure_ascii=False, allow_nan=False)
-    return write_whole(path, f"{text}\n".encode())
+    content = summarise(outcome, ladder) | {"files": {k: _digest(v) for k, v in beside.items()}}
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    return f"{text}\n".encode()
+
+
+def read_summary(directory: Path) -> dict[str, Any] | None:
+    """What a summary in a folder of results says; None where there is none that can be read."""
+    try:
+        found = json.loads((directory / SUMMARY).read_text("utf-8"))
+        return found if isinstance(found, dict) and isinstance(found["files"], dict) else None
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def holds_answer(directory: Path) -> bool:
+    """Whether a folder holds the result of a run that was finished and whose checks passed."""
+    found = read_summary(directory) or {}
+    return bool(found.get("complete") and found.get("checks", {}).get("passed"))
+
+
+def strangers(directory: Path) -> tuple[str, ...]:
+    """Which files of a folder of results are not those that its summary was written with.
+
+    Args:
+        directory: with a summary that `read_summary` can read.
+
+    Returns:
+        Their paths in the folder, those that are missing among them.
+    """
+    found = read_summary(directory) or {"files": {}}
+    other = []
+    for name, digest in found["files"].items():
+        try:
+            same = _digest((directory / name).read_bytes()) == digest
+        except OSError:
+            same = False
+        if not same:
+            other.append(name)
+    return tuple(other)
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def ladder_data(ladder: Ladder) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.scene.records import VEHICLES, Scene, Vehicle
 
 # of the way between the centres of gravity: two cars side by side, a length apart, have two fifths
 _ACROSS = 1 / 3
@@ -23,7 +23,9 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     Returns:
         A line each: the key, what is odd and what to look at.
     """
-    return (*_sides(scene), *_inertias(scene), *_courses(scene), *_rolls(scene))
+    # one slip in an angle may break both: the more telling stands for them
+    of_impact = _sides(scene) or _overlaps(scene)
+    return (*of_impact, *_inertias(scene), *_courses(scene), *_rolls(scene))
 
 
 def _sides(scene: Scene) -> list[str]:
@@ -53,6 +55,30 @@ def _sides(scene: Scene) -> list[str]:
     return [
         f"impact.contact_line: {odd}; it is counted from the y axis: look at it and at the angles of "
         "the impact centres"
+    ]
+
+
+def _overlaps(scene: Scene) -> list[str]:
+    """Vehicles that stand within each other at impact, deeper than any crush."""
+    a, b = (scene.vehicles[v] for v in VEHICLES)
+    between = complex(*scene.at_impact("b")) - complex(*scene.at_impact("a"))
+
+    def reach(vehicle: Vehicle, along: complex) -> float:
+        """How far it reaches from its middle along a unit vector."""
+        ahead = along * cmath.rect(1, -vehicle.heading.value)
+        return (abs(ahead.real) * vehicle.length + abs(ahead.imag) * vehicle.width) / 2
+
+    def depth(along: complex) -> float:
+        apart = abs((between * along.conjugate()).real)
+        return reach(a, along) + reach(b, along) - apart
+
+    sides = (cmath.rect(1, own.heading.value + turn) for own in (a, b) for turn in (0, math.pi / 2))
+    deep, most = min(map(depth, sides)), min(a.width, b.width)
+    if deep <= most:
+        return []
+    return [
+        f"vehicles.A.impact_centre, vehicles.B.impact_centre: the vehicles stand {deep:.1f} m within "
+        "each other at impact: look at the distances and angles, and at the headings"
     ]
 
 

@@ -357,15 +357,18 @@ class Scene:
             The length of straight lines from where its centre of gravity was at impact, through the
             marks of that centre up to the point; a way that bends between them was longer.
         """
+        passed = [(mark.x, mark.y) for mark in self.marks.get(v, ()) if mark.of == "centre"]
+        return discrepancy.way(self.at_impact(v), passed, (x, y))
+
+    def at_impact(self, v: str) -> tuple[float, float]:
+        """Where the centre of gravity of vehicle `v` was at impact, m."""
         vehicle = self.vehicles[v]
         angle = vehicle.heading.value + vehicle.impact_angle.value
         lever = vehicle.impact_distance.value
-        start = (
+        return (
             self.contact.x.value - lever * math.cos(angle),
             self.contact.y.value - lever * math.sin(angle),
         )
-        passed = [(mark.x, mark.y) for mark in self.marks.get(v, ()) if mark.of == "centre"]
-        return discrepancy.way(start, passed, (x, y))
 
     def reported(self) -> tuple[str, ...]:
         """Which of `REPORTED` its results tell, where the model knows them."""

@@ -9,7 +9,8 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import resources
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 
 import jax
 import jax.numpy as jnp
@@ -183,7 +184,7 @@ def _each(
     if processes == 1:
         yield from map(job, batches)
         return
-    with ProcessPoolExecutor(processes, get_context("spawn"), _end_with_an_interrupt) as pool:
+    with ProcessPoolExecutor(processes, get_context("spawn"), _end_with_the_others) as pool:
         try:
             # the first alone: it keeps the compiled programs that the others load
             yield from pool.map(job, batches[:1])
@@ -193,8 +194,16 @@ def _each(
             raise
 
 
-def _end_with_an_interrupt() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # at once, and without a word
+def _end_with_the_others() -> None:
+    """Let a process end at an interrupt, at once and without a word, and with the one that began it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    if parent := parent_process():
+        parent.join()
+        os._exit(1)  # no other thread of it can be waited for
 
 
 def _batch(of: Calibration, numbers: list[int]) -> list[Row]:

@@ -50,7 +50,7 @@ class Draws:
         attributes: the method's own diagnostics: pareto_k, log_evidence.
         told: the model's unknowns at w and what follows from them, a row for each draw; None of a
             method that has not come by them.
-        unfinished: writes interrupted chains to a file; None where there is nothing to go on with.
+        unfinished: interrupted chains as a file holds them; None where there is nothing to go on with.
         more: goes on to twice as many, of draws or of the points that they are chosen from; None where
             nothing is to be had that way.
     """
@@ -62,7 +62,7 @@ class Draws:
     faults: tuple[str, ...] = ()
     attributes: dict[str, float] = field(default_factory=dict)
     told: dict[str, np.ndarray] | None = field(default=None, repr=False)
-    unfinished: Callable[[Path], None] | None = field(default=None, repr=False)
+    unfinished: Callable[[], bytes] | None = field(default=None, repr=False)
     more: Callable[[], Draws] | None = field(default=None, repr=False)
 
     def known(self, posterior: Posterior) -> dict[str, np.ndarray]:
