@@ -81,10 +81,9 @@ def load(path: Path, settings: dict[str, int | str], fresh: list[Any]) -> tuple[
     leaves, structure = jax.tree.flatten(fresh[0])
     states, records = [], []
     for i in range(len(fresh)):
-        mine = [file.get(f"state/{i}/{j}") for j in range(len(leaves))]
-        for leaf, array in zip(leaves, mine, strict=True):
-            if array is None or not _alike(_numbers(leaf), array):
-                raise _damaged(path)
+        mine = [file.get(f"state/{i}/{j}", np.empty(0)) for j in range(len(leaves))]
+        if not all(_alike(_numbers(leaf), own) for leaf, own in zip(leaves, mine, strict=True)):
+            raise _damaged(path)
         states.append(jax.tree.unflatten(structure, _as(leaves, mine)))
         prefix = f"record/{i}/"
         stacked = {k.removeprefix(prefix): v for k, v in file.items() if k.startswith(prefix)}
