@@ -124,8 +124,6 @@ def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solutio
 def weighed(found: list[Solution], seed: int) -> tuple[list[Solution], list[Mode], tuple[str, ...]]:
     """What each solution weighs among all, by the evidence that importance sampling finds.
 
-    (Laplace's approximation was off by 13 in the log where vehicles met at 0.5 m/s.)
-
     Args:
         found: the solutions.
         seed: of the draws.

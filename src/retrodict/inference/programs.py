@@ -152,9 +152,8 @@ class Programs:
         if name in self._programs:
             return
         path = executables.path_of(self.structure, name)
-        if path and os.path.exists(
-            path
-        ):  # unlike Path's, without an error where nothing may be read
+        # unlike Path.exists, this raises nothing where nothing may be read
+        if path and os.path.exists(path):
             self._programs[name] = _COMPILERS.submit(executables.load, path)
             self._anew[name] = lambda: self._compile(name, lower, path)
         else:

@@ -53,12 +53,12 @@ def draw(task: Task) -> Draws:
         Interrupted: stopped before any draws were kept.
     """
     populations = _Populations.spread(task, min(_PARTICLES, task.draws))
-    with one_blas_thread():
-        try:
+    try:
+        with one_blas_thread():
             populations.temper()
-        except KeyboardInterrupt:
-            raise Interrupted("stopped before any draws were kept") from None
-        return _kept(task, populations, 1)
+    except KeyboardInterrupt:
+        raise Interrupted("stopped before any draws were kept") from None
+    return _kept(task, populations, 1)
 
 
 def _kept(task: Task, populations: _Populations, times: int) -> Draws:
