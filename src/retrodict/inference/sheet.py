@@ -26,11 +26,27 @@ from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
 _FAR = 4.0  # standard deviations of a rest pose, by a sheet, at which velocities that reach it lie apart
+_PLAUSIBLE = (
+    3.5  # standard deviations that a run-out may miss a rest pose by, other inputs at their means
+)
 REACHED = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
 _NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
 _TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
+
+
+def _grid(*axes: list[float]) -> np.ndarray:
+    return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+
+# Starts: shares of the speed and of the yaw rate that sliding so far and turning so much ask for, and
+# the angle from the chord to the first course, rad. A car that rolls may come there without a spin, or
+# in a bend with one the other way.
+_SLIDING = _grid(
+    [0.5, 0.7, 0.85, 1.0], [0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2], [0.0, -0.15, 0.15, -0.4]
+)
+_ROLLING = _grid([0.35, 0.5, 0.65, 0.8], [-0.4, -0.2, 0.0, 0.15], [-0.3, 0.0, 0.3])
 
 
 def shoot(programs: Programs, data: Data) -> np.ndarray:
@@ -69,7 +85,8 @@ class Shot(NamedTuple):
         separation: (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates
             where the rung has none. Where a part is open, its velocity is that of a likely crash.
         missed: by how many standard deviations the run-outs of A and of B miss.
-        near: of A and of B, all velocities met whose run-outs miss by less than `REACHED`.
+        near: of A and of B, all velocities met whose run-outs miss by less than `_PLAUSIBLE`, and in a
+            last column by how much.
     """
 
     separation: np.ndarray
@@ -81,8 +98,8 @@ class Shot(NamedTuple):
         apart = []
         for V, near, fitted in zip(self.separation.reshape(2, -1), self.near, sheets, strict=True):
             by_z = np.asarray(fitted.linear)[:, : V.size]
-            z = (near - V) @ np.linalg.pinv(by_z).T
-            apart.append(bool((np.linalg.norm(z, axis=1) > _FAR).any()))
+            z = (near[:, :-1] - V) @ np.linalg.pinv(by_z).T
+            apart.append(bool((np.linalg.norm(z, axis=1) > _FAR * (1 + near[:, -1])).any()))
         return np.array(apart)
 
 
@@ -102,7 +119,12 @@ def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
     target, sd = _aims(programs, data, likely)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
-    V = np.stack([_guesses(way[v], grip, k[v], starts) for v in range(2)], axis=1)
+    if every:  # as many of those that roll as there are, and of the others an even choice
+        thinned = np.linspace(0, len(_SLIDING) - 1, starts - len(_ROLLING)).astype(int)
+        shares = np.concatenate([_SLIDING[thinned], _ROLLING])
+    else:
+        shares = np.resize(_SLIDING, (starts, 3))
+    V = np.stack([_guesses(way[v], grip, k[v], shares) for v in range(2)], axis=1)
     V = np.where(opened, target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
@@ -122,7 +144,8 @@ def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
         worse = ~(cost <= cost_before)
         for v in range(2):
-            near[v].append(V[cost[:, v] < REACHED**2, v])
+            close = cost[:, v] < _PLAUSIBLE**2
+            near[v].append(np.column_stack([V[close, v], np.sqrt(cost[close, v])]))
             i = int(np.argmin(cost[:, v]))
             if cost[i, v] < best[v]:
                 best[v], found[v] = cost[i, v], V[i, v]
@@ -357,7 +380,7 @@ def _reached(programs: Programs, data: Data, V: np.ndarray, xi: np.ndarray) -> n
     return np.where(_open(programs), V.reshape(ends.shape), ends)
 
 
-def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.ndarray:
+def _guesses(displacement: np.ndarray, grip: float, k: float, shares: np.ndarray) -> np.ndarray:
     """Starting velocities: sliding that far while turning that much, faster and slower."""
     dx, dy = displacement[:2]
     turn = displacement[2] if displacement.size == 3 else 0.0
@@ -365,14 +388,7 @@ def _guesses(displacement: np.ndarray, grip: float, k: float, count: int) -> np.
     # energy to slide and to turn, spread over both; a spinning car slides further for its speed
     speed = np.sqrt(2 * grip * max(far, 0.05))
     spin = np.sign(turn) * np.sqrt(2 * grip * abs(turn) / k)
-    a, b, c = (g.ravel()[:count] for g in np.meshgrid(*_GRID, indexing="ij"))
+    a, b, c = shares.T
     angle = np.arctan2(dy, dx) + c
     guesses = np.stack([a * speed * np.cos(angle), a * speed * np.sin(angle), b * spin], axis=1)
-    return np.resize(guesses[:, : displacement.size], (count, displacement.size))
-
-
-_GRID = (
-    np.array([0.5, 0.7, 0.85, 1.0]),
-    np.array([0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2]),
-    np.array([0.0, -0.15, 0.15, -0.4]),
-)
+    return guesses[:, : displacement.size]
