@@ -194,6 +194,28 @@ def draw(measured: Measured, rng: np.random.Generator) -> float:
     return float(value + sd * z)
 
 
+def farthest(made: Made) -> tuple[str, float]:
+    """The input whose true value lies farthest from what the scene file says, and by how many sd."""
+    scene = parse_scene(made.text, "a synthetic crash")
+    off = {
+        name: deviate(measured, made.truth[name])
+        for name, measured in scene.inputs().items()
+        if measured.sd and name in made.truth
+    }
+    return max(off.items(), key=lambda item: abs(item[1]))
+
+
+def deviate(measured: Measured, true: float) -> float:
+    """What `draw` made a true value of: a standard normal number."""
+    value, sd = measured.value, measured.sd
+    if measured.law == "lognormal":
+        variance = np.log1p((sd / value) ** 2)
+        return float((np.log(true / value) + variance / 2) / np.sqrt(variance))
+    if measured.law == "logitnormal":
+        return float((logit(true) - logit(value)) * value * (1 - value) / sd)
+    return (true - value) / sd
+
+
 def _motion_before(scene: Scene, written: Cars, rng: np.random.Generator) -> dict[str, float]:
     """What nobody measured of the motion before the impact; B's course lies about its heading."""
     yaw_rate = scene.priors["omega_b"].numbers[0]

@@ -14,6 +14,7 @@ from scipy.stats import binomtest
 
 from benchmarks import page
 from benchmarks.machine import machine
+from benchmarks.rolling import scenes
 from benchmarks.rolling.runs import QUANTITIES, Row
 from retrodict.report import drawing
 
@@ -101,7 +102,12 @@ def _summary(rows: Sequence[Row]) -> Iterator[str]:
         "scene as independent, which they are not."
     )
     found = _wrong(rows)
-    where = "; ".join(f"scene {row['scene']}, {q}: {deviation(row, q):+.1f} sd" for row, q in found)
+    where = "; ".join(
+        f"scene {row['scene']}, {q}: {deviation(row, q):+.1f} sd, where the true {name} is "
+        f"{off:+.1f} sd from what was written"
+        for row, q in found
+        for name, off in [scenes.farthest(scenes.crash(int(row["scene"])))]
+    )
     yield (
         f"- Wrong though the checks passed: {len(found)} of {len(pairs)} values"
         f"{f' ({where})' if where else ''}; {len(pairs) / 1000:.1f} are expected by chance; the target "
