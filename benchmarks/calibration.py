@@ -4,7 +4,8 @@ python3 -m uv run python -m benchmarks.calibration [simulations] [rung or `rolli
 
 A run goes on where the last one stopped: each rung's ranks stand in docs/charts/calibration/. Without
 arguments the page is written from the ranks that are there, and nothing is run. `rolling` is the
-default rung by smc, of crashes whose wheels roll (benchmarks/rolling/design.toml).
+default rung by smc, of crashes whose wheels roll (benchmarks/rolling/design.toml); `slow` is the default
+rung of two cars that close in slowly (benchmarks/slow.toml).
 """
 
 from __future__ import annotations
@@ -18,10 +19,12 @@ from benchmarks.__main__ import DOCS
 from retrodict.api import calibrate
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.scene import load_scene
+from retrodict.studies.calibration import SLOWLY
 
 METHODS, SMC = ["importance", "nuts"], "smc"
-ROLLING, ROLLS = "rolling", ", wheels that roll"
-DESIGN = Path(__file__).parent / "rolling" / "design.toml"
+HERE = Path(__file__).parent
+DESIGNS = {"rolling": HERE / "rolling" / "design.toml", "slow": HERE / "slow.toml"}
+TOLD = {"rolling": ", wheels that roll", "slow": ", cars that close in slowly"}
 FOLDERS = DOCS / "charts" / "calibration"
 
 
@@ -30,12 +33,12 @@ def table(folders: list[Path]) -> page.Parts:
     rows, verdicts = [], []
     for folder in folders:
         told = json.loads((folder / "calibration.json").read_text("utf-8"))
-        outside = [k for k, v in told["quantities"].items() if not v["inside_jointly"]]
-        alone = [k for k, v in told["quantities"].items() if not v["inside"]]
-        counts = f"{told['ranked']} of {told['done']}"
-        name = told["model"] + (ROLLS if folder.name.startswith(ROLLING) else "")
-        cells = [name, told["method"], counts, f"{told['withheld']:.1%}"]
-        rows.append([*cells, ", ".join(alone) or "none", ", ".join(outside) or "none"])
+        name = told["model"] + TOLD.get(folder.name.split("-")[0], "")
+        every = f"closing from {told.get('closing_from', 3.0):g} m/s"
+        groups = {every: told, f"closing below {SLOWLY:g} m/s": told.get("closing_slowly")}
+        for which, group in groups.items():
+            if group and group["done"]:
+                rows.append([name, told["method"], which, *_counts(group)])
         verdicts += [
             f"### {name}, {told['method']}\n",
             f"{told['verdict']}\n",
@@ -45,8 +48,19 @@ def table(folders: list[Path]) -> page.Parts:
             ),
             "",
         ]
-    heading = ["rung", "method", "ranked", "withheld", "outside its own band", "outside jointly"]
+    heading = [
+        "rung", "method", "crashes", "ranked", "withheld", "outside its own band", "outside jointly",
+    ]  # fmt: skip
     return {"summary": page.table(heading, rows), "verdicts": verdicts[:-1]}
+
+
+def _counts(told: dict) -> list[str]:
+    """Ranked, withheld, and quantities outside their bands."""
+    bands = [
+        ", ".join(k for k, v in told["quantities"].items() if not v[which]) or "none"
+        for which in ("inside", "inside_jointly")
+    ]
+    return [f"{told['ranked']} of {told['done']}", f"{told['withheld']:.1%}", *bands]
 
 
 def _coverage(told: dict) -> list[list[str]]:
@@ -58,12 +72,13 @@ def _coverage(told: dict) -> list[list[str]]:
 
 def main(simulations: int, rungs: list[str]) -> None:
     """Go on with each rung until so many simulations are done, then write the page."""
-    asked = [(method, rung) for rung in rungs for method in ([SMC] if rung == ROLLING else METHODS)]
+    asked = [
+        (method, rung) for rung in rungs for method in ([SMC] if rung == "rolling" else METHODS)
+    ]
     for method, rung in asked:
-        rolling = rung == ROLLING
         found = calibrate(
-            load_scene(DESIGN) if rolling else None,
-            model=DEFAULT_RUNG if rolling else rung,
+            load_scene(DESIGNS[rung]) if rung in DESIGNS else None,
+            model=DEFAULT_RUNG if rung in DESIGNS else rung,
             method=method,
             simulations=simulations,
             out=FOLDERS / f"{rung}-{method}",

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import matplotlib.image
 import numpy as np
@@ -13,6 +14,7 @@ from rich.console import Console
 from retrodict.report.calibration import (
     RANKS,
     calibrated,
+    calibration_data,
     print_calibration,
     read_ranks,
     verdict,
@@ -29,8 +31,10 @@ from retrodict.studies.uniformity import uniformity
 def calibration() -> Calibration:
     """Sixty simulations: one withheld, speeds uniform, e far too low."""
     ranks = np.random.default_rng(2).integers(0, 100, 60)
-    rows = [Row(i, {"speed_b": int(r), "e": int(r) // 2}) for i, r in enumerate(ranks)]
-    rows[7] = Row(7, reason="checks failed: R-hat")
+    rows = [
+        Row(i, {"speed_b": int(r), "e": int(r) // 2}, closing=i / 8) for i, r in enumerate(ranks)
+    ]
+    rows[7] = Row(7, reason="checks failed: R-hat", closing=0.875)
     return Calibration(design(), "momentum+slide", "nuts", 3, 60, tuple(rows))
 
 
@@ -137,3 +141,22 @@ def test_the_table_tells_coverage_and_verdict(calibration) -> None:
     print_calibration(calibration, Console(file=out, width=100))
     assert "± 6.5%" in out.getvalue()  # sqrt(0.25 / 59)
     assert "NOT CALIBRATED" in out.getvalue()
+
+
+def test_crashes_that_close_in_slowly_are_told_by_themselves(calibration: Calibration) -> None:
+    slow = calibration_data(calibration)["closing_slowly"]
+    assert (slow["below"], slow["done"], slow["ranked"]) == (3.0, 24, 23)
+    assert slow["withheld"] == pytest.approx(1 / 24)
+    assert set(slow["quantities"]) == {"speed_b", "e"}
+
+
+def test_a_table_of_other_plausible_crashes_is_another_calibration(
+    calibration: Calibration, tmp_path: Path
+) -> None:
+    write_ranks(calibration, tmp_path)
+    file = tmp_path / "calibration.csv"
+    older = [line.rsplit(",", 1)[0] for line in file.read_text().splitlines()]
+    older = [line.replace(",closing_from", "").replace(",0.3,", ",", 1) for line in older]
+    file.write_text("\n".join(older) + "\n")
+    with pytest.raises(ValueError, match=r"another calibration.*closing_from '3\.0'"):
+        read_ranks(calibration, tmp_path)

@@ -14,14 +14,23 @@ from rich.table import Table
 from rich.text import Text
 
 from retrodict.report.files import csv_text, write_whole
-from retrodict.studies.calibration import DRAWS, MOST_WITHHELD, QUANTITIES, Calibration, Row
+from retrodict.studies.calibration import (
+    CLOSING,
+    DRAWS,
+    MOST_WITHHELD,
+    QUANTITIES,
+    SLOWLY,
+    Calibration,
+    Row,
+)
 from retrodict.studies.uniformity import BAND, LEVELS, Uniformity, uniformity
 
 RANKS = "calibration.csv"
 # simulations; with fewer, a withheld one or two are beyond the share that may be
 LEAST = 50
-_SETTINGS = ("model", "method", "seed", "scene")
-_COLUMNS = (*_SETTINGS, "simulation", *QUANTITIES, "reason")
+_SETTINGS = ("model", "method", "seed", "scene", "closing_from")
+_OLDER = {"closing_from": "3.0"}  # m/s, before tables said so
+_COLUMNS = (*_SETTINGS, "simulation", *QUANTITIES, "reason", "closing_speed")  # the last in m/s
 
 
 def calibrated(calibration: Calibration, found: dict[str, Uniformity]) -> bool:
@@ -94,7 +103,7 @@ def print_calibration(calibration: Calibration, console: Console) -> None:
 
 def calibration_data(calibration: Calibration) -> dict[str, Any]:
     """A calibration's verdict in strict JSON."""
-    found = uniformity(calibration)
+    found, slow = uniformity(calibration), calibration.slow
     reasons: dict[str, int] = {}
     for row in calibration.rows:
         if row.reason:
@@ -110,18 +119,29 @@ def calibration_data(calibration: Calibration) -> dict[str, Any]:
         "draws": DRAWS,
         "calibrated": calibrated(calibration, found),
         "verdict": verdict(calibration, found),
-        "quantities": {
-            name: {
-                "inside": each.inside,
-                "inside_jointly": each.inside_jointly,
-                "furthest": float(abs(each.difference).max()),
-                "coverage": {
-                    str(level): {"share": share, "error": error}
-                    for level, (share, error) in each.coverage.items()
-                },
-            }
-            for name, each in found.items()
+        "quantities": _of_each(found),
+        "closing_slowly": {
+            "below": SLOWLY,
+            "done": len(slow.rows),
+            "ranked": len(slow.ranked),
+            "withheld": slow.withheld,
+            "quantities": _of_each(uniformity(slow)),
         },
+    }
+
+
+def _of_each(found: dict[str, Uniformity]) -> dict[str, Any]:
+    return {
+        name: {
+            "inside": each.inside,
+            "inside_jointly": each.inside_jointly,
+            "furthest": float(abs(each.difference).max()),
+            "coverage": {
+                str(level): {"share": share, "error": error}
+                for level, (share, error) in each.coverage.items()
+            },
+        }
+        for name, each in found.items()
     }
 
 
@@ -158,7 +178,13 @@ def write_ranks(calibration: Calibration, directory: Path) -> None:
     """
     settings = _settings(calibration)
     rows = [
-        settings | {"simulation": row.simulation, "reason": row.reason} | row.ranks
+        settings
+        | {
+            "simulation": row.simulation,
+            "reason": row.reason,
+            "closing_speed": f"{row.closing:.3f}",
+        }
+        | row.ranks
         for row in calibration.rows
     ]
     write_whole(directory / RANKS, csv_text(_COLUMNS, rows).encode())
@@ -184,7 +210,7 @@ def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:
     rows, seen = list[Row](), set[int]()
     try:
         for row in csv.DictReader(io.StringIO(file.read_text("utf-8"))):
-            other = {k: row[k] for k in _SETTINGS}
+            other = {k: (_OLDER | row)[k] for k in _SETTINGS}
             if other != mine:
                 raise ValueError(f"is of another calibration ({_listed(other)})")
             ranks = {name: int(row[name]) for name in QUANTITIES if row[name]}
@@ -196,7 +222,7 @@ def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:
             if bool(ranks) == bool(row["reason"]):
                 raise ValueError(f"has in simulation {number} not either ranks or a reason")
             seen.add(number)
-            rows.append(Row(number, ranks, row["reason"]))
+            rows.append(Row(number, ranks, row["reason"], float(row["closing_speed"])))
     except (KeyError, TypeError, ValueError) as error:
         why = str(error) if str(error).startswith(("is of", "has ")) else "is not a table of ranks"
         raise ValueError(
@@ -211,6 +237,7 @@ def _settings(calibration: Calibration) -> dict[str, Any]:
         "method": calibration.method,
         "seed": calibration.seed,
         "scene": hashlib.sha256(repr(calibration.scene).encode()).hexdigest()[:12],
+        "closing_from": CLOSING,
     }
 
 

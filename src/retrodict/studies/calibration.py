@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
@@ -37,7 +38,8 @@ QUANTITIES = ("speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b", "log_likelih
 EXACT = tuple(name for name, method in METHODS.items() if method.exact)
 DRAWS = 99  # that a truth is ranked among: few enough to be independent where the gate was passed
 MOST_WITHHELD = 0.05  # share beyond which it is part of the verdict
-DRIVING, CLOSING, SPIN, FAR = 3.0, 3.0, 12.0, 50.0  # what is plausible: m/s, m/s, rad/s, m
+DRIVING, CLOSING, SPIN, FAR = 3.0, 0.3, 12.0, 50.0  # what is plausible: m/s, m/s, rad/s, m
+SLOWLY = 3.0  # m/s: vehicles that close in more slowly are judged by themselves too
 
 _BATCH = 5  # simulations of a process at a time
 _CHAINS, _WARMUP = 4, 150
@@ -54,11 +56,13 @@ class Row:
         simulation: its number.
         ranks: of the truth of each quantity among `DRAWS` draws, from 0; empty where none was found.
         reason: why none was.
+        closing: true closing speed along the normal, m/s.
     """
 
     simulation: int
     ranks: dict[str, int] = field(default_factory=dict)
     reason: str = ""
+    closing: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,11 @@ class Calibration:
     def ranked(self) -> tuple[Row, ...]:
         """Those whose draws passed their checks."""
         return tuple(row for row in self.rows if row.ranks)
+
+    @property
+    def slow(self) -> Calibration:
+        """Of the crashes alone whose vehicles close in at less than `SLOWLY`."""
+        return replace(self, rows=tuple(row for row in self.rows if row.closing < SLOWLY))
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -211,6 +220,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
     structure, data = RUNGS[of.model].of_scene(of.scene)
     programs = programs_for(structure)
     sites, told = _truths(programs, data, np.random.default_rng([of.seed, numbers[0] // _BATCH]))
+    closing = _closing_speeds(structure, data, sites, told)
     rows = []
     for number in numbers:
         i, rng = number % _BATCH, np.random.default_rng([of.seed, number, 1])
@@ -220,10 +230,10 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         try:
             where = whereabouts(scene, of.model, seed, of.method)
         except Unanswerable as error:
-            rows.append(Row(number, reason=f"refused: {error}"))
+            rows.append(Row(number, {}, f"refused: {error}", closing[i]))
             continue
         ranks, reason = _ranked(where, of.method, truth, rng)
-        rows.append(Row(number, ranks, reason))
+        rows.append(Row(number, ranks, reason, closing[i]))
     return rows
 
 
@@ -267,9 +277,7 @@ def plausible(
     """
     known = sites | told
     none = np.zeros(len(known["speed_b"]))
-    xi = known.get("measured", none[:, None][:, :0])
-    motion = jnp.stack([known["vbx"], known["vby"], known.get("omega_b", none)], axis=1)
-    good = np.asarray(_closing(structure, data, xi, motion)) > CLOSING
+    good = _closing_speeds(structure, data, sites, told) > CLOSING
     good &= np.asarray(known["speed_b"]) > DRIVING
     good &= np.asarray(known.get("energy_lost", none + 1)) > 0
     for v in VEHICLES:
@@ -277,6 +285,17 @@ def plausible(
         for part in ("x", "y"):
             good &= np.abs(known[f"predicted/rest_{part}_{v}"]) < FAR
     return good
+
+
+def _closing_speeds(
+    structure: Structure, data: Data, sites: Values, told: Values
+) -> Float[np.ndarray, " draws"]:
+    """How fast the vehicles of crashes come together, m/s."""
+    known = sites | told
+    none = np.zeros(len(known["speed_b"]))
+    xi = known.get("measured", none[:, None][:, :0])
+    motion = jnp.stack([known["vbx"], known["vby"], known.get("omega_b", none)], axis=1)
+    return np.asarray(_closing(structure, data, xi, motion))
 
 
 @partial(jax.jit, static_argnums=0)
