@@ -1,6 +1,7 @@
 """Several solutions of one scene: all found, weighed as they deserve, and mixed."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -182,3 +183,32 @@ def test_a_rival_that_the_draws_hold_is_none() -> None:
         draws = rng.normal(size=(3000, 2))
         draws[: int(share * 3000), 0] += 6.0
         assert rival.reached(draws) is held
+
+
+def test_turns_of_two_vehicles_are_sought_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Along a ridge across both, no number of turns of one vehicle alone is better than the next."""
+    rest = {v: replace(pose, turns_known=False) for v, pose in SCENE.rest.items()}
+    uncounted = replace(SCENE, rest=rest)
+
+    def found(_scene: Scene, _rung: str, turns: dict[str, int]) -> list[modes.Solution]:
+        a, b = turns.values()
+        evidence = -50.0 - 8 * (a + b - 2) ** 2 - a**2
+        return [modes.Solution(SimpleNamespace(log_evidence=evidence), _scene, turns, False)]  # type: ignore[arg-type]
+
+    monkeypatch.setattr(modes, "_on_branches", found)
+    best = modes.solutions(uncounted, "planar-moment+wheels")
+    assert best[0].turns == {"a": 0, "b": 2}
+    assert {tuple(s.turns.values()) for s in best} >= {(1, 1), (2, 0), (-1, 3), (-2, 4), (0, 3)}
+
+
+def test_numbers_of_turns_are_told_apart_by_rest_poses_that_are_not_too_sharp() -> None:
+    def with_errors(sd: float) -> Scene:
+        poses = {v: replace(own, x=replace(own.x, sd=sd)) for v, own in SCENE.rest.items()}
+        return replace(SCENE, rest=poses)
+
+    usual = modes._blurred(with_errors(0.3))
+    assert modes._blurred(usual) is usual
+    sharp = replace(usual, rest=usual.rest | {"a": with_errors(0.001).rest["a"]})
+    blurred = modes._blurred(sharp)
+    assert blurred.rest["a"].x.sd == 0.1
+    assert blurred.rest["b"] == usual.rest["b"]

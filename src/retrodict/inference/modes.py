@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 # (of a tail of 5 %, 1.1 %): its draws are not judged by themselves.
 SLIGHT = 0.01
 _TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
+_MOST_TRIED = 18  # numbers of turns for each vehicle: about so many are, before none is left to try
+_SHARPEST = 0.1, np.radians(2)  # standard deviations of a rest pose, m and rad
 _STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which modes are sought
 _APART = 3.0  # standard deviations: nearer than this it is the same mode
 _REACHED = 0.3  # of its share of the posterior: draws nearer a rival than the mode they began from
@@ -90,29 +93,74 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
     if not unknown:
         return _on_branches(scene, rung, {})
     tried: dict[tuple[int, ...], list[Solution]] = {}
-    asked = itertools.count(1)
+    blurred = _blurred(scene)
+
+    def at(scene: Scene, turns: tuple[int, ...]) -> list[Solution]:
+        added = dict(zip(unknown, turns, strict=True))
+        try:
+            return _on_branches(_turned(scene, added), rung, added)
+        except Unanswerable:
+            return []
 
     def evidence(turns: tuple[int, ...]) -> float:
         if turns not in tried:
-            added = dict(zip(unknown, turns, strict=True))
-            try:
-                tried[turns] = _on_branches(_turned(scene, added), rung, added)
-            except Unanswerable:
-                tried[turns] = []
-        if progress:
-            progress(next(asked), len(unknown) ** 2 * len(_TURNS))
+            tried[turns] = at(blurred, turns)
+            if progress:
+                progress(len(tried), max(_MOST_TRIED * len(unknown), len(tried) + 1))
         return max((s.posterior.log_evidence for s in tried[turns]), default=-np.inf)
 
-    # one vehicle at a time, twice over: all pairs would take minutes
+    # one vehicle after the other, then from all that are likely to all beside them: every pair would
+    # take minutes
     best = (0,) * len(unknown)
-    for i in [*range(len(unknown))] * len(unknown):
+    for i in range(len(unknown)):
         best = max(((*best[:i], count, *best[i + 1 :]) for count in _TURNS), key=evidence)
-    every = [solution for found in tried.values() for solution in found]
-    if not every:
+    while True:
+        known = {turns: evidence(turns) for turns in tried}
+        likely = [
+            turns for turns, value in known.items() if value > max(known.values()) - IMPROBABLE
+        ]
+        beside = {turns for each in likely for turns in _beside(each)} - set(tried)
+        if not beside:
+            break
+        for turns in sorted(beside):
+            evidence(turns)
+    found = _probable(solution for some in tried.values() for solution in some)
+    if blurred is not scene:
+        likely = dict.fromkeys(tuple(solution.turns.values()) for solution in found)
+        found = _probable(solution for turns in likely for solution in at(scene, turns))
+    if not found:
         branches(scene, rung)  # raises the reason
-    found = sorted(every, key=lambda s: -s.posterior.log_evidence)
-    least = found[0].posterior.log_evidence - IMPROBABLE
-    return [s for s in found if s.posterior.log_evidence > least]
+    return found
+
+
+def _beside(turns: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    """Numbers of turns that differ by one at most, in range."""
+    return itertools.product(*({t - 1, t, t + 1} & set(_TURNS) for t in turns))
+
+
+def _probable(found: Iterable[Solution]) -> list[Solution]:
+    """Those that Laplace's approximation does not make out to be IMPROBABLE, the best first."""
+    every = sorted(found, key=lambda s: -s.posterior.log_evidence)
+    return [
+        s for s in every if s.posterior.log_evidence > every[0].posterior.log_evidence - IMPROBABLE
+    ]
+
+
+def _blurred(scene: Scene) -> Scene:
+    """A scene to tell numbers of turns apart by: no rest pose is sharper than `_SHARPEST`.
+
+    The sharper rest poses are, the more steps run-outs take, and there are many turns to try. What
+    a blurred pose leaves improbable a sharp one does too.
+    """
+    rest = {}
+    for v, pose in scene.rest.items():
+        sharpest = {"x": _SHARPEST[0], "y": _SHARPEST[0], "heading": _SHARPEST[1]}
+        parts = {name: getattr(pose, name) for name in sharpest}
+        rest[v] = replace(
+            pose,
+            **{k: replace(m, sd=max(m.sd, sharpest[k])) for k, m in parts.items() if m is not None},
+        )
+    return scene if rest == scene.rest else replace(scene, rest=rest)
 
 
 def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
