@@ -21,7 +21,8 @@ from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.scene import load_scene
 from retrodict.studies.calibration import SLOWLY
 
-METHODS, SMC = ["importance", "nuts"], "smc"
+METHODS = ["importance", "nuts"]
+BY = {"rolling": ["smc"], "slow": ["importance", "smc"]}
 HERE = Path(__file__).parent
 DESIGNS = {"rolling": HERE / "rolling" / "design.toml", "slow": HERE / "slow.toml"}
 TOLD = {"rolling": ", wheels that roll", "slow": ", cars that close in slowly"}

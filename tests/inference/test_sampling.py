@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from retrodict.inference.errors import Interrupted
 from retrodict.inference.methods import METHODS, Draws, Method, Task
 from retrodict.inference.modes import solutions, weighed
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
@@ -34,12 +35,45 @@ def test_a_method_that_fails_hands_over_to_another_and_says_so(
 
 
 def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("nuts", "importance"):
+    for name in ("nuts", "importance", "smc"):
         monkeypatch.setitem(METHODS, name, _failing(name))
     found = reconstruct(SCENE)
     assert found.settings["method"] == "nuts"
     assert found.checks.reasons == ("nuts is stuck",)
+    assert "smc was tried too, and failed: smc is stuck" in found.notes[0]
     assert "importance was tried too, and failed: importance is stuck" in found.notes[-1]
+
+
+def test_where_both_that_need_a_mode_fail_tempering_stands_in(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("nuts", "importance"):
+        monkeypatch.setitem(METHODS, name, _failing(name))
+    found = reconstruct(SCENE, pictured=False)
+    assert found.settings["method"] == "smc"
+    assert found.checks.passed
+    assert found.notes[0].startswith(
+        "the method nuts failed: nuts is stuck; the run told of here is"
+    )
+    usual = reconstruct(SCENE, method="importance", pictured=False)
+    for name in ("speed_b", "e", "e_m", "mu"):
+        own, other = (o.idata["posterior"][name].values.ravel() for o in (found, usual))
+        assert abs(own.mean() - other.mean()) < 0.12 * other.std(), name
+        assert 0.9 < own.std() / other.std() < 1.1, name
+
+
+def test_an_interrupt_while_tempering_stands_in_keeps_what_was_drawn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def stopped(task: Task) -> Draws:
+        raise Interrupted("stopped")
+
+    for name in ("nuts", "importance"):
+        monkeypatch.setitem(METHODS, name, _failing(name))
+    monkeypatch.setitem(METHODS, "smc", replace(METHODS["smc"], draw=stopped))
+    found = reconstruct(SCENE, pictured=False)
+    assert not found.complete
+    assert found.settings["method"] == "nuts"
 
 
 def test_where_the_model_misses_the_evidence_no_other_method_is_tried(

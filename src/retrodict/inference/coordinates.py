@@ -30,9 +30,10 @@ from jaxtyping import Array, Float, Int
 
 from retrodict.inference import unpinned
 from retrodict.inference.squash import lift
+from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts, roll
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import Level, quotients
+from retrodict.models.impact import E, Level, quotients
 from retrodict.scene.records import VEHICLES
 
 _NO_CRASH = {"e": 0.1, "e_m": 0.5, "mu": 0.1}
@@ -501,6 +502,9 @@ def _off_guess(
     log_det = log_inverse - jnp.log(sites["speed_b"]) + volumes[0] + volumes[1]
     bounded = levels_of(structure)
     inside = jnp.array([(sites[b.name] > b.low) & (sites[b.name] < b.high) for b in bounded]).all()
+    if E in bounded:  # vehicles close in, each from its own side of the contact where it has one
+        to, closing = parts.bodies(x), quotients((E,), separation.ravel(), x)[1][0]
+        inside &= (towards_b(to) * closing > 0) | ~either_side(to)
     # no crash stands for those outside: one is put in their place whose run-outs are short
     for name in [name for name in sites if name != "measured"]:
         sites[name] = jnp.where(inside, sites[name], _NO_CRASH.get(name, 1.0))

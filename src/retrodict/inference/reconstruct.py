@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
@@ -14,12 +15,13 @@ import jax
 import numpy as np
 
 from retrodict.inference import charts, rolling
+from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.methods import METHODS, Task
 from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Solution, Whereabouts, whereabouts
 from retrodict.inference.outcome import Mode, Outcome
 from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
-from retrodict.inference.sampling import Sampling
+from retrodict.inference.sampling import Run, Sampling, is_worth_another
 from retrodict.inference.tree import prior_keys
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
@@ -77,26 +79,70 @@ def reconstruct(
             f"interrupted ({able}), or start anew"
         )
     draws = chosen.draws if draws is None else draws
-    tell("compiling", 0, 1)
     compiled_before = Programs.compile_seconds
-    compile_ahead(scene, model, method, warmup, pictured)
-    finding = partial(tell, "finding where the posterior lies")
-    finding(0, 1)
     known = {} if known is None else known
-    tempered = rolling.tempered(scene, model, method)
-    place = f"{model}, tempered" if tempered else model
-    if place not in known:
-        known[place] = whereabouts(scene, model, seed, method, finding)
-    finding(1, 1)
-    where = known[place]
+
+    def find(method: str) -> Whereabouts:
+        tell("compiling", 0, 1)
+        compile_ahead(scene, model, method, warmup, pictured)
+        finding = partial(tell, "finding where the posterior lies")
+        finding(0, 1)
+        tempered = rolling.tempered(scene, model, method)
+        place = f"{model}, tempered" if tempered else model
+        if place not in known:
+            known[place] = whereabouts(scene, model, seed, method, finding)
+        finding(1, 1)
+        return known[place]
+
+    def draw(method: str, where: Whereabouts, draws: int, resume: Path | None = None) -> Run:
+        # where no mode was sought, there is none beside it
+        seeks = METHODS[method].exact and not rolling.tempered(scene, model, method)
+        tell("looking for other solutions", 0, 1)
+        rivals = where.rivals if seeks else []
+        sampling = Sampling(where.found, where.modes, rivals, where.faults, pictured, tell)
+        told = partial(tell, "sampling")
+        task = Task(where.found[0].posterior, chains, draws, warmup, seed, told, resume)
+        return sampling.or_by_another(sampling.by(method, task), task)
+
+    # tempering needs neither modes nor slopes, but takes longer: it stands in where these do not do
+    stands_in = chosen.exact and method != "smc" and rolling.tempered(scene, model, "smc")
+    where = run = None
+    failed = ""
+    try:
+        where = find(method)
+    except Unanswerable as refusal:
+        if not stands_in:
+            raise
+        failed = str(refusal)
+    else:
+        if not stands_in or not where.faults:
+            run = draw(method, where, draws, resume)
+        stands_in = stands_in and is_worth_another(run, where.found, draws)
+        failed = "; ".join(where.faults if run is None else run.checks.reasons)
+    notes = []
+    if stands_in:
+        try:
+            elsewhere = find("smc")
+            other = draw("smc", elsewhere, max(draws, METHODS["smc"].draws))
+        except (Unanswerable, Interrupted) as refusal:
+            if where is None:
+                raise
+            notes.append(f"the method smc was tried too, and failed: {refusal}")
+            if run and isinstance(refusal, Interrupted):
+                run = replace(run, complete=False)
+        else:
+            if other.checks.passed or where is None:
+                notes.append(
+                    f"the method {method} failed: {failed}; the run told of here is by smc"
+                )
+                where, run = elsewhere, other
+            else:
+                lacking = "; ".join(other.checks.reasons)
+                notes.append(f"the method smc was tried too, and failed: {lacking}")
+    assert where is not None, "what cannot be found was refused"
+    run = run or draw(method, where, draws, resume)
     found, modes = where.found, where.modes
-    seeks = chosen.exact and not tempered  # where no mode was sought, there is none beside it
-    tell("looking for other solutions", 0, 1)
-    sampling = Sampling(found, modes, where.rivals if seeks else [], where.faults, pictured, tell)
-    told = partial(tell, "sampling")
-    task = Task(found[0].posterior, chains, draws, warmup, seed, told, resume)
-    run = sampling.or_by_another(sampling.by(method, task), task)
-    notes = [*run.notes]
+    notes = [*notes, *run.notes]
     if len(found) > 1:
         notes.append(_told_several(found, modes))
     if not METHODS[run.method].exact:

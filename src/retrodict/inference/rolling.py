@@ -30,7 +30,7 @@ _LEAST_OFF = 0.05  # of the logarithm of a speed, and rad
 
 
 def tempered(scene: Scene, rung: str, method: str) -> bool:
-    """Whether a posterior is drawn from in this way: by smc, if some vehicle rolls and some rests.
+    """Whether a posterior is drawn from in this way: by smc, if some vehicle's rest was measured.
 
     Impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes.
 
@@ -41,7 +41,7 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
     """
     structure = RUNGS[rung].of_scene(scene)[0]
     pinned = any(name in structure.evidence for name in structure.aims)
-    able = bool(structure.rolling and pinned and not coordinates.held_of(structure))
+    able = bool(pinned and not coordinates.held_of(structure))
     return able and method == "smc"
 
 

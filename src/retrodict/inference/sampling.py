@@ -271,6 +271,18 @@ def _missed(found: list[Solution]) -> str:
     )
 
 
+def is_worth_another(run: Run | None, found: list[Solution], draws: int) -> bool:
+    """Whether another method is worth trying: draws failed, and the evidence does not refute the model.
+
+    Args:
+        run: of the solutions; None where it is known beforehand that draws of them would not do.
+        found: these.
+        draws: asked for of each chain.
+    """
+    failed = run is None or (run.complete and bool(run.checks.reasons))
+    return failed and draws >= _WORTH_MORE and not _missed(found)
+
+
 def _told_apart(rival: Mode, sampled: Mode) -> str:
     speeds = (f"{mode.values['speed_b']:.3g}" for mode in (rival, sampled))
     return (

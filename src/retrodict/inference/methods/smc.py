@@ -30,7 +30,9 @@ _ASUNDER = 0.4  # standard deviations between populations from which more moves 
 _EFFECTIVE = 0.5  # share of the particles that a step in temperature leaves
 _STAGES = 60  # at most
 _SWEEPS = 4  # of moves at a temperature, after which coordinates are whitened anew
-_LAST = 3  # times as many at the posterior, before each draw that is kept
+# Rounds of them at the posterior: before the first draw that is kept (after 3, means were off by up to
+# 0.15 sd, after 6 by 0.08, as far as chance takes them), and before each further one
+_SETTLING, _LAST = 6, 3
 # Steps far and near; the far ones go farthest in the mean, and the near ones are seldom refused.
 _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
@@ -168,7 +170,7 @@ class _Populations:
         """Move the particles until so many draws of each chain are kept in all."""
         rounds = ceil(count / self.w.shape[1])
         while len(self.kept) < rounds:
-            for _ in range(_LAST):
+            for _ in range(_LAST if self.kept else _SETTLING):
                 self._move()
             self.kept.append(self.w)
             self._tell(0.8 + 0.2 * len(self.kept) / rounds)
