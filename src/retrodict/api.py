@@ -200,7 +200,8 @@ def reconstruct(
         model: a rung's name; "auto" for the one that the ladder chooses among those that the
             question and the evidence allow, or the fullest of them where it chooses none.
         method: nuts (the reference), importance, smc, laplace, monte-carlo or linear; "auto" for nuts,
-            and for smc where some wheel rolls, whose run-outs bend too much for its derivatives.
+            and for smc where some wheel rolls, whose run-outs bend too much for its derivatives. Where
+            nuts or importance fails, the other stands in, and then smc; a note says so.
         chains: of draws; independent replicates where a method has no chains.
         draws: kept of each; None for as many as the method takes by default.
         warmup: iterations before them, where a method has any.
