@@ -73,9 +73,7 @@ def _coverage(told: dict) -> list[list[str]]:
 
 def main(simulations: int, rungs: list[str]) -> None:
     """Go on with each rung until so many simulations are done, then write the page."""
-    asked = [
-        (method, rung) for rung in rungs for method in ([SMC] if rung == "rolling" else METHODS)
-    ]
+    asked = [(method, rung) for rung in rungs for method in BY.get(rung, METHODS)]
     for method, rung in asked:
         found = calibrate(
             load_scene(DESIGNS[rung]) if rung in DESIGNS else None,

@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from retrodict.report.files import csv_text, write_whole
+from retrodict.report.layout import print_table
 from retrodict.studies.calibration import (
     CLOSING,
     DRAWS,
@@ -96,7 +97,7 @@ def print_calibration(calibration: Calibration, console: Console) -> None:
         shares = [f"{share:.1%} ± {error:.1%}" for share, error in each.coverage.values()]
         cells = [name, *shares, "yes" if each.inside else "no"]
         table.add_row(*map(Text, cells), style=None if each.inside else "red")
-    console.print(table)
+    print_table(console, table)
     good = calibrated(calibration, found)
     console.print(Text(verdict(calibration, found), style="green" if good else "bold red"))
 

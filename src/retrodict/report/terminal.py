@@ -10,6 +10,7 @@ from rich.text import Text
 
 from retrodict.report.findings import LEVELS, NOT_TO_BE_RELIED_ON, told_as
 from retrodict.report.ladder import ladder_rows
+from retrodict.report.layout import print_table
 from retrodict.report.results import MARK, answer, result_rows
 from retrodict.report.rounding import NOTHING, told
 from retrodict.scene.quantities import Units
@@ -38,7 +39,7 @@ def print_summary(
     checks = outcome.checks
     _line(console, outcome.scene.title, "bold")
     _line(console, outcome.card.title, "dim")
-    console.print(_table(outcome, units, wide=console.width >= _WIDE))
+    print_table(console, _table(outcome, units, wide=console.width >= _WIDE))
     _line(console, answer(outcome, units), "bold" if checks.passed else "bold red")
     _line(console, verdict(outcome), "green" if checks.passed else "bold red")
     for reason in checks.reasons:
@@ -101,7 +102,7 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
             cells[0] = row.name.replace("-", "-\n").replace("+", "\n+ ")
             cells = [cell.replace(" ±", "\n±") for cell in cells]
         table.add_row(*map(Text, cells), style="bold" if row.chosen else None)
-    console.print(table)
+    print_table(console, table)
     _line(console, "n: unknowns and uncertain inputs; s: seconds without compilation", "dim")
     for verdict in dict.fromkeys(row.verdict for row in rows):
         names = [row.name for row in rows if row.verdict == verdict]

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from retrodict.report.files import csv_text, write_whole
 from retrodict.report.findings import LEVELS
+from retrodict.report.layout import print_table
 from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
 from retrodict.scene.quantities import Units, describe, unit_of
 
@@ -129,7 +130,7 @@ def print_validation(validation: Validation, console: Console, units: Units = "s
             row["published"],
         ]
         table.add_row(*map(_safe, shown), style=None if score.counts else "red")
-    console.print(table)
+    print_table(console, table)
     console.print(_safe(f"Speeds in {symbol}. {HOLDS} holds the truth."), style="dim")
     for line in remarks(validation):
         console.print(_safe(line), highlight=False)
