@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from rich.console import Console
-from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
-
-_ENDLESS = 10_000  # columns: as wide as anything gets
 
 
 def print_table(console: Console, table: Table) -> None:
@@ -17,8 +14,12 @@ def print_table(console: Console, table: Table) -> None:
         console: where to.
         table: whose cells are texts.
     """
-    endless = console.options.update(width=_ENDLESS)
-    if Measurement.get(console, endless, table).minimum <= console.width:
+    names = table.columns[0]
+    # else the names would be what gives way
+    words = [word for cell in names.cells for word in str(cell).split()]
+    names.min_width = max(map(len, words), default=None)
+    cut = any("…" in part.text for line in console.render_lines(table) for part in line)
+    if not cut:
         console.print(table)
         return
     if table.title:
