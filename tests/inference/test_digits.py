@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict.inference.digits import decimals_of, monte_carlo_error
+from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,9 @@ def test_monte_carlo_error_is_the_spread_over_repetitions(level, most):
     sets = [xr.Dataset({"x": (("chain", "draw"), each)}) for each in draws[:40]]
     told = np.mean([float(monte_carlo_error(each, level)["x"]) for each in sets])
     assert 0.9 < told / spread < most
+
+
+def test_rhat_of_chains_that_stand_still_is_no_long_number() -> None:
+    assert [rhat_text(v) for v in (1.00349, 99.9, 5.6e15, np.nan, np.inf, None)] == [
+        "1.003", "99.900", "over 100", "–", "–", "–",
+    ]  # fmt: skip

@@ -212,3 +212,12 @@ def test_numbers_of_turns_are_told_apart_by_rest_poses_that_are_not_too_sharp() 
     blurred = modes._blurred(sharp)
     assert blurred.rest["a"].x.sd == 0.1
     assert blurred.rest["b"] == usual.rest["b"]
+
+
+def test_a_rival_that_outweighs_all_has_a_weight(two_normals: Posterior) -> None:
+    solution = modes.Solution(two_normals, SCENE, {}, False)
+    first = Mode(1.0, 0.0, {}, {})
+    rival = modes.Rival(0, float(np.exp(modes._SURE)), np.zeros(two_normals.size))
+    kept, other = modes.beside([solution], [first], [rival])
+    assert kept.weight == pytest.approx(0.0)
+    assert other.weight == pytest.approx(1.0)

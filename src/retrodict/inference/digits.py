@@ -50,3 +50,14 @@ def monte_carlo_error(draws: xr.Dataset, level: float) -> xr.Dataset:
     if level == 0:
         return np.maximum(mcse(draws, method="mean"), low)
     return np.maximum(low, mcse(draws, method="quantile", prob=0.5 + level / 2))
+
+
+def rhat_text(rhat: float | None) -> str:
+    """R-hat as it is printed: chains that stand still have any, and 100 tells as much.
+
+    Args:
+        rhat: None or not finite where there is none.
+    """
+    if rhat is None or not math.isfinite(rhat):
+        return "–"
+    return "over 100" if rhat > 100 else f"{rhat:.3f}"

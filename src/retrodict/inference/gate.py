@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference.digits import decimals_of, monte_carlo_error
+from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
 from retrodict.inference.outcome import Checks
 from retrodict.scene.doubts import doubts
 from retrodict.scene.quantities import describe, unit_of
@@ -57,7 +57,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     for name in names:
         faults = []
         if not rhat[name] <= MAX_RHAT:
-            faults.append(f"R-hat {rhat[name]:.3f} is above {MAX_RHAT}")
+            faults.append(f"R-hat {rhat_text(rhat[name])} is above {MAX_RHAT}")
         if not bulk[name] >= MIN_ESS:
             faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")
         if not tail[name] >= MIN_ESS:

@@ -34,6 +34,7 @@ _STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which
 _APART = 3.0  # standard deviations: nearer than this it is the same mode
 _REACHED = 0.3  # of its share of the posterior: draws nearer a rival than the mode they began from
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
+_SURE = 100.0  # log odds: more of them say no more, and would not be numbers
 _STILL = 1.0  # slope per standard deviation below which a search has arrived
 
 _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
@@ -126,8 +127,8 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
             evidence(turns)
     found = _probable(solution for some in tried.values() for solution in some)
     if blurred is not scene:
-        likely = dict.fromkeys(tuple(solution.turns.values()) for solution in found)
-        found = _probable(solution for turns in likely for solution in at(scene, turns))
+        turned = dict.fromkeys(tuple(solution.turns.values()) for solution in found)
+        found = _probable(solution for turns in turned for solution in at(scene, turns))
     if not found:
         branches(scene, rung)  # raises the reason
     return found
@@ -409,7 +410,8 @@ def rivals(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
         between = -posterior.log_density(np.linspace(0.1, 0.9, 9)[:, None] * end.w)
         if between.max() < max(end.value, home) + 1:  # no dip: a ridge, and part of the same mode
             continue
-        odds = np.exp(home - end.value + _log_volume(posterior, end.w))
+        log_odds = home - end.value + _log_volume(posterior, end.w)
+        odds = np.exp(min(log_odds, _SURE))
         if odds > RIVAL:
             found.append((float(odds), end.w))
     return sorted(found, key=lambda rival: -rival[0])

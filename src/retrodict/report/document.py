@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
-from retrodict.inference.digits import decimals_of
+from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.report.files import write_whole
 from retrodict.report.findings import (
     DERIVED,
@@ -95,7 +95,7 @@ def report_html(
         "narrowed": _narrowed(outcome, units),
         "speed_unit": unit_of("speed", units).symbol,
         "size": _size(outcome),
-        "max_rhat": told(outcome.checks.max_rhat, 3),
+        "max_rhat": rhat_text(outcome.checks.max_rhat),
         "min_ess_bulk": told(outcome.checks.min_ess_bulk, 0),
         "min_ess_tail": told(outcome.checks.min_ess_tail, 0),
         "told": told,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from retrodict.inference.digits import decimals_of
+from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.report.findings import DERIVED, LEVELS, reported, scaled, statistics, told_as
 from retrodict.report.rounding import told, told_range, told_with_sd
 from retrodict.scene.quantities import Unit, Units, unit_of
@@ -92,7 +92,7 @@ def result_rows(
                 median=texts["median"],
                 mean=texts["mean"],
                 intervals={level: texts[str(level)] for level in LEVELS},
-                rhat=told(numbers["rhat"], 3),
+                rhat=rhat_text(numbers["rhat"]),
                 ess_bulk=told(numbers["ess_bulk"], 0),
                 ess_tail=told(numbers["ess_tail"], 0),
                 monte_carlo_error=told(error, decimals_of(error)),

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from retrodict.inference.digits import rhat_text
 from retrodict.report.findings import LEVELS, NOT_TO_BE_RELIED_ON, told_as
 from retrodict.report.ladder import ladder_rows
 from retrodict.report.layout import print_table
@@ -67,7 +68,7 @@ def verdict(outcome: Outcome) -> str:
     if checks.pareto_k is not None:
         own = f"Pareto k {told(checks.pareto_k, 2)}, "
     text = (
-        f"{words}: {own}R-hat at most {told(checks.max_rhat, 3)}, "
+        f"{words}: {own}R-hat at most {rhat_text(checks.max_rhat)}, "
         f"effective sample size at least {told(checks.min_ess_bulk, 0)} (bulk), "
         f"{told(checks.min_ess_tail, 0)} (tail)."
     )

@@ -56,7 +56,8 @@ class Row:
         simulation: its number.
         ranks: of the truth of each quantity among `DRAWS` draws, from 0; empty where none was found.
         reason: why none was.
-        closing: true closing speed along the normal, m/s.
+        closing: closing speed along the normal, m/s: the median of the plausible draws, for rows that
+            are picked by what is true have no uniform ranks; the true one where there are no ranks.
     """
 
     simulation: int
@@ -232,8 +233,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         except Unanswerable as error:
             rows.append(Row(number, {}, f"refused: {error}", closing[i]))
             continue
-        ranks, reason = _ranked(where, of.method, truth, rng)
-        rows.append(Row(number, ranks, reason, closing[i]))
+        rows.append(_ranked(where, of.method, truth, rng, Row(number, closing=closing[i])))
     return rows
 
 
@@ -329,15 +329,15 @@ def _measured(scene: Scene, structure: Structure, told: Values, rng: np.random.G
 
 
 def _ranked(
-    where: Whereabouts, method: str, truth: Values, rng: np.random.Generator
-) -> tuple[dict[str, int], str]:
-    """Ranks of the truth among draws of a scene's solutions; or none, and why."""
+    where: Whereabouts, method: str, truth: Values, rng: np.random.Generator, row: Row
+) -> Row:
+    """A row with ranks of the truth among draws of a scene's solutions; or none, and why."""
     found, modes = where.found, where.modes
     programs, data = found[0].posterior.programs, found[0].posterior.data
     every = [_draws(solution, method, where.seed) for solution in found]
     judged = [own for mode, (_, own) in zip(modes, every, strict=True) if mode.weight >= SLIGHT]
     if faults := sum(judged, where.faults):
-        return {}, f"checks failed: {'; '.join(faults)}"
+        return replace(row, reason=f"checks failed: {'; '.join(faults)}")
     # as many as one call takes, evenly along the chains, with the truth last
     weights = [mode.weight for mode in modes]
     which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
@@ -350,7 +350,8 @@ def _ranked(
     told = jax.tree.map(np.asarray, programs("simulate", data, chosen))
     good = np.flatnonzero(plausible(programs.structure, data, chosen, told)[:-1])
     if good.size < DRAWS:
-        return {}, f"implausible: {good.size} of {CHUNK - 1} draws are plausible, not {DRAWS}"
+        few = f"implausible: {good.size} of {CHUNK - 1} draws are plausible, not {DRAWS}"
+        return replace(row, reason=few)
     kept = good[np.linspace(0, good.size - 1, DRAWS).round().astype(int)]
     known = chosen | told
     items = [v for k, v in told.items() if k.startswith("log_likelihood/")]
@@ -361,7 +362,8 @@ def _ranked(
             others, own = known[name][kept], known[name][-1]
             ties = rng.integers(np.sum(others == own) + 1)
             ranks[name] = int(np.sum(others < own) + ties)
-    return ranks, ""
+    closing = np.median(_closing_speeds(programs.structure, data, chosen, told)[good])
+    return replace(row, ranks=ranks, closing=float(closing))
 
 
 def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...]]:
