@@ -66,3 +66,17 @@ def test_a_signal_waits_until_all_are_in_place(tmp_path: Path, monkeypatch, name
         signal.signal(getattr(signal, name), before)
     assert arrived == [getattr(signal, name)]
     assert content(tmp_path) == NEW
+
+
+def test_what_a_killed_process_left_is_cleared_and_what_another_is_at_is_not(
+    tmp_path: Path,
+) -> None:
+    left, present = tmp_path / ".retrodict-left", tmp_path / ".retrodict-now"
+    for folder in (left, present):
+        folder.mkdir()
+        (folder / "figure.png").write_bytes(b"half")
+    os.utime(left, (0, 0))
+    write_together(tmp_path, {"summary.json": b"{}"})
+    assert not left.exists()
+    assert present.exists()
+    assert (tmp_path / "summary.json").read_bytes() == b"{}"

@@ -9,10 +9,15 @@ import shutil
 import signal
 import tempfile
 import threading
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+
+
+_STAGING = ".retrodict-"
+_FORGOTTEN = 3600.0  # s: nobody takes as long to write results
 
 
 def write_whole(path: Path, content: bytes) -> Path:
@@ -53,8 +58,12 @@ def write_together(directory: Path, contents: Mapping[str, bytes]) -> None:
     """
     made = not directory.exists()
     directory.mkdir(parents=True, exist_ok=True)
+    for left in directory.glob(f"{_STAGING}*"):  # by a process that was killed
+        with suppress(OSError):  # where another process clears it too
+            if time.time() - left.stat().st_mtime > _FORGOTTEN:
+                shutil.rmtree(left)
     try:
-        staging = Path(tempfile.mkdtemp(prefix=".retrodict-", dir=directory))
+        staging = Path(tempfile.mkdtemp(prefix=_STAGING, dir=directory))
         try:
             for name, content in contents.items():
                 write_whole(staging / name, content)
