@@ -15,7 +15,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-
 _STAGING = ".retrodict-"
 _FORGOTTEN = 3600.0  # s: nobody takes as long to write results
 
