@@ -178,7 +178,7 @@ def interrupted(*asked: object) -> str:
     ) as process:
         assert process.stderr is not None
         for line in process.stderr:
-            if ": planar-moment+spin: sampling, " in line:  # with a share: draws are there
+            if re.search(r": planar-moment\+spin: sampling, [1-9]", line):  # more than the warm-up
                 process.send_signal(signal.SIGINT)
                 break
         printed, _ = process.communicate()
