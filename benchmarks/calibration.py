@@ -25,7 +25,7 @@ METHODS = ["importance", "nuts"]
 BY = {"rolling": ["smc"], "slow": ["importance", "smc"]}
 HERE = Path(__file__).parent
 DESIGNS = {"rolling": HERE / "rolling" / "design.toml", "slow": HERE / "slow.toml"}
-TOLD = {"rolling": ", wheels that roll", "slow": ", cars that close in slowly"}
+NAMES = {"rolling": ", wheels that roll", "slow": ", cars that close in slowly"}
 FOLDERS = DOCS / "charts" / "calibration"
 
 
@@ -34,7 +34,7 @@ def table(folders: list[Path]) -> page.Parts:
     rows, verdicts = [], []
     for folder in folders:
         told = json.loads((folder / "calibration.json").read_text("utf-8"))
-        name = told["model"] + TOLD.get(folder.name.split("-")[0], "")
+        name = told["model"] + NAMES.get(folder.name.split("-")[0], "")
         every = f"closing from {told.get('closing_from', 3.0):g} m/s"
         groups = {every: told, f"closing below {SLOWLY:g} m/s": told.get("closing_slowly")}
         for which, group in groups.items():

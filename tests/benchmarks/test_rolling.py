@@ -165,6 +165,15 @@ def test_truth_is_drawn_by_the_law_that_the_scene_states(
     assert_allclose(np.std(drawn), measured.sd, rtol=0.03)
 
 
+@pytest.mark.parametrize("law", ["normal", "lognormal", "logitnormal"])
+def test_a_true_value_tells_the_normal_number_that_it_was_drawn_by(law: str) -> None:
+    measured = Measured(0.3, 0.05, law)  # type: ignore[arg-type]
+    drawn = scenes.draw(measured, np.random.default_rng(1))
+    assert scenes.deviate(measured, drawn) == pytest.approx(
+        np.random.default_rng(1).standard_normal(), rel=1e-9
+    )
+
+
 def test_a_locked_car_is_measured_to_the_end_and_a_rolling_one_the_less_the_further() -> None:
     scene, error = collision(berm=False), RunOutError(Measured(0.04), Measured(8 * DEGREE))
     b = replace(scene.vehicles["b"], run_out_error=error)

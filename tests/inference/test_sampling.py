@@ -6,7 +6,7 @@ import pytest
 
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.methods import METHODS, Draws, Method, Task
-from retrodict.inference.modes import solutions, weighed
+from retrodict.inference.modes import Whereabouts, solutions, weighed, whereabouts
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.sampling import Sampling
 from tests.scenes import collision
@@ -74,6 +74,27 @@ def test_an_interrupt_while_tempering_stands_in_keeps_what_was_drawn(
     found = reconstruct(SCENE, pictured=False)
     assert not found.complete
     assert found.settings["method"] == "nuts"
+
+
+def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where weights do not settle tempering comes first; Ctrl-C is no reason to turn to NUTS."""
+
+    def unsettled(*arguments: object) -> Whereabouts:
+        return replace(whereabouts(*arguments), faults=("a weight is not settled",))  # type: ignore[arg-type]
+
+    def stopped(task: Task) -> Draws:
+        raise Interrupted("stopped")
+
+    def begun(task: Task) -> Draws:
+        pytest.fail("another method was begun")
+
+    monkeypatch.setattr("retrodict.inference.reconstruct.whereabouts", unsettled)
+    monkeypatch.setitem(METHODS, "smc", replace(METHODS["smc"], draw=stopped))
+    monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=begun))
+    with pytest.raises(Interrupted):
+        reconstruct(SCENE, pictured=False)
 
 
 def test_where_the_model_misses_the_evidence_no_other_method_is_tried(

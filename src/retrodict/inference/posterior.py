@@ -249,26 +249,24 @@ def _climbed(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
         mode, value = _mode(at)
         q = q + axes @ mode
         if not (np.isfinite(axes).all() and np.isfinite(q).all()):
-            raise _no_mode("has no finite curvature", programs.structure)
+            raise _no_mode("curvature")
         if np.linalg.norm(mode) < _STILL:
             break
     return replace(at, chart=charts.plain(q, axes), log_evidence=-value)
 
 
-def _no_mode(what: str, structure: Structure) -> Unanswerable:
+def _no_mode(lacks: str) -> Unanswerable:
     """That a mode was sought and there is none to be found."""
-    fix = (
-        "tempering needs no mode: take the method smc, or auto"
-        if structure.rolling
-        else "check headings and the contact line, and that the vehicles came together at all"
+    return Unanswerable(
+        f"the posterior has no finite {lacks} near the measured scene; check headings and the contact "
+        "line, and that the vehicles came together at all"
     )
-    return Unanswerable(f"the posterior {what} near the measured scene; {fix}")
 
 
 def _mode(posterior: Posterior) -> tuple[np.ndarray, float]:
     found = posterior.potential.lowest(np.zeros(posterior.size))
     if not np.isfinite(found.value):
-        raise _no_mode("has no finite density", posterior.programs.structure)
+        raise _no_mode("density")
     return found.w, found.value
 
 
@@ -382,7 +380,7 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
             posterior.potential.curvature(mode), _RIDGE if responding else FLAT
         )
         if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
-            raise _no_mode("has no finite curvature", programs.structure)
+            raise _no_mode("curvature")
         side = np.asarray(chart.wall.side)
         about = charts.about(programs, data, chart.sheets, centre, axes, bent, side)
         posterior = replace(posterior, chart=about, log_evidence=-value)

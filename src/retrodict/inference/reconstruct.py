@@ -100,14 +100,13 @@ def reconstruct(
         tell("looking for other solutions", 0, 1)
         rivals = where.rivals if seeks else []
         sampling = Sampling(where.found, where.modes, rivals, where.faults, pictured, tell)
-        told = partial(tell, "sampling")
-        task = Task(where.found[0].posterior, chains, draws, warmup, seed, told, resume)
+        progress = partial(tell, "sampling")
+        task = Task(where.found[0].posterior, chains, draws, warmup, seed, progress, resume)
         return sampling.or_by_another(sampling.by(method, task), task)
 
     # tempering needs neither modes nor slopes, but takes longer: it stands in where these do not do
     stands_in = chosen.exact and method != "smc" and rolling.tempered(scene, model, "smc")
     where = run = None
-    failed = ""
     try:
         where = find(method)
     except Unanswerable as refusal:
@@ -124,12 +123,15 @@ def reconstruct(
         try:
             elsewhere = find("smc")
             other = draw("smc", elsewhere, max(draws, METHODS["smc"].draws))
-        except (Unanswerable, Interrupted) as refusal:
+        except Interrupted as refusal:
+            if run is None:  # nothing was drawn: no other method is begun
+                raise
+            notes.append(f"the method smc was tried too, and failed: {refusal}")
+            run = replace(run, complete=False)
+        except Unanswerable as refusal:
             if where is None:
                 raise
             notes.append(f"the method smc was tried too, and failed: {refusal}")
-            if run and isinstance(refusal, Interrupted):
-                run = replace(run, complete=False)
         else:
             if other.checks.passed or where is None:
                 notes.append(

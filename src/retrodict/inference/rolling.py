@@ -1,4 +1,4 @@
-"""A posterior of crashes whose vehicles roll, ready to be tempered: no mode is sought.
+"""A posterior ready to be tempered, of crashes whose vehicles roll above all: no mode is sought.
 
 Coordinates of a vehicle are by how many standard deviations it misses its rest pose, by a sheet fitted
 to run-outs, as elsewhere. Where the sheet does not fit, since a freely rolling car's rest pose bends or
