@@ -271,10 +271,16 @@ def _missed(found: list[Solution]) -> str:
     )
 
 
-def has_failed(run: Run | None, draws: int) -> bool:
-    """Whether draws failed, of so many of each chain that they need not have; None is known to fail."""
+def is_worth_another(run: Run | None, found: list[Solution], draws: int) -> bool:
+    """Whether another method is worth trying: draws failed, and the evidence does not refute the model.
+
+    Args:
+        run: of the solutions; None where it is known beforehand that draws of them would not do.
+        found: these.
+        draws: asked for of each chain.
+    """
     failed = run is None or (run.complete and bool(run.checks.reasons))
-    return failed and draws >= _WORTH_MORE
+    return failed and draws >= _WORTH_MORE and not _missed(found)
 
 
 def _told_apart(rival: Mode, sampled: Mode) -> str:

@@ -18,7 +18,6 @@ from retrodict.scene.defaults import FRICTION
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
     AxleDistance,
-    BetweenVehicles,
     ContactLine,
     DeltaV,
     DeltaVComponent,
@@ -41,6 +40,7 @@ from retrodict.scene.kinds import (
     MarkUncertainty,
     Mass,
     MomentCentre,
+    MuCentre,
     NumberScale,
     OutlineLength,
     OutlineWidth,
@@ -319,7 +319,6 @@ class ImpactEntry(_Table):
         examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
     )
     contact_line: ContactLine
-    interlocked: bool = Field(default=False, strict=True, examples=["true"])
 
 
 class EdgeEntry(_Table):
@@ -385,10 +384,10 @@ class RestitutionPriorEntry(PriorEntry):
 
 
 class MuPriorEntry(PriorEntry):
-    """`[priors.mu]`: how far it is below its critical value, and friction where sliding goes on."""
+    """`[priors.mu]`: of the share of its critical value."""
 
+    centre: MuCentre | None = None
     scale: NumberScale | None = None
-    friction: BetweenVehicles | None = None
 
 
 class MomentPriorEntry(PriorEntry):
