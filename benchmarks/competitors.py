@@ -417,10 +417,14 @@ def _log_prior(
     sense = without.closing[1] * without.closing[0]
     if without.closing[1] * without.opening[1] > 0 and critical * sense < 0:
         critical = 1e9 * np.sign(sense)
-    about = critical / np.sqrt(1 + (critical / 2) ** 2)
-    centre, scale = priors["mu"]
-    found += stats.t(4, centre * about, scale * np.sqrt(about**2 + 0.1**2)).logpdf(mu)
-    return float(found)
+    scale, median = priors["mu"]
+    size, mu = abs(critical), mu * np.sign(critical)
+    if mu > size:
+        return -np.inf
+    odds, other = (size / 2) ** 4, stats.fisk(5, scale=median)
+    ends = stats.halfnorm(scale=scale).pdf(1 - mu / size) / size
+    goes_on = other.pdf(mu) / other.cdf(size)
+    return float(found + np.log((ends + odds * goes_on) / (1 + odds)))
 
 
 def _skid(x: dict[str, Any], v: str, lever: Array, V: Array, data: Data) -> reference.Scene:

@@ -43,6 +43,7 @@ class Structure:
         evidence: names of the items of evidence that the rung explains.
         marks: name of each item at a mark, and what of its vehicle passed there.
         robust: whether errors of the evidence have heavy tails.
+        interlocked: whether parts of the vehicles may interlock, so that sliding may be reversed.
         loose: whether rest poses say too little for coordinates: velocities after the impact are.
         offset: whether coordinates are offsets from a guess of the velocities after the impact.
         ways: vehicles that are followed along where they were seen, and at how many points.
@@ -62,6 +63,7 @@ class Structure:
     evidence: tuple[str, ...]
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
+    interlocked: bool = False
     loose: bool = False
     offset: bool = False
     ways: tuple[tuple[str, int], ...] = ()
@@ -207,6 +209,7 @@ def of_scene(
         evidence=tuple(evidence),
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
+        interlocked=scene.contact.interlocked,
         loose=loose,
         ways=tuple((v, len(way)) for v, way in ways.items()),
     )

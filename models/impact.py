@@ -33,11 +33,18 @@ class Level(NamedTuple):
         name: of the quantity, a sample site where it is bounded.
         near: the bound that crashes lie closer to.
         far: the other; the same where the model holds the quantity there.
+        sampled: whether it is a coordinate itself: the motion is held at its value.
     """
 
     name: str
     near: float
     far: float
+    sampled: bool = False
+
+    @property
+    def held(self) -> bool:
+        """Whether coordinates hold the motion at it."""
+        return self.fixed or self.sampled
 
     @property
     def fixed(self) -> bool:
@@ -94,11 +101,18 @@ _MOMENT = (
     "that Ω_b − Ω_a = e_m [(ω_b + f_b/I_b) − (ω_a + f_a/I_a)]",
 )
 _NO_MOMENT = ("no moment impulse: SAE 770014 eq 24 with e_m = 1",)
+_NOT_REVERSED = (
+    "friction opposes the sliding along the contact line and does not reverse it, unless the scene says "
+    "that parts interlocked"
+)
 _COMMON_VELOCITY = "the vehicles reach a common velocity along the contact line: μ = μ_c"
 
 E, E_M = Level("e", 0.0, 1.0), Level("e_m", 1.0, -1.0)
 NO_MOMENT = Level("moment", 0.0, 0.0)  # and so e_m = 1, whatever the spin by the force alone
 NO_SLIP = Level("slip", 0.0, 0.0)
+# the share that friction leaves: a coordinate, for crashes lie near its bound, and near where A slides
+# along B neither way and all shares meet
+SLIDING = Level("sliding", 0.0, 1.0, sampled=True)
 
 
 def quotients(
@@ -114,7 +128,7 @@ def quotients(
     Returns:
         Numerators and denominators: for e (-opening, closing velocity), for e_m (spin kept, spin by
         the force alone), for moment (what of spin the force alone does not explain, 1), for slip (the
-        sliding left, 1); m/s and rad/s.
+        sliding left, 1), for sliding (that left, that without friction); m/s and rad/s.
     """
     to = parts.bodies(x)
     found = undo(after, parts.approach_of_a(x), to)
@@ -122,7 +136,8 @@ def quotients(
         "e": (-found.opening, found.closing),
         "e_m": (found.spin, found.free_spin),
         "moment": (found.spin - found.free_spin, jnp.ones(())),
-        "slip": (contact_velocity(after, to) @ axes(to)[1], jnp.ones(())),
+        "slip": (found.sliding, jnp.ones(())),
+        "sliding": (found.sliding, found.free_sliding),
     }
     over, under = zip(*(pairs[level.name] for level in levels), strict=True)
     return jnp.stack(over), jnp.stack(under)
@@ -174,7 +189,7 @@ def planar(name: str, title: str, levels: tuple[Level, ...], story: Story) -> Im
     Args:
         name: identifier.
         title: one line.
-        levels: e, then e_m bounded or held, then slip where it is held.
+        levels: e, then e_m bounded or held, then the sliding likewise.
         story: samples the unknowns and gives the velocities after the impact.
     """
     moment, slides = E_M in levels, NO_SLIP not in levels
@@ -194,7 +209,7 @@ def planar(name: str, title: str, levels: tuple[Level, ...], story: Story) -> Im
                 SHORT,
                 "the vehicles close in, each from its own side of the contact where it has one",
                 *(() if moment else ("the contact passes no moment impulse: e_m = 1",)),
-                *(() if slides else (_COMMON_VELOCITY,)),
+                _NOT_REVERSED if slides else _COMMON_VELOCITY,
             ),
             left_out=("secondary impacts, and crush as evidence",),
         ),

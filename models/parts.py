@@ -12,6 +12,7 @@ import numpyro.distributions as dist
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from retrodict.models.arrays import Data, Structure
+from retrodict.models.friction import Friction
 
 from retrodict.mechanics import (
     Bodies,
@@ -39,11 +40,6 @@ Values = dict[str, Float[Array, ""]]
 
 # velocities after the impact, of each vehicle
 AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
-
-# Where the contact hardly slides or hardly presses, mu_c says little of mu: the prior's centre stays
-# within +-_MU_MOST, what friction between cars was seen to be (SAE 2014-01-0469: to 1.6 in size)
-_MU_MOST, _MU_LEAST = 2.0, 0.1
-_MU_FREEDOM = 4.0  # of the Student-t: collisions unlike the staged ones are not ruled out
 
 
 def measured(structure: Structure, data: Data) -> Values:
@@ -246,18 +242,17 @@ def moment_coefficient(data: Data) -> Float[Array, ""]:
 
 
 def friction(
+    structure: Structure,
     data: Data,
     before: Float[Array, "6"],
     to: Bodies,
     e: Float[Array, ""],
     e_m: Float[Array, ""] | float,
 ) -> Float[Array, ""]:
-    """mu from its prior, which lies about the mu that just ends the sliding."""
+    """mu from its prior, up to the mu that just ends the sliding."""
     critical = jnp.nan_to_num(critical_mu(before, to, e, e_m), posinf=1e9, neginf=-1e9)
-    about = critical / jnp.sqrt(1 + (critical / _MU_MOST) ** 2)
-    centre, scale = data.priors["mu"]
-    width = scale * jnp.sqrt(about**2 + _MU_LEAST**2)
-    return numpyro.sample("mu", dist.StudentT(_MU_FREEDOM, centre * about, width))
+    scale, median = data.priors["mu"]
+    return numpyro.sample("mu", Friction(critical, scale, median, structure.interlocked))
 
 
 def collide(before: Float[Array, "6"], to: Bodies, coefficients: Coefficients) -> Float[Array, "6"]:

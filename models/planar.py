@@ -5,7 +5,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import NO_MOMENT, E, Separation, planar
+from retrodict.models.impact import NO_MOMENT, SLIDING, E, Separation, planar
 
 from retrodict.mechanics import Coefficients
 
@@ -15,13 +15,13 @@ def story(structure: Structure, data: Data, x: parts.Values) -> Separation:
     to, before = parts.bodies(x), parts.approach(structure, data, x)
     e = parts.restitution(data, before, to)
     e_m = jnp.ones(())
-    mu = parts.friction(data, before, to, e, e_m)
+    mu = parts.friction(structure, data, before, to, e, e_m)
     return parts.collide(before, to, Coefficients(e, mu, e_m))
 
 
 IMPACT = planar(
     "planar",
     "planar impact (e, μ)",
-    (E, NO_MOMENT),
+    (E, NO_MOMENT, SLIDING),
     story,
 )

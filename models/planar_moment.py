@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import E_M, E, Separation, planar
+from retrodict.models.impact import E_M, SLIDING, E, Separation, planar
 
 from retrodict.mechanics import Coefficients
 
@@ -14,13 +14,13 @@ def story(structure: Structure, data: Data, x: parts.Values) -> Separation:
     to, before = parts.bodies(x), parts.approach(structure, data, x)
     e = parts.restitution(data, before, to)
     e_m = parts.moment_coefficient(data)
-    mu = parts.friction(data, before, to, e, e_m)
+    mu = parts.friction(structure, data, before, to, e, e_m)
     return parts.collide(before, to, Coefficients(e, mu, e_m))
 
 
 IMPACT = planar(
     "planar-moment",
     "planar impact with moment impulse (e, μ, e_m)",
-    (E, E_M),
+    (E, E_M, SLIDING),
     story,
 )

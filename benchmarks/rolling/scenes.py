@@ -248,9 +248,16 @@ def _impact(scene: Scene, true: dict[str, float], rng: np.random.Generator) -> t
     e_m = rng.normal(*scene.priors["e_m"].numbers)
     if e > MOST_E or abs(e_m) > 1:
         return None
-    centre, scale = scene.priors["mu"].numbers
+    scale, median = scene.priors["mu"].numbers
     critical = truth.critical_mu(before, bodies, e, e_m)
-    mu = critical * (centre + scale * rng.standard_t(4))
+    if rng.random() < 1 / (1 + (critical / 2) ** 4):  # sliding ends
+        mu = critical * (1 - scale * abs(rng.normal()))
+    else:  # a log-logistic of shape 5, cut at the critical mu
+        mu = np.inf
+        while mu > abs(critical):
+            u = rng.random()
+            mu = median * (u / (1 - u)) ** (1 / 5)
+        mu *= np.sign(critical)
     if not abs(mu) < MOST_MU:
         return None
     after = truth.separation(before, bodies, e, mu, e_m)

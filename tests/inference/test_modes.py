@@ -56,18 +56,18 @@ def _simulated(number: int) -> tuple[Scene, dict]:
 
 
 def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() -> None:
-    """Simulation 38: where all is as measured e_m lies below 0, a part that weighs next to nothing."""
-    scene, truth = _simulated(38)
+    """Simulation 1: where all is as measured e_m lies below 0, a part that weighs next to nothing."""
+    scene, truth = _simulated(1)
     both = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
     _, (only,), faults = modes.weighed(both, seed=0)
     assert not faults
-    assert truth["e_m"] == pytest.approx(0.86, abs=0.01)
+    assert truth["e_m"] == pytest.approx(0.76, abs=0.01)
     assert only.values["e_m"] > 0.5
 
 
 def test_where_both_branches_count_each_is_a_solution() -> None:
-    """Simulation 290: the force alone may have turned B either way against A."""
-    scene, truth = _simulated(290)
+    """Simulation 6: the force alone may have turned B either way against A."""
+    scene, truth = _simulated(6)
     found = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
     assert {s.told() for s in found} == {
         f"B turned {side} against A by the force alone" for side in ("left", "right")
@@ -80,18 +80,20 @@ def test_where_both_branches_count_each_is_a_solution() -> None:
         assert not drawn.faults
         told = drawn.known(solution.posterior)
         divisor = (told["Omega_b"] - told["Omega_a"]) / told["e_m"]
-        left = solution.posterior.turned_by_force == "left"
-        assert ((divisor > 0) == left).all()
+        assert (np.sign(divisor) == solution.posterior.branch["e_m"]).all()
         low, high = np.quantile(told["speed_b"], [0.005, 0.995])
         assert low < truth["speed_b"] < high
 
 
 def _turned_scene(sd: float = 3.0) -> Scene:
-    """B turned twice and a bit; its rest heading alone also fits thrice, with less weight."""
+    """B turned twice and a bit; its rest heading alone also fits thrice, with less weight.
+
+    Parts interlock, for the paper's mu is beyond the one that ends the sliding.
+    """
     heading = SCENE.rest["b"].heading
     wrapped = replace(heading, value=heading.value - 4 * np.pi)
     rest = SCENE.rest | {"b": replace(SCENE.rest["b"], heading=wrapped, turns_known=False)}
-    return replace(SCENE, rest=rest)
+    return replace(SCENE, rest=rest, contact=replace(SCENE.contact, interlocked=True))
 
 
 def test_a_rival_is_found_and_weighed(two_normals: Posterior) -> None:

@@ -18,7 +18,7 @@ from retrodict.scene.records import Departure, EndOfRotation, Mark, Measured, Ru
 from tests.scenes import DEGREE, LEVER_B, collision, rolls
 
 RUNG = RUNGS["planar-moment+spin"]
-SITES = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.35, "e_m": 0.7}
+SITES = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.25, "e_m": 0.7}
 
 
 def told(scene: Scene, rung=RUNG) -> dict:

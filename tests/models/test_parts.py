@@ -23,7 +23,8 @@ def test_density_is_priors_times_likelihood() -> None:
     structure, data = RUNG.of_scene(scene)
     xi = np.random.default_rng(2).normal(size=len(structure.uncertain)) * 0.5
     x = parts.from_standard(structure, data, jnp.array(xi))
-    own = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.35, "e_m": 0.7}
+    mu = 0.25
+    own = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": mu, "e_m": 0.7}
     sites = {"measured": jnp.array(xi)} | own
     found, _ = log_density(RUNG.model, (structure, data), {}, sites)
 
@@ -50,10 +51,12 @@ def test_density_is_priors_times_likelihood() -> None:
     scale = 0.13 + (0.55 - 0.13) * math.exp(-closing / 5)
     expected += stats.truncnorm(0, 1 / scale, scale=scale).logpdf(0.1)
     critical = float(critical_mu(before, to, 0.1, 0.7))
-    about = critical / math.sqrt(1 + critical**2 / 4)
-    wide = 0.2 * math.hypot(about, 0.1)
-    expected += stats.t(4, 0.95 * about, wide).logpdf(0.35)
-    after = separation(before, to, Coefficients(0.1, 0.35, 0.7))
+    assert mu < critical
+    odds, other = (critical / 2) ** 4, stats.fisk(5, scale=0.55)
+    ends = stats.halfnorm(scale=0.2).pdf(1 - mu / critical) / critical
+    goes_on = other.pdf(mu) / other.cdf(critical)
+    expected += math.log((ends + odds * goes_on) / (1 + odds))
+    after = separation(before, to, Coefficients(0.1, mu, 0.7))
     poses = np.array(RUNG.run_out.rest_poses(structure, data, x, after)).ravel()
     for pose, measured in zip(poses, scene.evidence().values(), strict=True):
         expected += stats.norm(measured.value, measured.sd).logpdf(pose)

@@ -37,9 +37,16 @@ def test_the_prior_of_e_has_the_size_of_crashes_at_40_mph():
 
 
 def test_the_prior_of_mu_allows_every_crash_of_the_21():
-    centre, scale = default_priors()["mu"].numbers
-    for share in (0.718, 0.953, 1.0):  # least, mean, largest
-        assert abs(share - centre) < 1.5 * scale
+    # least, mean and largest share of the critical mu; root mean square of what is missing
+    scale, _ = default_priors()["mu"].numbers
+    assert 1.5 * scale > 1 - 0.718
+    assert math.hypot(1 - 0.953, 0.078) < scale
+
+
+def test_a_scene_may_say_that_parts_interlocked():
+    text = SCENE.replace("[impact]", "[impact]\ninterlocked = true")
+    assert parse_scene(text, "bend").contact.interlocked
+    assert not parse_scene(SCENE, "bend").contact.interlocked
 
 
 def test_every_default_names_its_grade_and_tells_its_numbers():

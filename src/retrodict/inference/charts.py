@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
+from scipy.stats import norm
 
 from retrodict.inference import coordinates
 from retrodict.inference.coordinates import Chart, Guess, Response, Sheet, Wall
 from retrodict.inference.programs import Programs
-from retrodict.inference.squash import softness_for
+from retrodict.inference.squash import raised, softness_for, unlift
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import E
+from retrodict.models.impact import SLIDING, E
 from retrodict.scene.records import VEHICLES
 
 _NARROW = 1e-4  # of an edge's standard deviation: at least, so that something can be divided by it
 _NO_SHEETS = (Sheet(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
-_NO_WALL = Wall(np.zeros(0), np.zeros(0, int), np.zeros(0), *(np.zeros((0, 0)),) * 3, np.zeros(0))
+_NO_WALL = Wall(
+    *(np.zeros(0), np.zeros(0, int), np.zeros(0)),
+    *(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
+    *(np.zeros(0), np.ones(())),
+)
+_KEPT = 0.2  # softness of the share of the sliding where nothing is known yet: its prior's scale
+_LIKELY = 0.1, 0.98  # shares of the sliding that a search begins from
+_SOFT = 1e-3, 2.0  # the least and most
+_RAISED = 0.35  # entry of q where a half-normal share is likeliest, if it is as soft as walls are
 
 Point = Float[np.ndarray, " q"]
 Spread = Float[np.ndarray, "q any"]
@@ -52,10 +61,10 @@ def blank(structure: Structure) -> Chart:
         surface = Sheet(np.zeros(m), np.zeros((m, k)), np.zeros((m, k, k)))
         responses.append(Response(np.zeros(v), np.ones(v), surface))
     levels = coordinates.levels_of(structure)
-    m = 2 * len(levels) - coordinates.held_of(structure)
+    m = len(coordinates.edges(levels, np.ones(len(levels)), *np.ones((2, len(levels)))))
     nowhere = np.zeros((m, n))
     across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
-    wall = Wall(side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m))
+    wall = Wall(side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m), np.ones(()))
     spread = np.zeros((n, coordinates.size(structure)))
     return Chart((for_a, for_b), wall, np.zeros(n), spread, np.zeros(()), tuple(responses))
 
@@ -68,6 +77,7 @@ def about(
     spread: Spread,
     bent: Point | None = None,
     side: Float[np.ndarray, " levels"] | None = None,
+    kept: float = _KEPT,
 ) -> Chart:
     """A chart about `centre`, with walls along the directions cheapest in `spread`; no responses yet.
 
@@ -80,13 +90,14 @@ def about(
         bent: where walls take the centre to, as far as is known: they are made for there.
         side: of the walls; that of the centre where not given, but for e that of vehicles closing in,
             where it is known from which side each does.
+        kept: as of `Wall`.
     """
     structure = programs.structure
     held, empty = coordinates.held_of(structure), blank(structure)
     wall = empty.wall
     if coordinates.levels_of(structure):
         bent = centre if bent is None else bent
-        wall, spread = _wall(programs, data, sheets, centre, spread, bent, side)
+        wall, spread = _wall(programs, data, sheets, centre, spread, bent, side, kept)
     along, slope = np.asarray(wall.along)[:held], np.asarray(wall.slope)[:held]
     spread = _triangular(spread, slope)
     volume = np.linalg.slogdet(np.concatenate([spread, along.T], axis=1))[1]
@@ -101,6 +112,7 @@ def _wall(
     spread: Spread,
     bent: Point,
     side: np.ndarray | None,
+    kept: float,
 ) -> tuple[Wall, Spread]:
     """The walls of `about`, and the spread without what of it changes what is held."""
     structure = programs.structure
@@ -111,11 +123,16 @@ def _wall(
         # vehicles close in, each from its own side, whatever the centre says
         known = [level == E and sense != 0 for level in levels]
         side = np.where(known, sense, np.where(under < 0, -1.0, 1.0))
-    edge = np.array(coordinates.edges(levels, side, over, under))
-    slope = np.array(coordinates.edges(levels, side, *slopes))
+    share = kept * raised(bent[-1])  # where that is sampled
+    edge = np.array(coordinates.edges(levels, side, over, under, share))
+    over_by_q, under_by_q = slopes
+    slope = np.array(coordinates.edges(levels, side, over_by_q, under_by_q, share))
+    along = np.linalg.pinv(slope[:held]).T
+    if SLIDING in levels:  # held at a value that is a coordinate, and stays
+        at = [level.name for level in levels if level.held].index(SLIDING.name)
+        slope[at, -1] = -kept * norm.cdf(bent[-1]) * under[levels.index(SLIDING)]
     unbent = edge + slope @ (centre - bent)
     # the shortest way to what is held, for q counts in deviates; then the posterior's width besides
-    along = np.linalg.pinv(slope[:held]).T
     spread = spread - along.T @ (slope[:held] @ spread)
     metric = spread @ spread.T
     # those that cut off most first: each is bent along a way that leaves those before it alone,
@@ -130,7 +147,38 @@ def _wall(
         sd = np.maximum(precision[-1, -1] ** -0.5, _NARROW)  # with those before it held
         softness[i] = softness_for(sd, edge[i])
     across = _across(structure, slope, by_z)
-    return Wall(side, order, unbent, slope, along, across, softness), spread
+    return Wall(side, order, unbent, slope, along, across, softness, np.array(kept)), spread
+
+
+def sliding(programs: Programs, data: Data, sheets: tuple[Sheet, Sheet], q: Point) -> Point:
+    """A point with the share of the sliding that its motion keeps, where that is sampled."""
+    if not coordinates.samples_sliding(programs.structure):
+        return q
+    at = coordinates.levels_of(programs.structure).index(SLIDING)
+    flat = blank(programs.structure)._replace(sheets=sheets)
+    over, under = map(np.asarray, programs("levels", data, flat, q)[:2])
+    q = q.copy()
+    q[-1] = unlift(float(np.clip(over[at] / under[at], *_LIKELY)), _KEPT) / _KEPT
+    return q
+
+
+def softened(
+    chart: Chart, *points: Float[np.ndarray, "q *any"]
+) -> tuple[float, list[Float[np.ndarray, "q *any"]]]:
+    """How soft the share of the sliding best is at zero by where it is likeliest, and points so counted.
+
+    Args:
+        chart: as points are counted now.
+        points: where it is likeliest, then others or directions there (columns).
+    """
+    share, before = float(chart.wall.kept), points[0][-1]
+    kept = float(np.clip(share * raised(before) / raised(_RAISED), *_SOFT))
+    after = unlift(share * raised(before), kept) / kept
+    rate = share * norm.cdf(before) / (kept * norm.cdf(after))
+    counted = [point.copy() for point in points]
+    for point in counted:
+        point[-1] = after if point.ndim == 1 else rate * point[-1]
+    return kept, counted
 
 
 def _across(structure: Structure, slope: np.ndarray, by_z: np.ndarray) -> np.ndarray:

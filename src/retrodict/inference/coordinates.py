@@ -13,6 +13,7 @@ function that stays above zero, as the opening velocity does. `bend` moves q alo
 each, that changes it with the least change of all else, so that the edges lie at infinity and every
 point within them is reached. A simpler impact model holds such functions at zero (no moment impulse,
 no sliding left): then q is moved to where they are, and its coordinates are fewer than its entries.
+The share of the sliding that friction leaves is an entry of q itself, and the motion is held at it.
 Edges are just linear in the motion and nearly so in q: q is moved as if they were linear in it, then
 the motion, by the little that was missed, which are linear equations.
 """
@@ -33,10 +34,11 @@ from retrodict.inference.squash import lift
 from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts, roll
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import E, Level, quotients
+from retrodict.models.impact import SLIDING, E, Level, quotients
 from retrodict.scene.records import VEHICLES
 
 _NO_CRASH = {"e": 0.1, "e_m": 0.5, "mu": 0.1}
+_UNBENT = 1 - 1e-6  # slope of `lift` from which on an edge bends nothing
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 
 Numbers = Array | np.ndarray
@@ -86,6 +88,7 @@ class Wall(NamedTuple):
         across: for each a direction of the motion (velocities after the impact over sqrt(friction), then
             the deviate of A's speed where that is linear in it) that does, shape (m, v + 1).
         softness: over which zero is approached, shape (m,).
+        kept: softness of the share of the sliding at zero, and what its entry of q is counted in.
     """
 
     side: Float[Numbers, " levels"]
@@ -95,6 +98,7 @@ class Wall(NamedTuple):
     along: Float[Numbers, "m q"]
     across: Float[Numbers, "m v+1"]
     softness: Float[Numbers, " m"]
+    kept: Float[Numbers, ""]
 
 
 class Response(NamedTuple):
@@ -156,11 +160,16 @@ class Chart(NamedTuple):
 
 def levels_of(structure: Structure) -> tuple[Level, ...]:
     """What the impact model bounds or holds fixed."""
-    return RUNGS[structure.rung].impact.levels
+    levels = RUNGS[structure.rung].impact.levels
+    return tuple(b for b in levels if b != SLIDING or not structure.interlocked)
 
 
 def edges(
-    levels: Sequence[Level], side: Numbers, over: Numbers, under: Numbers
+    levels: Sequence[Level],
+    side: Numbers,
+    over: Numbers,
+    under: Numbers,
+    kept: Numbers | float = 0.0,
 ) -> list[Float[Numbers, "*any"]]:
     """What of each level held is zero; what of the others stays above: at their near, their far bounds.
 
@@ -169,15 +178,16 @@ def edges(
         side: sign of each denominator, shape (levels,).
         over: numerators, or what is linear in them, shape (levels, ...).
         under: denominators likewise.
+        kept: at what the level that is sampled is held.
     """
 
-    def beyond(i: int, bound: float) -> Numbers:
+    def beyond(i: int, bound: Numbers | float) -> Numbers:
         return over[i] - bound * under[i]
 
-    held = [i for i, level in enumerate(levels) if level.fixed]
-    free = [(i, np.sign(b.far - b.near) * side[i]) for i, b in enumerate(levels) if not b.fixed]
+    held = [(i, kept if b.sampled else b.near) for i, b in enumerate(levels) if b.held]
+    free = [(i, np.sign(b.far - b.near) * side[i]) for i, b in enumerate(levels) if not b.held]
     return [
-        *(beyond(i, levels[i].near) for i in held),
+        *(beyond(i, at) for i, at in held),
         *(way * beyond(i, levels[i].near) for i, way in free),
         *(-way * beyond(i, levels[i].far) for i, way in free),
     ]
@@ -185,14 +195,19 @@ def edges(
 
 def held_of(structure: Structure) -> int:
     """How many levels are held: so many edges come first."""
-    return sum(level.fixed for level in levels_of(structure))
+    return sum(level.held for level in levels_of(structure))
+
+
+def samples_sliding(structure: Structure) -> bool:
+    """Whether the last entry of q is the share of the sliding that is kept, before it is lifted."""
+    return not (structure.unpinned or structure.offset) and SLIDING in levels_of(structure)
 
 
 def length(structure: Structure) -> int:
     """Number of entries of q."""
     if structure.unpinned:
         return len(unpinned.names(structure)) + len(structure.uncertain)
-    return len(structure.aims) + len(structure.uncertain)
+    return len(structure.aims) + len(structure.uncertain) + samples_sliding(structure)
 
 
 def size(structure: Structure) -> int:
@@ -267,7 +282,7 @@ def _sheet_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]]:
 def _split(structure: Structure, q: Q) -> tuple[Array, Array]:
     """z and xi of q."""
     n = len(structure.aims)
-    return q[:n], q[n:]
+    return q[:n], q[n : n + len(structure.uncertain)]
 
 
 def separation_at(
@@ -317,10 +332,12 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     scale = friction_scale(structure, data, x)
     velocities, slopes = reduced(structure, data, chart, there)
 
+    kept = lift(wall.kept * there[-1], wall.kept)[0]  # where that is sampled
+
     def moved(motion: Float[Array, " v+1"]) -> Float[Array, " m"]:
         faster = x | {"speed_a": x["speed_a"] + motion[-1]}
         both = quotients(levels, scale * velocities + motion[:-1], faster)
-        return jnp.stack(edges(levels, wall.side, *both))[wall.order]
+        return jnp.stack(edges(levels, wall.side, *both, kept=kept))[wall.order]
 
     found = moved(jnp.zeros(velocities.size + 1))
     units, slopes = jax.lax.stop_gradient((jnp.full(velocities.size, scale), slopes))
@@ -330,12 +347,13 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     by_q = _by_q(structure, wall, slopes) @ ways
     linear = wall.slope @ by_q
     own = jnp.diag(rate)
-    log_det, t = -jnp.log(jnp.abs(own)).sum(), jnp.zeros(count)
+    log_det, t, bends = -jnp.log(jnp.abs(own)).sum(), jnp.zeros(count), share < _UNBENT
     for i in range(count):
         found = found.at[i].add(rate[i] @ t)
         if i >= held:  # from what the edge was before it was bent
             above, log_slope = lift(first[i] + found[i] - aim[i], wall.softness[i])
             aim, log_det = aim.at[i].set(above), log_det + log_slope
+            bends = bends.at[i].set(bends[i] | (log_slope < jnp.log(_UNBENT)))
         t = t.at[i].set((aim[i] - found[i]) / own[i])
     # nothing is missed now, but for derivatives: where a bound's divisor nears zero they count
     missed = aim - moved(units * (ways @ t @ wall.across))
@@ -346,10 +364,12 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     share = jax.lax.stop_gradient(share)[:, None]
     turn = _determinant(share * jnp.diag(own) + (1 - share) * linear)
     log_det += jnp.log(jnp.abs(turn))
-    # each is one at the centre; where they have turned, far out, points would be reached again
-    log_det = jnp.where((turn <= 0) | (own <= 0).any(), -jnp.inf, log_det)
-    bounded = [level for level in levels if not level.fixed]
+    # each is one at the centre; where they have turned, far out, points would be reached again. How
+    # an edge that bends nothing would be moved does not matter
+    turned = (bends & (own <= 0)).any() | (turn * jnp.sign(own).prod() <= 0)
+    log_det = jnp.where(turned, -jnp.inf, log_det)
     in_place = jnp.zeros(count).at[wall.order].set(aim)
+    bounded = [level for level in levels if not level.held]
     near, far = in_place[held : held + len(bounded)], in_place[held + len(bounded) :]
     nearer, farther = (np.array([getattr(b, end) for b in bounded]) for end in ("near", "far"))
     inside = (nearer * far + farther * near) / (near + far)
@@ -457,6 +477,11 @@ def locate(
     q = bent.q + bent.by_q
     sites, log_inverse = _sites(structure, data, q, separation + bent.motion[:v], x)
     log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
+    if samples_sliding(structure):  # what is held at a share of a divisor moves with both
+        x = parts.from_standard(structure, data, _split(structure, q)[1])
+        free = quotients((SLIDING,), separation + bent.motion[:v], x)[1][0]
+        softness = jnp.asarray(chart.wall.kept)
+        log_det += jnp.log(jnp.abs(free) * softness) + lift(softness * q[-1], softness)[1]
     return sites | bent.levels, log_det, q
 
 
@@ -500,10 +525,13 @@ def _off_guess(
         volumes[1] = jnp.where(spun, flat + jnp.log(sd), volumes[1])
     sites, log_inverse = _sites(structure, data, q, separation.ravel(), x)
     log_det = log_inverse - jnp.log(sites["speed_b"]) + volumes[0] + volumes[1]
-    bounded = levels_of(structure)
-    inside = jnp.array([(sites[b.name] > b.low) & (sites[b.name] < b.high) for b in bounded]).all()
-    if E in bounded:  # vehicles close in, each from its own side of the contact where it has one
-        to, closing = parts.bodies(x), quotients((E,), separation.ravel(), x)[1][0]
+    bounded, inside = levels_of(structure), jnp.array(True)
+    if bounded:
+        over, under = quotients(bounded, separation.ravel(), x)
+        low, high = (np.array([getattr(b, end) for b in bounded]) for end in ("low", "high"))
+        inside = ((over / under > low) & (over / under < high)).all()
+        # vehicles close in, each from its own side of the contact where it has one
+        to, closing = parts.bodies(x), under[bounded.index(E)]
         inside &= (towards_b(to) * closing > 0) | ~either_side(to)
     # no crash stands for those outside: one is put in their place whose run-outs are short
     for name in [name for name in sites if name != "measured"]:

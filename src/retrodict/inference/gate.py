@@ -21,6 +21,7 @@ MIN_BFMI = 0.3
 _SURPRISE = 2.5  # standard deviations from what was measured
 _LITTLE = 0.1  # share of the prior's crashes that evidence leaves: from there on it says little
 _OFTEN = 0.01  # share of draws from which on an odd outcome is told
+_ROUNDING = 1e-6  # of the critical mu, where sliding just ends
 
 
 def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Checks:
@@ -123,7 +124,8 @@ def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
             "from the priors and inputs, so that the answer is mostly what these assume"
         )
     if "mu" in posterior:
-        reversed_ = float(np.mean(_draws(idata, "mu") / _draws(idata, "mu_critical") > 1))
+        share = _draws(idata, "mu") / _draws(idata, "mu_critical")
+        reversed_ = float(np.mean(share > 1 + _ROUNDING))
         if reversed_ > _OFTEN:
             flags.append(
                 f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "

@@ -42,19 +42,19 @@ _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stat
 
 @dataclass(frozen=True)
 class Solution:
-    """A scene at one number of turns to rest, on one branch of e_m.
+    """A scene at one number of turns to rest, on one branch.
 
     Args:
         posterior: of the scene.
         scene: with whole turns added to the rest headings.
         turns: added, of the vehicles whose rotation is unknown.
-        apart: whether the scene has another branch of e_m that counts.
+        apart: by which bounded quotients other branches that count differ from this.
     """
 
     posterior: Posterior
     scene: Scene
     turns: dict[str, int]
-    apart: bool
+    apart: tuple[str, ...]
 
     def about(self, w: np.ndarray) -> Solution:
         """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
@@ -63,20 +63,21 @@ class Solution:
         return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
 
     def told(self) -> str:
-        """What sets it apart, in words: the total rotations to rest, and the branch of e_m."""
+        """What sets it apart, in words: the total rotations to rest, and the branch."""
         told = []
         for v in self.turns:
             heading = self.scene.rest[v].heading
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
             told.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
-        if self.apart:
-            told.append(f"B turned {self.posterior.turned_by_force} against A by the force alone")
+        if "e_m" in self.apart:
+            way = "left" if self.posterior.branch["e_m"] > 0 else "right"
+            told.append(f"B turned {way} against A by the force alone")
         return ", ".join(told)
 
 
 def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list[Solution]:
-    """The scene at every number of turns that fits, and on every branch of e_m.
+    """The scene at every number of turns that fits, and on every branch.
 
     Args:
         scene: what was measured.
@@ -167,7 +168,8 @@ def _blurred(scene: Scene) -> Scene:
 def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
     found = branches(scene, rung)
     scene = RUNGS[rung].with_approximations(scene)
-    return [Solution(posterior, scene, turns, len(found) > 1) for posterior in found]
+    apart = tuple(name for name in found[0].branch if len({at.branch[name] for at in found}) > 1)
+    return [Solution(posterior, scene, turns, apart) for posterior in found]
 
 
 def weighed(found: list[Solution], seed: int) -> tuple[list[Solution], list[Mode], tuple[str, ...]]:
@@ -343,7 +345,7 @@ def whereabouts(
     """
     if rolling.tempered(scene, rung, method):
         whole = rolling.prepare(scene, rung)
-        found = [Solution(whole, RUNGS[rung].with_approximations(scene), {}, False)]
+        found = [Solution(whole, RUNGS[rung].with_approximations(scene), {}, ())]
     else:
         found = solutions(scene, rung, progress)
     found, modes, unsettled = weighed(found, seed)

@@ -76,11 +76,14 @@ class Posterior:
         return self.chart.spread.shape[1]
 
     @property
-    def turned_by_force(self) -> str:
-        """Which way the force alone would turn B against A: the branch, where e_m is bounded."""
+    def branch(self) -> dict[str, float]:
+        """The signs of what bounded levels are quotients by, by the level's name.
+
+        Of e_m: 1 where the force alone would turn B to the left of A.
+        """
         levels = coordinates.levels_of(self.programs.structure)
-        sides = dict(zip(levels, self.chart.wall.side, strict=False))
-        return {1.0: "left", -1.0: "right"}.get(float(sides.get(E_M, 0.0)), "")
+        sides = zip(levels, self.chart.wall.side, strict=False)
+        return {level.name: float(side) for level, side in sides if not level.held}
 
     @cached_property
     def potential(self) -> Potential:
@@ -317,13 +320,14 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
             break
         structure, data = in_steps(structure, data, 2 * steps)
     n = coordinates.length(structure)
-    tried = [charts.about(programs, data, sheets, q, np.eye(n)) for q in _starts(structure)]
+    starts = [charts.sliding(programs, data, sheets, q) for q in _starts(structure)]
+    tried = [charts.about(programs, data, sheets, q, np.eye(n)) for q in starts]
     chart = _likeliest(programs, data, tried)
     first = Posterior(programs, data, chart, error, -np.inf, unresolved)
     found: list[Posterior] = []
     refusals = []
     for start in _starts_on_branches(first):
-        if any(_branch(start) == _branch(other) for other in found):
+        if any(start.branch == other.branch for other in found):
             continue
         # the potential at a mode, whatever the volume that its coordinates count in
         peaks = [float(at.chart.log_volume) - at.log_evidence for at in found]
@@ -332,16 +336,11 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
         except Unanswerable as refusal:
             refusals.append(refusal)
             continue
-        if all(_branch(mode) != _branch(other) for other in found):
+        if all(mode.branch != other.branch for other in found):
             found.append(mode)
     if not found:
         raise refusals[0]
     return sorted(found, key=lambda posterior: -posterior.log_evidence)
-
-
-def _branch(posterior: Posterior) -> tuple[float, ...]:
-    """Which branch coordinates are of: the signs of what e and e_m are quotients by."""
-    return tuple(posterior.chart.wall.side)
 
 
 def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
@@ -381,8 +380,10 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         )
         if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
             raise _no_mode("curvature")
-        side = np.asarray(chart.wall.side)
-        about = charts.about(programs, data, chart.sheets, centre, axes, bent, side)
+        side, kept = np.asarray(chart.wall.side), float(chart.wall.kept)
+        if coordinates.samples_sliding(programs.structure):
+            kept, (centre, bent, axes) = charts.softened(chart, centre, bent, axes)
+        about = charts.about(programs, data, chart.sheets, centre, axes, bent, side, kept)
         posterior = replace(posterior, chart=about, log_evidence=-value)
         if responding and np.linalg.norm(mode) < _STILL:
             break

@@ -21,7 +21,7 @@ from retrodict.inference.methods.nuts import targets
 from retrodict.inference.modes import Solution, Whereabouts, whereabouts
 from retrodict.inference.outcome import Mode, Outcome
 from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
-from retrodict.inference.sampling import Run, Sampling, is_worth_another
+from retrodict.inference.sampling import Run, Sampling, has_failed
 from retrodict.inference.tree import prior_keys
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
@@ -116,7 +116,8 @@ def reconstruct(
     else:
         if not stands_in or not where.faults:
             run = draw(method, where, draws, resume)
-        stands_in = stands_in and is_worth_another(run, where.found, draws)
+        # though the mode that was found may miss the evidence: it need not be the best
+        stands_in = stands_in and has_failed(run, draws)
         failed = "; ".join(where.faults if run is None else run.checks.reasons)
     notes = []
     if stands_in:

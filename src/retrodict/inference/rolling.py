@@ -41,7 +41,7 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
     """
     structure = RUNGS[rung].of_scene(scene)[0]
     pinned = any(name in structure.evidence for name in structure.aims)
-    able = bool(pinned and not coordinates.held_of(structure))
+    able = pinned and not any(level.fixed for level in coordinates.levels_of(structure))
     return able and method == "smc"
 
 
@@ -125,7 +125,8 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
         turns_open = [f"rest_heading_{v}" in structure.around for v in VEHICLES]
         astray = (shot.missed > sheet.REACHED) | shot.folds(sheets) | turns_open
         error = np.where(astray, np.inf, error)
-    taken, n = np.where(error > _FITS, guess.taken, 0.0), coordinates.length(structure)
+    taken = np.where(error > _FITS, guess.taken, 0.0)
+    n = coordinates.length(sampled.structure)
     spun = np.zeros(())
     if coordinates.spins(structure):
         # where its rest pose does not pin the yaw rate after it, and if that is the sharper of both

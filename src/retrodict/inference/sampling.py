@@ -271,16 +271,10 @@ def _missed(found: list[Solution]) -> str:
     )
 
 
-def is_worth_another(run: Run | None, found: list[Solution], draws: int) -> bool:
-    """Whether another method is worth trying: draws failed, and the evidence does not refute the model.
-
-    Args:
-        run: of the solutions; None where it is known beforehand that draws of them would not do.
-        found: these.
-        draws: asked for of each chain.
-    """
+def has_failed(run: Run | None, draws: int) -> bool:
+    """Whether draws failed, of so many of each chain that they need not have; None is known to fail."""
     failed = run is None or (run.complete and bool(run.checks.reasons))
-    return failed and draws >= _WORTH_MORE and not _missed(found)
+    return failed and draws >= _WORTH_MORE
 
 
 def _told_apart(rival: Mode, sampled: Mode) -> str:

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import log_ndtr, ndtr
 from jaxtyping import Array, Float
+from scipy.stats import norm
 
 Levels = Array | np.ndarray | float
 
@@ -24,6 +25,17 @@ def lift(level: Levels, softness: Levels) -> tuple[Array, Array]:
     """From the whole line to above zero, the identity away from it; and the log of its slope."""
     rise, log_slope = _ramp(jnp.asarray(level / softness))
     return jnp.asarray(softness * rise), log_slope
+
+
+def unlift(level: float, softness: float) -> float:
+    """What `lift` takes to a level; the last decimals, and what lies far off, are not kept."""
+    before = np.linspace(-6.0, 60.0, 2000)
+    return softness * float(np.interp(level / softness, raised(before), before))
+
+
+def raised(level: float | np.ndarray) -> Any:
+    """`lift` of a softness of one, in NumPy."""
+    return norm.pdf(level) + level * norm.cdf(level)
 
 
 def softness_for(sd: Levels, level: Levels) -> Levels:

@@ -131,7 +131,7 @@ class Target:
 
         def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
             at = coordinates.separation_at(self.structure, data, chart, q)
-            both = quotients(self.rung.impact.levels, *at)
+            both = quotients(coordinates.levels_of(self.structure), *at)
             return both, both
 
         slopes, values = jax.jacfwd(value, has_aux=True)(q)

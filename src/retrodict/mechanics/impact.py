@@ -42,6 +42,8 @@ class Undone(NamedTuple):
         opening, closing: normal contact velocity after and before (eq 22), m/s.
         spin: Omega_b - Omega_a, rad/s.
         free_spin: what the force impulse alone would have made of it (eq 24), rad/s.
+        sliding: of A along B at the impact centre after the impact, m/s.
+        free_sliding: what would have been left of it without the friction impulse, m/s.
     """
 
     approach_b: Float[Array, "3"]
@@ -50,6 +52,8 @@ class Undone(NamedTuple):
     closing: Scalar
     spin: Scalar
     free_spin: Scalar
+    sliding: Scalar
+    free_sliding: Scalar
 
 
 class Capped(NamedTuple):
@@ -200,13 +204,17 @@ def undo(separation: State, approach_a: Float[Array, "3"], bodies: Bodies) -> Un
         return (v_x + d3 * w_a + d1 * w_b) * c + (v_y - d4 * w_a - d2 * w_b) * s
 
     spin_a, spin_b = (P_x * d3 - P_y * d4) / I_a, (P_x * d1 - P_y * d2) / I_b
+    P_t = P_y * c - P_x * s
+    sliding = contact_velocity(separation, bodies) @ axes(bodies)[1]
     return Undone(
         approach_b=jnp.stack([v_bx, v_by, omega_b]),
-        P=(P_x * c + P_y * s, P_y * c - P_x * s),
+        P=(P_x * c + P_y * s, P_t),
         opening=normal(V_ax - V_bx, V_ay - V_by, Omega_a, Omega_b),
         closing=normal(v_ax - v_bx, v_ay - v_by, omega_a, omega_b),
         spin=Omega_b - Omega_a,
         free_spin=(omega_b + spin_b) - (omega_a + spin_a),
+        sliding=sliding,
+        free_sliding=sliding - P_t * _response(bodies, 1.0).tt,
     )
 
 
@@ -236,10 +244,8 @@ def inverse_log_det(
     return found.approach_b, coefficients, jnp.log(jnp.abs(volume))
 
 
-def from_impulse(
-    P: Float[Array, "2"], approach: State, bodies: Bodies, e_m: Scalar
-) -> tuple[Scalar, Scalar, Scalar]:
-    """The restitution and friction that a force impulse stands for, with their Jacobian determinant.
+def restitution(P: Float[Array, "2"], approach: State, bodies: Bodies, e_m: Scalar) -> Scalar:
+    """The restitution that a force impulse stands for (eq 22): `impulse` undone at fixed e_m.
 
     Args:
         P: force impulse on A, along the normal and the tangent, N s.
@@ -248,56 +254,51 @@ def from_impulse(
         e_m: impact moment coefficient.
 
     Returns:
-        e, mu (eqs 22, 23) and log |det d(e, mu) / d P|: the inverse of `impulse` at fixed e_m.
+        e.
     """
     response, (P_n, P_t) = _response(bodies, e_m), P
     u_n, carried = _without_force(approach, bodies, response)
-    mu = P_t / P_n
-    e = -1 - (P_n * response.nn + P_t * response.nt + carried) / u_n
-    return e, mu, jnp.log(jnp.abs(response.compliance(mu) / (u_n * P_n)))
+    return -1 - (P_n * response.nn + P_t * response.nt + carried) / u_n
 
 
-def normal_impulse(e: Scalar, P_t: Scalar, approach: State, bodies: Bodies, e_m: Scalar) -> Scalar:
-    """The force impulse along the normal for which the restitution is e, given that along the tangent.
+def friction_impulse(
+    kept: Scalar, P_n: Scalar, approach: State, bodies: Bodies, e_m: Scalar
+) -> Scalar:
+    """The force impulse along the tangent that leaves a share of the sliding.
 
     Args:
-        e: restitution.
-        P_t: force impulse on A along the tangent, N s.
+        kept: sliding after the impact over that without friction.
+        P_n: force impulse on A along the normal, N s.
         approach: velocities before, as in `separation`.
         bodies: masses, inertias, lever arms and Gamma.
         e_m: impact moment coefficient.
 
     Returns:
-        N s: eq 22 solved for it.
+        On A, N s.
     """
     response = _response(bodies, e_m)
-    u_n, carried = _without_force(approach, bodies, response)
-    return -((1 + e) * u_n + P_t * response.nt + carried) / response.nn
+    drift = _drift(approach, bodies, response)
+    return -(drift + P_n * response.nt) * (1 - kept) / response.tt
 
 
-def from_impulse_that_ends_sliding(
-    P: Float[Array, "2"], approach: State, bodies: Bodies, e_m: Scalar
-) -> tuple[State, Scalar, Scalar]:
-    """The approach from which a force impulse just ends the sliding, and the restitution.
+def normal_impulse(e: Scalar, kept: Scalar, approach: State, bodies: Bodies, e_m: Scalar) -> Scalar:
+    """The force impulse along the normal for which the restitution is e.
 
     Args:
-        P: force impulse on A, along the normal and the tangent, N s.
-        approach: velocities before, as in `separation`; that of B along the tangent is replaced.
+        e: restitution.
+        kept: what of the sliding is left, as in `friction_impulse`.
+        approach: velocities before, as in `separation`.
         bodies: masses, inertias, lever arms and Gamma.
         e_m: impact moment coefficient.
 
     Returns:
-        The approach, e (eq 22) and log |det d(B's tangential velocity, e) / d P|.
+        On A, N s: eq 22 solved for it.
     """
-    response, (P_n, P_t), (_, tangent) = _response(bodies, e_m), P, axes(bodies)
-    carried = response.shed * (approach[5] - approach[2]) * response.turn_t
-    left = contact_velocity(approach, bodies) @ tangent  # after the impact, had B not been changed
-    left += carried + P_n * response.nt + P_t * response.tt
-    approach = jnp.asarray(approach).at[3:5].add(left * tangent)
-    e = from_impulse(P, approach, bodies, e_m)[0]
-    u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
-    volume = (response.nn * response.tt - response.nt**2) / u_n
-    return approach, e, jnp.log(jnp.abs(volume))
+    response = _response(bodies, e_m)
+    u_n, carried = _without_force(approach, bodies, response)
+    by_friction = response.nt * (1 - kept) / response.tt
+    push = by_friction * _drift(approach, bodies, response) - (1 + e) * u_n - carried
+    return push / (response.nn - by_friction * response.nt)
 
 
 def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scalar:
@@ -414,6 +415,12 @@ def _without_force(approach: State, bodies: Bodies, response: _Response) -> tupl
     """The normal contact velocity before, and what the moment alone makes of the spins adds to it."""
     u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
     return u_n, response.shed * (approach[5] - approach[2]) * response.turn_n
+
+
+def _drift(approach: State, bodies: Bodies, response: _Response) -> Scalar:
+    """The sliding that there would be without a force impulse: before, and by the moment alone."""
+    spin = response.shed * (approach[5] - approach[2]) * response.turn_t
+    return contact_velocity(approach, bodies) @ axes(bodies)[1] + spin
 
 
 def _force_moments(P: Float[Array, "2"], bodies: Bodies) -> tuple[Scalar, Scalar]:

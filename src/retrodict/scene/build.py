@@ -74,7 +74,7 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
             for v, each in entries.items()
             if each.rest
         },
-        contact=Contact(*entry.impact.point, entry.impact.contact_line),
+        contact=Contact(*entry.impact.point, entry.impact.contact_line, entry.impact.interlocked),
         surfaces=surfaces,
         notes=tuple(entry.notes),
         question=entry.question or UNKNOWNS[speed_of_a_is_known:],

@@ -280,8 +280,8 @@ YawRateScale = Annotated[
 NumberScale = Annotated[
     Measured, Kind(units.NUMBER, 0.001, 10, "0.2", uncertainty="refused", advice=_SPREAD)
 ]
-MuCentre = Annotated[
-    Measured, Kind(units.NUMBER, -5, 5, "0.95", uncertainty="refused", advice=_SPREAD)
+BetweenVehicles = Annotated[
+    Measured, Kind(units.NUMBER, 0.01, 5, "0.55", uncertainty="refused", advice=_SPREAD)
 ]
 MomentCentre = Annotated[
     Measured, Kind(units.NUMBER, -1, 1, "1", uncertainty="refused", advice=_SPREAD)

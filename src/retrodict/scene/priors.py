@@ -41,7 +41,7 @@ def default_priors() -> dict[str, Prior]:
         "omega_b": sd of a normal at 0, rad/s.
         "e": of a half-normal with scale high + (low - high) exp(-closing speed / v): high, low, v;
             v in m/s.
-        "mu": centre and scale of a Student t with 4 degrees of freedom in mu / mu_critical.
+        "mu": scale of a half-normal in 1 - mu / mu_critical; median friction where sliding goes on.
         "e_m": centre and scale of a normal cut to (-1, 1).
         "impulse": sd of a normal at 0 of each component of delta-v, m/s.
         "Omega": sd of a normal at 0 of each vehicle's yaw rate after the impact, rad/s.

@@ -200,11 +200,16 @@ class EndOfRotation:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Impact centre in the road plane (m) and Gamma (rad), the contact line's angle from the y axis."""
+    """Impact centre in the road plane (m) and Gamma (rad), the contact line's angle from the y axis.
+
+    `interlocked` says that parts of the vehicles hooked into each other, so that sliding may have been
+    reversed.
+    """
 
     x: Measured
     y: Measured
     Gamma: Measured
+    interlocked: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from retrodict.scene.defaults import FRICTION
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
     AxleDistance,
+    BetweenVehicles,
     ContactLine,
     DeltaV,
     DeltaVComponent,
@@ -40,7 +41,6 @@ from retrodict.scene.kinds import (
     MarkUncertainty,
     Mass,
     MomentCentre,
-    MuCentre,
     NumberScale,
     OutlineLength,
     OutlineWidth,
@@ -319,6 +319,7 @@ class ImpactEntry(_Table):
         examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
     )
     contact_line: ContactLine
+    interlocked: bool = Field(default=False, strict=True, examples=["true"])
 
 
 class EdgeEntry(_Table):
@@ -384,10 +385,10 @@ class RestitutionPriorEntry(PriorEntry):
 
 
 class MuPriorEntry(PriorEntry):
-    """`[priors.mu]`: of the share of its critical value."""
+    """`[priors.mu]`: how far it is below its critical value, and friction where sliding goes on."""
 
-    centre: MuCentre | None = None
     scale: NumberScale | None = None
+    friction: BetweenVehicles | None = None
 
 
 class MomentPriorEntry(PriorEntry):

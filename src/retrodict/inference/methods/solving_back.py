@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from retrodict.inference.coordinates import length
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.draws import Draws, Task
 from retrodict.inference.methods.importance import apart
@@ -34,7 +33,7 @@ def _compared(task: Task, way: str) -> Draws:
             "this method solves back from where both vehicles slid to rest, which this scene does not "
             "tell: use another method"
         )
-    n = length(structure)
+    n = len(structure.aims) + len(structure.uncertain)
     if n > posterior.size:
         raise Unanswerable(
             f"this method solves back as many unknowns as there are measurements, and the model "
