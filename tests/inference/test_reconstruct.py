@@ -15,7 +15,7 @@ from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from tests.scenes import collision
 
-SCENE = collision(share=0.0)
+SCENE = collision(share=0.0, interlocked=True)
 
 
 @pytest.fixture(scope="module")
