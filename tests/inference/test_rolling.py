@@ -1,6 +1,7 @@
 """Coordinates that are offsets: their determinants, where they are taken, and what they agree with."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -9,13 +10,12 @@ import pytest
 from retrodict.models import RUNGS
 from scipy import stats
 
-from benchmarks.rolling import scenes
 from retrodict.inference import coordinates, rolling, sheet
 from retrodict.inference.methods.weights import log_mean
 from retrodict.inference.posterior import Posterior, branches
 from retrodict.inference.programs import programs_for
 from retrodict.inference.reconstruct import reconstruct
-from retrodict.scene import parse_scene
+from retrodict.scene import load_scene
 from retrodict.scene.records import Approach, Measured, Scene
 from tests.scenes import DEGREE, collision, rolls
 
@@ -75,12 +75,12 @@ def test_sheets_stay_where_they_fit_and_no_other_velocity_ends() -> None:
 
 
 def test_a_valley_that_the_rest_pose_does_not_quite_reach_is_no_reason_to_trust_a_sheet() -> None:
-    """Crash 30: A may have slid there at 20 m/s with a spin, or rolled there in a bend at 14.
+    """A may have slid there at 20 m/s with a spin, or rolled there in a bend at 14.
 
     The latter misses the rest pose by some three standard deviations with all inputs at their means,
     and by none with others. It is what happened.
     """
-    scene = parse_scene(scenes.crash(30).text, "crash 30")
+    scene = load_scene(Path(__file__).parents[1] / "data" / "valley.toml")
     fitted, _, data, _ = rolling.seen(scene, "planar-moment+wheels")
     shot = sheet.nearest(programs_for(fitted), data, every=True)
     sheets, error, _ = sheet.fit(programs_for(fitted), data, shot.separation)
