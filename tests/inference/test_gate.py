@@ -41,13 +41,34 @@ def test_independent_draws_pass() -> None:
     assert checks.min_ess_bulk > 1000
 
 
+def of_prior(draws: xr.DataTree, left: int, **values: np.ndarray) -> xr.DataTree:
+    """The draws beside 500 crashes of the prior, of which the evidence leaves so many."""
+    weights = np.where(np.arange(500) < left, 1 / left, 0.0)
+    groups = {"prior": values, "sample_stats_prior": {"weight": weights}}
+    for name, group in groups.items():
+        draws[name] = xr.DataTree(
+            xr.Dataset({k: (("chain", "draw"), v[None]) for k, v in group.items()})
+        )
+    return draws
+
+
 def test_evidence_that_says_little_is_told() -> None:
-    for kept, told in ((0.3, 1), (0.05, 0)):
-        draws = tree()
-        draws["prior"] = xr.DataTree(xr.Dataset(attrs={"kept": kept}))
-        checks = judge(draws, collision())
+    for left, told in ((150, 1), (25, 0)):
+        checks = judge(of_prior(tree(), left), collision())
         assert checks.passed
         assert ["leaves 30% of crashes" in flag for flag in checks.flags] == [True] * told
+
+
+def test_draws_of_a_part_of_the_posterior_fail_where_crashes_of_the_prior_show_the_rest() -> None:
+    """Half of the posterior of e is standard normal about 2, and no draw is there."""
+    values = np.random.default_rng(1).normal(size=500)
+    whole, elsewhere = values, values + 2 * (np.arange(500) % 2)
+    assert judge(of_prior(tree(), 100, e=whole), collision()).passed
+    checks = judge(of_prior(tree(), 100, e=elsewhere), collision())
+    assert checks.failed == ("e",)
+    assert "100 crashes of the prior" in checks.reasons[0]
+    # too few crashes say nothing, and are weighed for one number of turns only
+    assert judge(of_prior(tree(), 20, e=elsewhere), collision()).passed
 
 
 def test_one_divergence_fails() -> None:

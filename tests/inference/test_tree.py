@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from retrodict.inference.tree import _kept
+from retrodict.inference.tree import _weights
 
 
 @pytest.mark.parametrize(
@@ -20,4 +20,6 @@ def test_the_share_of_the_prior_that_evidence_leaves(
     fits: np.ndarray, closing: float, kept: float
 ) -> None:
     prior = {"log_likelihood/x": fits, "closing_speed": np.full(500, closing)}
-    assert _kept(prior, ["x"]) == pytest.approx(kept, rel=0.01)
+    weights = _weights(prior, ["x"])
+    assert weights.sum() == pytest.approx(float(kept > 0))
+    assert np.sum(weights**2) == pytest.approx(kept and 1 / (500 * kept))

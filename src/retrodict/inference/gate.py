@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
+from retrodict.inference.methods.weights import effective
 from retrodict.inference.outcome import Checks
 from retrodict.scene.doubts import doubts
 from retrodict.scene.quantities import describe, unit_of
@@ -20,6 +21,8 @@ MIN_ESS = 400.0
 MIN_BFMI = 0.3
 _SURPRISE = 2.5  # standard deviations from what was measured
 _LITTLE = 0.1  # share of the prior's crashes that evidence leaves: from there on it says little
+_CRASHES = 40.0  # effective ones of the prior, weighed by the evidence, from which on they can refute draws
+_REFUTED = 5.0  # standard errors between their means
 _OFTEN = 0.01  # share of draws from which on an odd outcome is told
 _ROUNDING = 1e-6  # of the critical mu, where sliding just ends
 
@@ -74,6 +77,12 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         found.append(f"{divergences} divergent transitions: part of the posterior may be missing")
     if bfmi is not None and not bfmi >= MIN_BFMI:
         found.append(f"E-BFMI {bfmi:.2f} is below {MIN_BFMI}: the energy was explored too slowly")
+    for name, errors, crashes in _refuted(idata, sd, bulk):
+        failed.append(name)
+        found.append(
+            f"{describe(name)[0]}: its mean lies {errors:.0f} standard errors from that of {crashes:.0f} "
+            "crashes of the prior, weighed by the evidence: part of the posterior is missing"
+        )
     return Checks(
         divergences=divergences,
         pareto_k=stats.attrs.get("pareto_k"),
@@ -98,6 +107,38 @@ def _nothing_left(name: str, sd: float, error: float) -> bool:
     return False
 
 
+def _weights(idata: xr.DataTree) -> np.ndarray:
+    """What crashes of the prior weigh by the evidence; none where they were not told."""
+    if "sample_stats_prior" not in idata.children:
+        return np.zeros(0)
+    return np.asarray(idata["sample_stats_prior"]["weight"]).ravel()
+
+
+def _refuted(
+    idata: xr.DataTree, sd: dict[str, float], bulk: dict[str, float]
+) -> list[tuple[str, float, float]]:
+    """Quantities of which crashes of the prior say otherwise: name, standard errors apart, crashes.
+
+    Where evidence leaves enough of them they are a second way to the posterior, which cannot miss a
+    part of it. They are weighed for one number of turns to rest.
+    """
+    weights = _weights(idata)
+    crashes = effective(weights) if weights.any() else 0.0
+    if crashes < _CRASHES or "mode" in idata["sample_stats"]:
+        return []
+    found = []
+    for name, own in sd.items():
+        if name not in idata["prior"]:
+            continue
+        values = np.asarray(idata["prior"][name]).ravel()
+        mean = weights @ values
+        error = np.sqrt(weights @ (values - mean) ** 2 / crashes + own**2 / bulk[name])
+        apart = abs(float(_draws(idata, name).mean()) - mean) / error
+        if apart > _REFUTED:
+            found.append((name, float(apart), crashes))
+    return found
+
+
 def _by_name(dataset: xr.Dataset) -> dict[str, float]:
     return {str(name): float(value) for name, value in dataset.items()}
 
@@ -117,8 +158,8 @@ def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
     """Findings about the scene: what was seldom meant, odd physics, and what disagrees with the rest."""
     posterior = idata["posterior"]
     flags = [*doubts(scene)]
-    kept = idata["prior"].attrs.get("kept", 0.0) if "prior" in idata.children else 0.0
-    if kept > _LITTLE:
+    weights = _weights(idata)
+    if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
         flags.append(
             f"what was measured after the impact says little: it leaves {kept:.0%} of crashes drawn "
             "from the priors and inputs, so that the answer is mostly what these assume"

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
+from scipy.special import softmax
 
 from retrodict.inference.methods import Draws
-from retrodict.inference.methods.weights import log_mean
 from retrodict.inference.modes import Solution
 from retrodict.inference.posterior import Posterior, run_outs_of
 from retrodict.inference.programs import CHUNK
@@ -78,19 +78,21 @@ def tree_of(
         "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
     }
     if prior is not None:
-        groups["prior"] = group(prior, "", once).assign_attrs(kept=_kept(prior, evidence))
+        groups["prior"] = group(prior, "", once)
+        weight = _weights(prior, evidence).reshape(once)
+        groups["sample_stats_prior"] = xr.Dataset({"weight": (("chain", "draw"), weight)})
         groups["prior_predictive"] = group(noisy(prior), "predicted/", once)
         groups["trajectories"] = _trajectories(posterior, told)
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
 
 
-def _kept(prior: dict[str, np.ndarray], evidence: Iterable[str]) -> float:
-    """The share of crashes from the prior that is left when they are weighed by the evidence."""
+def _weights(prior: dict[str, np.ndarray], evidence: Iterable[str]) -> np.ndarray:
+    """What crashes from the prior weigh by the evidence; they sum to one, or all are zero."""
     fits = np.sum([np.asarray(prior[f"log_likelihood/{name}"]) for name in evidence], axis=0)
     if "closing_speed" in prior:  # vehicles that part are no crash
         fits = np.where(np.asarray(prior["closing_speed"]) > 0, fits, -np.inf)
-    error = log_mean(np.where(np.isnan(fits), -np.inf, fits))[1]
-    return float(1 / (1 + fits.size * error**2))  # effective sample size over size
+    fits = np.where(np.isnan(fits), -np.inf, fits)
+    return softmax(fits) if np.isfinite(fits).any() else np.zeros(fits.size)
 
 
 def _errors(rng: np.random.Generator, shape: tuple[int, ...], robust: bool) -> np.ndarray:
