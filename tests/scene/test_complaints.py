@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import pickle
+from pathlib import Path
 
 import pytest
 
 from retrodict.scene import SceneError, load_scene, parse_scene
 from tests.scene.example import SCENE, changed, stripped, without
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 A, B = "vehicles.A", "vehicles.B"
 EDGE = 'edge = { point = ["0 m", "4 m"], direction = "9 deg", side = "right" }'
 NAN_HEADING = '{ value = nan, sd = 2, unit = "deg" }'
@@ -67,7 +69,7 @@ WRONG = [
     ('"1857 ± 37 kg"', '"-1857 kg"', f"{A}.mass", '"-1857 kg"', "between 50 and 100000 kg"),
     ('"1857 ± 37 kg"', '"0 kg"', f"{A}.mass", '"0 kg"', "between 50 and 100000 kg"),
     ('"45 ± 2 mph"', '"1000 ± 2 m/s"', f"{A}.approach.speed", "1000", "between 0 and 150 m/s"),
-    ('"45 ± 2 mph"', '"-5 ± 2 mph"', f"{A}.approach.speed", "-5", "between 0 and 150 m/s"),
+    ('"45 ± 2 mph"', '"-5 ± 2 mph"', f"{A}.approach.speed", "-5", "between 0 and 335.5 mph"),
     ('"1.54 m"', '"-1.54 m"', f"{A}.track", '"-1.54 m"', "between 0.2 and 5 m"),
     ('"0.50 ± 0.03"', '"1.6 ± 0.03"', "surfaces.road.friction", "1.6", "between 0.01 and 1.5"),
     ('"0.50 ± 0.03"', '"0 ± 0.03"', "surfaces.road.friction", "0 ±", "between 0.01 and 1.5"),
@@ -101,7 +103,7 @@ WRONG = [
     ('rotation = "35 deg"', 'skid = "3 m"', f"{A}.rest.skid", '"3 m"', "known here: position, heading"),
     ('heading = "215 ± 3 deg"', "", f"{A}.rest.rotation", '"35 deg"', 'or write heading = "215 ± 3'),
     ('"30 ± 2 mph"', '"30 mph"', f"{B}.departure.delta_v", '"30 mph"', 'like "12 ± 1 m/s"'),
-    ('"30 ± 2 mph"', '"-30 ± 2 mph"', f"{B}.departure.delta_v", "-30", "between 0 and 150 m/s"),
+    ('"30 ± 2 mph"', '"-30 ± 2 mph"', f"{B}.departure.delta_v", "-30", "between 0 and 335.5 mph"),
     ('"-13 ± 1 m/s"', '"-13 m/s"', f"{A}.departure.delta_v_forward", "-13", 'like "-12 ± 1 m/s"'),
     ('"5 ± 1 m/s"', '"5 m/s"', f"{A}.departure.speed", '"5 m/s"', 'like "45 ± 2 mph"'),
     ('"35 ± 5 deg/s"', '"35 deg/s"', f"{A}.departure.yaw_rate", "35", 'like "35 ± 5 deg/s"'),
@@ -173,7 +175,9 @@ WRONG = [
     # contradictions
     ('"2.85 m"', '"3.85 m"', f"{A}.wheelbase", '"3.85 m"', "add up to 2.85 m"),
     ('"35 deg"', '"200 deg"', f"{A}.rest.rotation", '"200 deg"', "differ by 35 deg"),
-    ('"2.09 ± 0.05 m"', '"4 ± 0.05 m"', f"{A}.impact_centre.distance", "4 ±", "at most 3.25 m"),
+    ('"2.09 ± 0.05 m"', '"4 ± 0.05 m"', f"{A}.impact_centre.distance", "4 ±", "at most 3.251 m"),
+    ('"2.09 ± 0.05 m"', '"14 ± 0.2 ft"', f"{A}.impact_centre.distance", "14 ±", "at most 10.67 ft"),
+    ('"2.09 ± 0.05 m"', '"900 ft"', f"{A}.impact_centre.distance", "900", "ft"),
     ('"5.2 m"', '"2 m"', f"{A}.length", '"2 m"', "shorter than the wheelbase of 2.85 m"),
     ('"1.35 m"\ncg_to_rear_axle = "1.50 m"', '"2.84 m"',
      f"{A}.wheelbase", '"2.85 m"', "write one above 2.84 m"),
@@ -336,3 +340,13 @@ def test_the_error_survives_pickling():
     with pytest.raises(SceneError) as caught:
         parse_scene("", "bend")
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_rest_poses_that_were_exchanged_are_named() -> None:
+    text = (EXAMPLES / "brach-1977" / "scene.toml").read_text()
+    exchanged = text.replace("A.rest]", "?.rest]").replace("B.rest]", "A.rest]")
+    with pytest.raises(
+        SceneError, match=r"vehicles\.A\.rest\.position = .*seem exchanged"
+    ) as caught:
+        parse_scene(exchanged.replace("?.rest]", "B.rest]"), "exchanged.toml")
+    assert "vehicles.A.rest.rotation" in str(caught.value)  # and the contradiction itself

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from retrodict.scene import parse_scene
-from retrodict.scene.doubts import doubts
+from benchmarks import synthetic
+from retrodict.scene.doubts import _bearings, _turned, doubts
 from retrodict.scene.load import load_scene
 from retrodict.scene.records import Measured, Scene
 from tests.scene.example import changed
@@ -28,6 +29,18 @@ def test_a_contact_line_counted_from_the_x_axis_is_doubted() -> None:
     across = Measured(scene.contact.Gamma.value + np.pi / 2)
     (odd,) = doubts(replace(scene, contact=replace(scene.contact, Gamma=across)))
     assert odd.startswith("impact.contact_line: it hardly parts the vehicles: of the 4.0 m between")
+
+
+def test_headings_that_are_compass_bearings_are_doubted() -> None:
+    """Of most crashes at random: others, as the paper's, fit together either way."""
+    crashes = [synthetic.scene(np.random.default_rng(seed))[0] for seed in range(60)]
+    told = [bool(_bearings(_turned(s, lambda heading: np.pi / 2 - heading))) for s in crashes]
+    assert np.mean(told) > 0.5
+    (odd,) = doubts(_turned(crashes[told.index(True)], lambda heading: np.pi / 2 - heading))[:1]
+    assert odd.startswith(
+        "vehicles.A.impact.heading, vehicles.B.impact.heading: the vehicles do not"
+    )
+    assert np.mean([bool(_bearings(s)) for s in crashes]) < 0.05
 
 
 def test_vehicles_on_one_side_of_the_contact_line_are_doubted() -> None:

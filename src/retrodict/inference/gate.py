@@ -21,7 +21,7 @@ MIN_ESS = 400.0
 MIN_BFMI = 0.3
 _SURPRISE = 2.5  # standard deviations from what was measured
 _LITTLE = 0.1  # share of the prior's crashes that evidence leaves: from there on it says little
-_CRASHES = 40.0  # effective ones of the prior, weighed by the evidence, from which on they can refute draws
+_CRASHES = 40.0  # effective ones of the prior, weighed by the evidence: so many can refute draws
 _REFUTED = 5.0  # standard errors between their means
 _OFTEN = 0.01  # share of draws from which on an odd outcome is told
 _ROUNDING = 1e-6  # of the critical mu, where sliding just ends
@@ -80,8 +80,8 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     for name, errors, crashes in _refuted(idata, sd, bulk):
         failed.append(name)
         found.append(
-            f"{describe(name)[0]}: its mean lies {errors:.0f} standard errors from that of {crashes:.0f} "
-            "crashes of the prior, weighed by the evidence: part of the posterior is missing"
+            f"{describe(name)[0]}: its mean lies {errors:.0f} standard errors from that of "
+            f"{crashes:.0f} crashes of the prior, weighed by the evidence: part of the posterior is missing"
         )
     return Checks(
         divergences=divergences,

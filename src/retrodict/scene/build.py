@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Protocol
 
 from retrodict.scene import discrepancy
 from retrodict.scene.defaults import DEFAULTS, FRICTION, MOST_ROLLING
@@ -36,8 +37,23 @@ from retrodict.scene.schema import (
     SurfaceEntry,
     VehicleEntry,
 )
+from retrodict.scene.units import ANGLE, LENGTH, Dimension
 
-Complain = Callable[[str, str], None]  # dotted key, what to write instead
+
+class Complain(Protocol):
+    """Called with a problem of a scene file."""
+
+    def __call__(
+        self, key: str, mend: str, amount: float = 0.0, dimension: Dimension = LENGTH
+    ) -> None:
+        """Note it.
+
+        Args:
+            key: dotted.
+            mend: what to write instead; `{amount}` in it is told in the unit that the file has there.
+            amount: in SI units or radians.
+            dimension: of it.
+        """
 
 
 def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> Scene:
@@ -53,6 +69,12 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
         The scene, with every default filled in.
     """
     entries = {"A": entry.vehicles.A, "B": entry.vehicles.B}
+    if _exchanged(entries):
+        complain(
+            "vehicles.A.rest.position",
+            "the rest poses of A and B seem exchanged: as written a rotation contradicts the headings, "
+            "the other way round none does; exchange vehicles.A.rest and vehicles.B.rest",
+        )
     # the schema sees to it that nothing slides where none is written; still a scene has a road
     written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
     # surfaces keep their order, but for the one without an edge
@@ -105,14 +127,16 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
     if length < wheelbase:
         complain(
             f"vehicles.{letter}.length",
-            f"shorter than the wheelbase of {wheelbase:.2f} m; mend one",
+            "shorter than the wheelbase of {amount}; mend one",
+            wheelbase,
         )
     reach = math.hypot(length, width) / 2 + 0.5
     if entry.impact_centre.distance.value > reach:
         complain(
             f"vehicles.{letter}.impact_centre.distance",
-            f"outside the vehicle; write a distance from its centre of gravity of at most "
-            f"{reach:.2f} m (half its diagonal and 0.5 m), or mend its length and width",
+            "outside the vehicle; write a distance from its centre of gravity of at most {amount} "
+            "(half its diagonal and half a metre), or mend its length and width",
+            reach,
         )
     wheels = _wheels(entry, friction)
     return Vehicle(
@@ -195,8 +219,9 @@ def _axle_distances(
         if wheelbase and abs(total - wheelbase.value) > 0.05 * wheelbase.value:
             complain(
                 key,
-                f"the two axle distances add up to {total:.2f} m; write a wheelbase within 5 % "
-                "of that, or leave it out",
+                "the two axle distances add up to {amount}; write a wheelbase within 5 % of that, or "
+                "leave it out",
+                total,
             )
         return front, rear
     assert wheelbase is not None, "the schema sees to it"
@@ -219,7 +244,7 @@ def _axle_distances(
         source="the wheelbase less the other axle's distance",
     )
     if other.value < max(0.05, other.sd):
-        complain(key, f"leaves no room for both axles; write one above {known.value:.2f} m")
+        complain(key, "leaves no room for both axles; write one above {amount}", known.value)
     return (known, other) if front else (other, known)
 
 
@@ -263,14 +288,36 @@ def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -
     turned = entry.heading.value - at_impact  # but for whole turns
     expected = entry.rotation.value if entry.rotation else 0.0
     rotation = turned + math.tau * round((expected - turned) / math.tau)
-    if entry.rotation and abs(rotation - expected) > math.pi / 2:
+    if _contradicts(entry, at_impact):
         complain(
             f"vehicles.{letter}.rest.rotation",
-            f"the two headings differ by {math.degrees(math.remainder(turned, math.tau)):.0f} deg "
-            "and whole turns; write a rotation (positive counter-clockwise) within 90 deg of that",
+            "the two headings differ by {amount} and whole turns; write a rotation (positive "
+            "counter-clockwise) within 90 deg of that",
+            math.remainder(turned, math.tau),
+            ANGLE,
         )
     heading = replace(entry.heading, value=at_impact + rotation)
     return Rest(x, y, heading, turns_known=entry.rotation is not None)
+
+
+def _contradicts(entry: RestEntry, at_impact: float) -> bool:
+    """Whether a rotation is more than a quarter turn off that by the headings, but for whole turns."""
+    if not (entry.heading and entry.rotation):
+        return False
+    off = entry.heading.value - at_impact - entry.rotation.value
+    return abs(math.remainder(off, math.tau)) > math.pi / 2
+
+
+def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:
+    """Whether rotations contradict headings, and would not if A had the rest pose of B and B A's."""
+
+    def contradiction(of: str, rest_of: str) -> bool:
+        rest = entries[rest_of].rest
+        return rest is None or _contradicts(rest, entries[of].impact.heading.value)
+
+    a, b = entries
+    as_written = contradiction(a, a) or contradiction(b, b)
+    return as_written and not (contradiction(a, b) or contradiction(b, a))
 
 
 def _surface(name: str, entry: SurfaceEntry) -> Surface:

@@ -67,7 +67,10 @@ class Kind:
         span = (self.high - self.low) * worth
         slack = 1e-12 * span  # the bounds themselves are accepted, whatever the rounding
         if not self.low * worth - slack <= reading.value <= self.high * worth + slack:
-            bounds = f"between {self.low:g} and {self.high:g} {self._unit}".rstrip()
+            low, high = (
+                units.in_unit_of(raw, end * worth, self.dimension) for end in (self.low, self.high)
+            )
+            bounds = f"between {low.partition(' ')[0]} and {high}"
             advice = self._advice if self.uncertainty == "optional" else ""
             raise fault(f"not plausible; write {self.dimension.phrase} {bounds}{advice}")
         if self.uncertainty == "refused" and reading.sd is not None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.records import Scene
+from retrodict.scene.units import LENGTH, Dimension, in_unit_of
 
 _FILE_BYTES = 100_000
 _LINE_LENGTH = 2_000  # the parser's time grows with the square of a dotted key's length
@@ -100,8 +101,10 @@ def _parse(text: str, name: str, file: str) -> Scene:
         raise SceneError(file, problems_of(error)) from None
     problems: list[Problem] = []
 
-    def complain(key: str, mend: str) -> None:
-        problems.append(Problem(key, shown(_written(document, key)), mend))
+    def complain(key: str, mend: str, amount: float = 0.0, dimension: Dimension = LENGTH) -> None:
+        raw = _written(document, key)
+        told = in_unit_of(raw, amount, dimension)
+        problems.append(Problem(key, shown(raw), mend.format(amount=told)))
 
     scene = build_scene(entry, name, text, complain)
     if problems:

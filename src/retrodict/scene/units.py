@@ -166,6 +166,22 @@ def factor(unit: str, dimension: Dimension) -> float:
     return worth[0]
 
 
+def in_unit_of(raw: object, value: float, dimension: Dimension) -> str:
+    """A value in the unit of what is written beside it, or in SI units where that has none.
+
+    Args:
+        raw: what the file has, of the same dimension.
+        value: in SI units or radians.
+        dimension: of both.
+    """
+    written = raw.get("unit") if isinstance(raw, dict) else None
+    if isinstance(raw, str) and (match := _QUANTITY.fullmatch(" ".join(raw.split()))):
+        written = match[2] or match[5]
+    unit = str(written or _unit(dimension))
+    rounded = float(f"{value / (factor(unit, dimension) if unit else 1.0):.4g}")
+    return f"{rounded:.12g} {unit}".rstrip()
+
+
 def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
     text = " ".join(raw[: _TEXT_LENGTH + 1].split()).replace("\N{MINUS SIGN}", "-")
     match = _QUANTITY.fullmatch(text) if len(raw) <= _TEXT_LENGTH else None
