@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retrodict.scene import parse_scene
 from benchmarks import synthetic
+from retrodict.scene import parse_scene
 from retrodict.scene.doubts import _bearings, _turned, doubts
 from retrodict.scene.load import load_scene
 from retrodict.scene.records import Measured, Scene

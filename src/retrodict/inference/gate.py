@@ -81,7 +81,8 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         failed.append(name)
         found.append(
             f"{describe(name)[0]}: its mean lies {errors:.0f} standard errors from that of "
-            f"{crashes:.0f} crashes of the prior, weighed by the evidence: part of the posterior is missing"
+            f"{crashes:.0f} crashes of the prior, weighed by the evidence: part of the posterior is "
+            "missing"
         )
     return Checks(
         divergences=divergences,
