@@ -43,19 +43,24 @@ from retrodict.scene.records import (
 
 DEGREE = np.pi / 180
 ASKED = ("speed_b", "e", "mu", "e_m")
+_CLOSING = {"slow": (0.3, 3.0), "grazing": (0.3, 6.0)}  # along the normal, m/s; others from 3 on
+_GRAZING = 0.25  # of the speed along the contact line, at most
 
 
-def scene(rng: np.random.Generator) -> tuple[Scene, dict[str, float]]:
+def scene(rng: np.random.Generator, kind: str = "ordinary") -> tuple[Scene, dict[str, float]]:
     """A plausible crash at random, measured with errors, and what was true of it.
 
     Args:
         rng: of every number.
+        kind: "ordinary"; "slow", which closes in at less than 3 m/s; "grazing", which slides along the
+            contact line at four times as much or more; or "lorry", in which A or B has five to twenty
+            times the mass.
 
     Returns:
         The scene and the true speed_b (m/s), e, mu and e_m.
     """
     while True:
-        drawn = _crash(rng)
+        drawn = _crash(rng, kind)
         if drawn is not None:
             return drawn
 
@@ -113,7 +118,7 @@ def cars(rng: np.random.Generator) -> Cars | None:
     return Cars(mass, front, rear, track, inertia, heading, corner, lever, normal, Gamma)
 
 
-def _crash(rng: np.random.Generator) -> tuple[Scene, dict[str, float]] | None:
+def _crash(rng: np.random.Generator, kind: str) -> tuple[Scene, dict[str, float]] | None:
     truth: dict[str, float] = {}
 
     def measure(value: float, sd: float, law: str = "normal") -> Measured:
@@ -126,13 +131,19 @@ def _crash(rng: np.random.Generator) -> tuple[Scene, dict[str, float]] | None:
     if drawn is None:
         return None
     mass, front, rear, track, inertia, heading, corner, lever, normal, Gamma = drawn
+    if kind == "lorry":
+        heavier = np.where(np.arange(2) == rng.integers(2), rng.uniform(5, 20), 1.0)
+        mass, inertia = mass * heavier, inertia * heavier
     speed_a, speed_b = rng.uniform(8, 25), rng.uniform(3, 30)
     course = heading[1] + rng.normal(0, 0.2)
     approach = jnp.array(
         [-speed_a, 0.0, 0.0, speed_b * np.cos(course), speed_b * np.sin(course), 0.0]
     )
     bodies = Bodies(*mass, *inertia, *lever_arms(*lever), Gamma)
-    if float(contact_velocity(approach, bodies) @ normal) < 3:  # hardly closing
+    meeting = np.asarray(contact_velocity(approach, bodies))
+    closing, along = meeting @ normal, abs(meeting[0] * normal[1] - meeting[1] * normal[0])
+    least, most = _CLOSING.get(kind, (3.0, np.inf))
+    if not least <= closing < most or (kind == "grazing" and closing > _GRAZING * along):
         return None
     truth |= {"speed_b": speed_b, "e": abs(rng.normal(0, 0.15)), "e_m": rng.uniform(0.2, 1)}
     limit = float(critical_mu(approach, bodies, truth["e"], truth["e_m"]))
