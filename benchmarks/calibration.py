@@ -18,6 +18,7 @@ from benchmarks import page
 from benchmarks.__main__ import DOCS
 from retrodict.api import calibrate
 from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.report.calibration import LEAST
 from retrodict.scene import load_scene
 from retrodict.studies.calibration import SLOWLY
 
@@ -57,10 +58,12 @@ def table(folders: list[Path]) -> page.Parts:
 
 def _counts(told: dict) -> list[str]:
     """Ranked, withheld, and quantities outside their bands."""
-    bands = [
-        ", ".join(k for k, v in told["quantities"].items() if not v[which]) or "none"
-        for which in ("inside", "inside_jointly")
-    ]
+    bands = ["too few to judge"] * 2
+    if told["done"] >= LEAST:
+        bands = [
+            ", ".join(k for k, v in told["quantities"].items() if not v[which]) or "none"
+            for which in ("inside", "inside_jointly")
+        ]
     return [f"{told['ranked']} of {told['done']}", f"{told['withheld']:.1%}", *bands]
 
 

@@ -48,7 +48,11 @@ def sharp(scene: Scene) -> Scene:
 
 
 def made(
-    speed: float = 0.5, friction_sd: float | None = None, turn: float = 0.0, sds: float = 1.0
+    speed: float = 0.5,
+    friction_sd: float | None = None,
+    turn: float = 0.0,
+    sds: float = 1.0,
+    grip: float = 1.0,
 ) -> tuple[Scene, dict[str, float]]:
     """A scene whose rest poses are where its truth leads.
 
@@ -57,6 +61,7 @@ def made(
         friction_sd: relative, of both surfaces; None for what the example has.
         turn: of the contact line, rad.
         sds: factor on every standard deviation.
+        grip: factor on the friction of both surfaces.
 
     Returns:
         The scene, and what was true of it: the unknowns, the spin of B after the impact (rad/s), the
@@ -72,8 +77,9 @@ def made(
     assert a.speed is not None
     surfaces = []
     for s in scene.surfaces:
-        sd = s.friction.sd if friction_sd is None else friction_sd * s.friction.value
-        surfaces.append(replace(s, friction=replace(s.friction, sd=sds * sd)))
+        value = grip * s.friction.value
+        sd = grip * s.friction.sd if friction_sd is None else friction_sd * value
+        surfaces.append(replace(s, friction=replace(s.friction, value=value, sd=sds * sd)))
     scene = replace(
         scene,
         approach=scene.approach | {"a": replace(a, speed=blurred(a.speed, speed * a.speed.value))},
