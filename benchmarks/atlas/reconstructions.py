@@ -1,8 +1,8 @@
 """Crashes at random reconstructed by every method: what passes its checks and is wrong all the same?
 
-The crashes are those of `benchmarks.synthetic`, whose truth is known: of five one closes in slowly, in one
-a lorry meets a car, and one is grazing. Rows are written as crashes are
-done, so that a study that was stopped goes on where it was; one begun anew needs the table deleted.
+The crashes are those of `benchmarks.synthetic`, whose truth is known: of five one closes in slowly, in
+one a lorry meets a car, and one is grazing. Rows are written as crashes are done, so that a study that
+was stopped goes on where it was; one begun anew needs the table deleted.
 """
 
 from __future__ import annotations

@@ -159,6 +159,14 @@ def test_a_wrong_start_is_overcome_or_flagged(ordinary: Ordinary) -> None:
     assert faults(elsewhere, found, x) or off(x, sure) < 0.25
 
 
+def test_long_slides_on_ice_are_answered() -> None:
+    """Friction 0.05: A slides 14 m and B 44 m, with the spin that they have."""
+    scene, truth = made(grip=0.1)
+    said, outcome = told(scene, "importance")
+    assert said.startswith("passed"), said
+    assert far_from_truth(outcome, truth) < 2
+
+
 def test_naive_coordinates_are_stiff(ordinary: Ordinary) -> None:
     """In the model's own unknowns correlations are far from a sphere; in ours they are near one."""
     posterior, _, w = ordinary

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -124,3 +127,22 @@ def test_a_moment_of_the_wrong_sign_is_caught(monkeypatch) -> None:
     monkeypatch.setattr(study, "_simulated", turned)
     wrong = calibrate(design, model=model, simulations=60, processes=1)
     assert "e_m" in outside(wrong)
+
+
+def test_a_worker_ends_with_the_process_that_began_it(tmp_path: Path) -> None:
+    """A parent that is killed cannot tell its workers to stop."""
+    code = (
+        "import time; from concurrent.futures import ProcessPoolExecutor as Pool\n"
+        "from multiprocessing import get_context; from os import getpid\n"
+        "from retrodict.studies.calibration import _end_with_the_others\n"
+        "if __name__ == '__main__':\n"
+        "    pool = Pool(1, get_context('spawn'), _end_with_the_others)\n"
+        "    print(pool.submit(getpid).result(), flush=True); time.sleep(600)\n"
+    )
+    script = tmp_path / "parent.py"
+    script.write_text(code)
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline().strip().isdigit()
+        parent.kill()
+        parent.communicate(timeout=20)  # until the worker, which may write there too, is gone
