@@ -51,7 +51,7 @@ def test_tempering_agrees_with_importance_sampling_over_both_branches(
 def test_a_low_closing_speed_is_answered_from_both_branches() -> None:
     """True e_m 0.30: one branch has it below 0, and weighs little; the values are of weighed draws."""
     found = reconstruct(load_scene(SCENES / "low-closing.toml"), pictured=False)
-    assert found.settings["method"] != "nuts"
+    assert found.settings["method"] == "importance"
     assert found.checks.passed, found.checks.reasons
     assert "the method nuts failed" in found.notes[0]
     low, middle, high = found.idata["posterior"]["e_m"].quantile((0.05, 0.5, 0.95)).values

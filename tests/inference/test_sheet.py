@@ -35,9 +35,7 @@ def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: st
     likely = sheet.shoot(programs, data)
     sheets = sheet.fit(programs, data, likely)[0]
     chart = charts.blank(structure)._replace(sheets=sheets)
-    q = np.random.default_rng(1).standard_normal(
-        (BATCH, len(structure.aims) + len(structure.uncertain))
-    )
+    q = np.random.default_rng(1).standard_normal((BATCH, coordinates.length_for_sheets(structure)))
     z, xi = np.split(q, [len(structure.aims)], axis=1)
     V = np.array([coordinates.separation_at(structure, data, chart, row)[0] for row in q[:20]])
     ends = programs("reached", data, np.resize(V, (BATCH, 6)), np.resize(xi[:20], xi.shape))

@@ -72,20 +72,20 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
 ) -> None:
     """Both bounds of e meet there. False by a hundredfold and more, it made NUTS diverge.
 
-    Where the gradient is small, it is held against that of most draws, a root of their dimension.
+    Five softnesses deep, up to nine standard deviations out, it is false by up to a quarter.
     """
     posterior = prepare(at_rest(design(), rest), RUNG)
     steered = jax.jit(jax.grad(posterior.programs.target.potential))
     wall, h, n = posterior.chart.wall, 1e-5, posterior.size
     meeting = [list(wall.order).index(place) for place in (0, 2)]  # of e, in `coordinates.edges`
-    for depth in (0.0, 1.0, 2.0):  # within six standard deviations
+    for depth in (1.0, 2.0):  # within five standard deviations
         short = -depth * wall.softness[meeting] - wall.edge[meeting]
         away = np.linalg.lstsq(wall.slope[meeting], short)[0]
         w = np.linalg.lstsq(posterior.chart.spread, away)[0]
         ends = posterior.log_density(w + h * np.concatenate([np.eye(n), -np.eye(n)]))
         slope = (ends[n:] - ends[:n]) / (2 * h)
         gradient = steered(w, posterior.data, posterior.chart)
-        assert np.linalg.norm(gradient - slope) < 0.1 * max(np.linalg.norm(slope), n**0.5)
+        assert np.linalg.norm(gradient - slope) < 0.1 * np.linalg.norm(slope)
 
 
 def test_slopes_and_curvatures_by_differences_are_the_gradients(posterior: Posterior) -> None:

@@ -12,6 +12,7 @@ from scipy import stats
 
 from retrodict.mechanics import Coefficients, contact_velocity, critical_mu, separation
 from retrodict.scene.records import Measured, Scene
+from tests.models.test_friction import density
 from tests.scenes import collision, rolls
 
 RUNG = RUNGS["planar-moment+wheels"]
@@ -52,10 +53,7 @@ def test_density_is_priors_times_likelihood() -> None:
     expected += stats.truncnorm(0, 1 / scale, scale=scale).logpdf(0.1)
     critical = float(critical_mu(before, to, 0.1, 0.7))
     assert mu < critical
-    odds, other = (critical / 2) ** 4, stats.fisk(5, scale=0.55)
-    ends = stats.halfnorm(scale=0.2).pdf(1 - mu / critical) / critical
-    goes_on = other.pdf(mu) / other.cdf(critical)
-    expected += math.log((ends + odds * goes_on) / (1 + odds))
+    expected += math.log(density(mu, critical))
     after = separation(before, to, Coefficients(0.1, mu, 0.7))
     poses = np.array(RUNG.run_out.rest_poses(structure, data, x, after)).ravel()
     for pose, measured in zip(poses, scene.evidence().values(), strict=True):

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks import synthetic
 from retrodict.scene import parse_scene
-from retrodict.scene.doubts import _bearings, _turned, doubts
+from retrodict.scene.doubts import _as_bearings, _bearings, doubts
 from retrodict.scene.load import load_scene
 from retrodict.scene.records import Measured, Scene
 from tests.scene.example import changed
@@ -34,9 +34,9 @@ def test_a_contact_line_counted_from_the_x_axis_is_doubted() -> None:
 def test_headings_that_are_compass_bearings_are_doubted() -> None:
     """Of most crashes at random: others, as the paper's, fit together either way."""
     crashes = [synthetic.scene(np.random.default_rng(seed))[0] for seed in range(60)]
-    told = [bool(_bearings(_turned(s, lambda heading: np.pi / 2 - heading))) for s in crashes]
+    told = [bool(_bearings(_as_bearings(s))) for s in crashes]
     assert np.mean(told) > 0.5
-    (odd,) = doubts(_turned(crashes[told.index(True)], lambda heading: np.pi / 2 - heading))[:1]
+    (odd,) = doubts(_as_bearings(crashes[told.index(True)]))[:1]
     assert odd.startswith(
         "vehicles.A.impact.heading, vehicles.B.impact.heading: the vehicles do not"
     )

@@ -42,7 +42,7 @@ def test_speeds_are_in_metres_per_second(tmp_path):
     [
         ('unit = "mph", ', "", "speed_a = .*: no unit; add unit = "),
         (', source = "a light barrier"', "", "speed_a = .*: tells no source; write "),
-        ("21.47", "-1", "speed_a = .*: not plausible; write a speed between 0 and 150 m/s"),
+        ("21.47", "-1", "speed_a = .*: not plausible; write a speed between 0 and 335.5 mph"),
         ("value", "sd = 1, value", "speed_a = .*: no uncertainty is used here"),
         ("speed_a = {", "speed_c = {", "speed_c = .*: unknown key; did you mean "),
         ('speed_a = "24 mph"\n', "", r"published\[0\].speed_b: no speed is told"),

@@ -10,6 +10,7 @@ from retrodict.inference import coordinates
 from retrodict.inference.coordinates import Chart, Guess, Response, Sheet, Wall
 from retrodict.inference.programs import Programs
 from retrodict.inference.squash import raised, softness_for, unlift
+from retrodict.inference.unpinned import KEPT
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, E
 from retrodict.scene.records import VEHICLES
@@ -21,7 +22,6 @@ _NO_WALL = Wall(
     *(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
     *(np.zeros(0), np.ones(())),
 )
-_KEPT = 0.2  # softness of the share of the sliding where nothing is known yet: its prior's scale
 _LIKELY = 0.1, 0.98  # shares of the sliding that a search begins from
 _SOFT = 1e-3, 2.0  # the least and most
 _RAISED = 0.35  # entry of q where a half-normal share is likeliest, if it is as soft as walls are
@@ -77,7 +77,7 @@ def about(
     spread: Spread,
     bent: Point | None = None,
     side: Float[np.ndarray, " levels"] | None = None,
-    kept: float = _KEPT,
+    kept: float = KEPT,
 ) -> Chart:
     """A chart about `centre`, with walls along the directions cheapest in `spread`; no responses yet.
 
@@ -158,7 +158,7 @@ def sliding(programs: Programs, data: Data, sheets: tuple[Sheet, Sheet], q: Poin
     flat = blank(programs.structure)._replace(sheets=sheets)
     over, under = map(np.asarray, programs("levels", data, flat, q)[:2])
     q = q.copy()
-    q[-1] = unlift(float(np.clip(over[at] / under[at], *_LIKELY)), _KEPT) / _KEPT
+    q[-1] = unlift(float(np.clip(over[at] / under[at], *_LIKELY)), KEPT) / KEPT
     return q
 
 

@@ -207,7 +207,12 @@ def length(structure: Structure) -> int:
     """Number of entries of q."""
     if structure.unpinned:
         return len(unpinned.names(structure)) + len(structure.uncertain)
-    return len(structure.aims) + len(structure.uncertain) + samples_sliding(structure)
+    return length_for_sheets(structure) + samples_sliding(structure)
+
+
+def length_for_sheets(structure: Structure) -> int:
+    """Number of entries that sheets are fitted over: (z_a, z_b, xi)."""
+    return len(structure.aims) + len(structure.uncertain)
 
 
 def size(structure: Structure) -> int:

@@ -186,7 +186,7 @@ def fit(
         last round: their velocities after the impact and deviates of the inputs.
     """
     structure = programs.structure
-    n, size = len(structure.aims) + len(structure.uncertain), len(structure.rests)
+    n, size = coordinates.length_for_sheets(structure), len(structure.rests)
     sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
     xi = sample[:, 2 * size :]
     target, sd = _aims(programs, data, separation)

@@ -35,7 +35,7 @@ from retrodict.models.impact import E_M, SLIDING, E
 
 _SOFTNESS = 1.0  # of the opening velocity where e is bounded, m/s
 _SLOWLY = 0.5  # softness at zero of B's speed along a known course, m/s
-_KEPT = 0.2  # as `coordinates.KEPT`
+KEPT = 0.2  # softness of the share of the sliding where nothing is known yet: its prior's scale
 _INSIDE = 1e-6  # of e_m's range: how near to a bound a search may begin
 
 
@@ -105,11 +105,11 @@ def locate(
             sites["e_m"] = e_m
         before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
 
-        kept = _KEPT * u.get("kept", 0.0)
+        kept = KEPT * u.get("kept", 0.0)
         if "kept" in u:
-            log_det += np.log(_KEPT)
+            log_det += np.log(KEPT)
             if not structure.interlocked:
-                kept, log_slope = lift(kept, _KEPT)
+                kept, log_slope = lift(kept, KEPT)
                 log_det += log_slope
 
         def restitution_by(P_n: Array) -> Array:
@@ -171,8 +171,8 @@ def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndar
             q.append((crash["direction_b"] - middle) / sd)
         elif name == "kept":
             kept = 1 - crash["mu"] / crash["mu_critical"]  # near enough
-            raw = float(kept) if structure.interlocked else unlift(float(kept), _KEPT)
-            q.append(jnp.asarray(raw / _KEPT))
+            raw = float(kept) if structure.interlocked else unlift(float(kept), KEPT)
+            q.append(jnp.asarray(raw / KEPT))
         elif name == "V_along":
             q.append(of_b @ _unit(data.inputs["direction_b"][0]) / scale["b"])
         else:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 from retrodict.scene.records import VEHICLES, Measured, Scene, Vehicle
@@ -36,7 +35,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
 
 def _bearings(scene: Scene) -> list[str]:
     """Headings that fit as compass bearings, clockwise from north, and do not as they are."""
-    as_bearings = _turned(scene, lambda heading: math.pi / 2 - heading)
+    as_bearings = _as_bearings(scene)
     # a contact line that parts no vehicles, alone, may have been counted from another axis itself
     if not (_overlaps(scene) or _off_course(scene) > _ASTRAY):
         return []
@@ -49,18 +48,16 @@ def _bearings(scene: Scene) -> list[str]:
     ]
 
 
-def _turned(scene: Scene, turn: Callable[[float], float]) -> Scene:
-    """The scene with other headings at impact and courses."""
+def _as_bearings(scene: Scene) -> Scene:
+    """The scene with headings at impact and courses counted clockwise from north, or back again."""
 
-    def turned(angle: Measured | None) -> Measured | None:
-        return angle and replace(angle, value=turn(angle.value))
+    def turned(angle: Measured) -> Measured:
+        return replace(angle, value=math.pi / 2 - angle.value)
 
-    vehicles = {
-        v: replace(own, heading=replace(own.heading, value=turn(own.heading.value)))
-        for v, own in scene.vehicles.items()
-    }
+    vehicles = {v: replace(own, heading=turned(own.heading)) for v, own in scene.vehicles.items()}
     approach = {
-        v: replace(own, direction=turned(own.direction)) for v, own in scene.approach.items()
+        v: replace(own, direction=own.direction and turned(own.direction))
+        for v, own in scene.approach.items()
     }
     return replace(scene, vehicles=vehicles, approach=approach)
 

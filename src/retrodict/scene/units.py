@@ -175,16 +175,21 @@ def in_unit_of(raw: object, value: float, dimension: Dimension) -> str:
         dimension: of both.
     """
     written = raw.get("unit") if isinstance(raw, dict) else None
-    if isinstance(raw, str) and (match := _QUANTITY.fullmatch(" ".join(raw.split()))):
+    if isinstance(raw, str) and (match := _parsed(raw)[1]):
         written = match[2] or match[5]
     unit = str(written or _unit(dimension))
     rounded = float(f"{value / (factor(unit, dimension) if unit else 1.0):.4g}")
     return f"{rounded:.12g} {unit}".rstrip()
 
 
-def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
+def _parsed(raw: str) -> tuple[str, re.Match[str] | None]:
+    """A text in plain spaces and signs, and its value, unit, sd, percent sign and unit of the sd."""
     text = " ".join(raw[: _TEXT_LENGTH + 1].split()).replace("\N{MINUS SIGN}", "-")
-    match = _QUANTITY.fullmatch(text) if len(raw) <= _TEXT_LENGTH else None
+    return text, _QUANTITY.fullmatch(text) if len(raw) <= _TEXT_LENGTH else None
+
+
+def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
+    text, match = _parsed(raw)
     if match is None:
         comma = " with a decimal point, no comma" if re.search(r"[0-9],[0-9]", text) else ""
         raise QuantityError(f'not a quantity; write it{comma} like "{example}"')

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from retrodict.inference.coordinates import length_for_sheets
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.methods.draws import Draws, Task
 from retrodict.inference.methods.importance import apart
@@ -33,7 +34,7 @@ def _compared(task: Task, way: str) -> Draws:
             "this method solves back from where both vehicles slid to rest, which this scene does not "
             "tell: use another method"
         )
-    n = len(structure.aims) + len(structure.uncertain)
+    n = length_for_sheets(structure)
     if n > posterior.size:
         raise Unanswerable(
             f"this method solves back as many unknowns as there are measurements, and the model "
