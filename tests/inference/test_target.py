@@ -88,6 +88,20 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
         assert np.linalg.norm(gradient - slope) < 0.1 * np.linalg.norm(slope)
 
 
+def test_a_gradient_is_cut_only_where_it_is_steeper_than_at_draws(posterior: Posterior) -> None:
+    """NUTS leaps from where the potential is 50 to where it is thousands by a gradient that is not."""
+    target, n = posterior.programs.target, posterior.size
+    both = [jax.jit(jax.value_and_grad(f)) for f in (target.potential, target.steered)]
+    rng, longest = np.random.default_rng(0), 3.0 * n**0.5
+    for far, cut in ((1.0, False), (6.0, True)):
+        for w in far * rng.normal(size=(5, n)):
+            (value, slope), (same, shorter) = (f(w, posterior.data, posterior.chart) for f in both)
+            assert same == value
+            size = np.linalg.norm(slope)
+            assert (size > longest) == cut
+            np.testing.assert_allclose(shorter, slope * min(1.0, longest / size))
+
+
 def test_slopes_and_curvatures_by_differences_are_the_gradients(posterior: Posterior) -> None:
     """A mode is sought by them, and chains and rivals start from them."""
     gradient = jax.jit(jax.grad(posterior.programs.target.potential))

@@ -97,9 +97,7 @@ class Programs:
         """
 
         def potential_of(data: Data, chart: coordinates.Chart) -> Callable[[Array], Array]:
-            # where steps are a number, run-outs are differentiated
-            potential = self.target.steered if self.structure.steps else self.target.potential
-            return lambda w: potential(w, data, chart)
+            return lambda w: self.target.steered(w, data, chart)
 
         initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")
 
