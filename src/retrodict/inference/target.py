@@ -163,7 +163,7 @@ class Target:
         return -self.log_density(w, data, chart)
 
     def steered(self, w: Array, data: Data, chart: coordinates.Chart) -> Array:
-        """`potential`, with a gradient that is cut where it is steeper than a posterior's is at its draws.
+        """`potential`, with a gradient that is cut where it is steeper than at draws of a posterior.
 
         NUTS samples the same density under any field of forces, and diverges where these grow faster
         than its steps are short: at the foot of a wall that no draw climbs, or where the differentiated
