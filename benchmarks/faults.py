@@ -20,7 +20,7 @@ from collections import Counter
 from multiprocessing import get_context
 from pathlib import Path
 
-from retrodict.inference import executables
+from retrodict.inference.density import disk_cache
 from retrodict.report.files import write_together
 from retrodict.report.findings import SUMMARY, read_summary, strangers
 
@@ -119,7 +119,7 @@ def _flipped(folder: Path, chance: random.Random) -> Counter[str]:
         torn, bit = bytearray(whole), chance.randrange(8 * len(whole))
         torn[bit // 8] ^= 1 << bit % 8
         path.write_bytes(torn)
-        found["refused" if executables.load(path) is None else "TAKEN"] += 1
+        found["refused" if disk_cache.load(path) is None else "TAKEN"] += 1
         path.write_bytes(whole)
     return found
 

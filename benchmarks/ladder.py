@@ -26,7 +26,7 @@ from retrodict.models.arrays import Data, Structure
 
 from benchmarks import page, synthetic
 from benchmarks.__main__ import DOCS
-from retrodict.inference.programs import CHUNK, programs_for
+from retrodict.inference.density.compiled import CHUNK, programs_for
 from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.fit import Fit, Summary

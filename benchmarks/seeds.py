@@ -26,11 +26,11 @@ from benchmarks.inference.cost import SCENES
 from benchmarks.inference.reference import CHAINS, WARMUP
 from benchmarks.machine import machine
 from retrodict import load_scene
-from retrodict.inference.methods import METHODS, importance, nuts
-from retrodict.inference.methods.chains import sample
-from retrodict.inference.methods.draws import Draws, Task
-from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.inference.samplers import METHODS, importance, nuts
+from retrodict.inference.samplers.chains import sample
+from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.scene.quantities import REPORTED
 
 SEEDS = 20

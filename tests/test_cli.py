@@ -13,7 +13,7 @@ import arviz
 import pytest
 
 from retrodict.cli import MethodChoice
-from retrodict.inference.methods import METHODS
+from retrodict.inference.samplers import METHODS
 
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"

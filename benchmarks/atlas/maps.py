@@ -15,10 +15,10 @@ from matplotlib.patches import Patch
 
 from benchmarks.atlas.scenes import made
 from retrodict.inference import Unanswerable
-from retrodict.inference.gate import MAX_RHAT, MIN_ESS
-from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.posterior import RESOLVED, Posterior, prepare
+from retrodict.inference.diagnostics import MAX_RHAT, MIN_ESS
+from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.scene.records import Scene
 
 ASKED = ("speed_b", "e", "e_m", "mu")

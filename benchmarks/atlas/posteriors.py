@@ -14,10 +14,10 @@ from benchmarks.atlas import Row
 from benchmarks.atlas.maps import ASKED, draw, faults, off, sites
 from benchmarks.atlas.scenes import made
 from retrodict.inference import Unanswerable
-from retrodict.inference.methods import METHODS, Task
+from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.samplers import METHODS, Task
 from retrodict.scene.records import Scene
 from retrodict.studies.conflict import conflicts
 

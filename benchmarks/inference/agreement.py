@@ -27,9 +27,9 @@ from benchmarks.inference.reference import (
 )
 from benchmarks.tables import Remark
 from retrodict.inference import Unanswerable
-from retrodict.inference.methods import METHODS
-from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.inference.samplers import METHODS
 
 COMPARED = {"nuts": METHODS["nuts"].draws, "importance": 2500, "smc": 600}  # draws of a chain
 

@@ -25,9 +25,9 @@ from benchmarks.inference.reference import (
 )
 from benchmarks.tables import Remark
 from retrodict import load_scene
-from retrodict.inference.methods import METHODS, Task
-from retrodict.inference.posterior import Posterior, prepare
+from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.inference.samplers import METHODS, Task
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = {

@@ -10,8 +10,8 @@ from arviz_stats.base import array_stats
 
 from benchmarks.competitors import Array, Sites
 from benchmarks.tables import Remark
-from retrodict.inference.methods import METHODS, Draws, Task
-from retrodict.inference.posterior import Posterior
+from retrodict.inference.fitting.posterior import Posterior
+from retrodict.inference.samplers import METHODS, Draws, Task
 
 ASKED = ("speed_b", "e", "e_m", "mu")
 STATISTICS = ("mean", "sd", "lower", "upper")  # the last two limit 95 %

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.methods import checkpoint
 from retrodict.inference.modes import Whereabouts
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
+from retrodict.inference.samplers import checkpoint
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retrodict.inference import rolling
-from retrodict.inference.methods import METHODS, Task
-from retrodict.inference.methods.weights import effective
+from retrodict.inference.fitting import rolling
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.samplers import METHODS, Task
+from retrodict.inference.samplers.psis import effective
 from retrodict.scene import load_scene
 
 SCENES = Path(__file__).parents[1] / "data"

@@ -11,12 +11,12 @@ from jax.scipy.special import logsumexp
 from retrodict.models import RUNGS
 
 from retrodict.inference import modes, reconstruct
-from retrodict.inference.methods import METHODS, Task
-from retrodict.inference.methods.importance import log_evidence
+from retrodict.inference.density.compiled import Programs, programs_for
+from retrodict.inference.density.log_density import Target, Weighed
+from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import Programs, programs_for
-from retrodict.inference.target import Target, Weighed
+from retrodict.inference.samplers import METHODS, Task
+from retrodict.inference.samplers.importance import log_evidence
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration
 from tests.scenes import collision

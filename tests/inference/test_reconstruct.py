@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from retrodict.inference import Interrupted, Unanswerable, sheet
-from retrodict.inference.methods import METHODS, chains
+from retrodict.inference import Interrupted, Unanswerable
+from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.samplers import METHODS, chains
 from tests.scenes import collision
 
 SCENE = collision(share=0.0, interlocked=True)
@@ -111,7 +111,7 @@ def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Where no start comes near, here because none is a number, the vehicle is named."""
-    monkeypatch.setattr(sheet, "_guesses", lambda *_: np.full((128, 3), np.nan))
+    monkeypatch.setattr(regression, "_guesses", lambda *_: np.full((128, 3), np.nan))
     with pytest.raises(Unanswerable, match="vehicle A: no velocities after the impact"):
         reconstruct(SCENE)
 

@@ -14,10 +14,10 @@ from benchmarks.atlas.maps import draw, faults, off, sites
 from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, told, vague, wrapped
 from benchmarks.atlas.scenes import made
 from benchmarks.synthetic import ASKED
-from retrodict.inference.methods import METHODS, Task
-from retrodict.inference.posterior import Posterior, prepare
-from retrodict.inference.programs import CHUNK, programs_for
+from retrodict.inference.density.compiled import CHUNK, programs_for
+from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.samplers import METHODS, Task
 from retrodict.scene.records import Scene
 from retrodict.studies.conflict import conflicts
 

@@ -10,8 +10,8 @@ import xarray as xr
 from retrodict.models import RUNGS
 
 from retrodict.inference import Unanswerable
-from retrodict.inference.methods.weights import log_mean
 from retrodict.inference.outcome import Mode
+from retrodict.inference.samplers.psis import log_mean
 from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
 from retrodict.studies.ladder import FACTOR, SHARE, chosen, climb, ladder, refusals

@@ -10,13 +10,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference import rolling
-from retrodict.inference.descent import spread
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.methods.draws import Progress
-from retrodict.inference.methods.importance import Evidence, log_evidence
+from retrodict.inference.fitting import rolling
+from retrodict.inference.fitting.optimise import spread
+from retrodict.inference.fitting.posterior import (
+    FLAT,
+    IMPROBABLE,
+    RESOLVED,
+    RIVAL,
+    Posterior,
+    branches,
+)
 from retrodict.inference.outcome import Mode
-from retrodict.inference.posterior import FLAT, IMPROBABLE, RESOLVED, RIVAL, Posterior, branches
+from retrodict.inference.samplers.draws import Progress
+from retrodict.inference.samplers.importance import Evidence, log_evidence
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene

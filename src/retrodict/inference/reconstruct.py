@@ -14,15 +14,15 @@ from typing import Any
 import jax
 import numpy as np
 
-from retrodict.inference import charts, rolling
+from retrodict.inference.datatree import prior_keys
+from retrodict.inference.density.compiled import BATCH, ROWS, Programs, programs_for
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.methods import METHODS, Task
-from retrodict.inference.methods.nuts import targets
+from retrodict.inference.fitting import rolling, whitening
 from retrodict.inference.modes import Solution, Whereabouts, whereabouts
 from retrodict.inference.outcome import Mode, Outcome
-from retrodict.inference.programs import BATCH, ROWS, Programs, programs_for
-from retrodict.inference.sampling import Run, Sampling, has_failed
-from retrodict.inference.tree import prior_keys
+from retrodict.inference.retry import Run, Sampling, has_failed
+from retrodict.inference.samplers import METHODS, Task
+from retrodict.inference.samplers.nuts import targets
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
 from retrodict.progress import Progress, silent
@@ -200,7 +200,7 @@ def compile_ahead(
         pinned, structure, data, _ = rolling.seen(scene, model)
         _expect_run_outs(programs_for(pinned), data)
     programs = programs_for(structure)
-    chart = charts.blank(structure)
+    chart = whitening.blank(structure)
     n = chart.spread.shape[1]
     if not (structure.unpinned or structure.offset):
         _expect_run_outs(programs, data)

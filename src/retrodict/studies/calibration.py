@@ -18,14 +18,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from retrodict.inference import gate
+from retrodict.inference import diagnostics
+from retrodict.inference.density.compiled import CHUNK, Programs, programs_for
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.methods import METHODS, Draws, Task
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import SLIGHT, Solution, Whereabouts, whereabouts
 from retrodict.inference.outcome import Checks
-from retrodict.inference.posterior import Posterior
-from retrodict.inference.programs import CHUNK, Programs, programs_for
-from retrodict.inference.sampling import may_mend
+from retrodict.inference.retry import may_mend
+from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
@@ -400,4 +400,4 @@ def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, 
             ),
         }
     )
-    return known, gate.judge(idata, scene, drawn.faults)
+    return known, diagnostics.judge(idata, scene, drawn.faults)

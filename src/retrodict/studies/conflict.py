@@ -48,7 +48,7 @@ class LeftOut:
     @property
     def told(self) -> bool:
         """Whether the weights can be relied on."""
-        from retrodict.inference.methods.weights import MAX_PARETO_K  # imports jax
+        from retrodict.inference.samplers.psis import MAX_PARETO_K  # imports jax
 
         return self.pareto_k <= MAX_PARETO_K
 
@@ -72,7 +72,7 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
     """
     from arviz_stats import mcse  # slow to import
 
-    from retrodict.inference.methods.weights import smoothed  # imports jax
+    from retrodict.inference.samplers.psis import smoothed  # imports jax
 
     tree = outcome.idata
     if not {"posterior", "posterior_predictive", "log_likelihood"} <= set(tree.children):

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference.coordinates import size
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.methods.weights import smoothed
 from retrodict.inference.modes import Whereabouts
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
+from retrodict.inference.samplers.psis import smoothed
+from retrodict.inference.transforms.rest_pose import size
 from retrodict.models import RUNGS, Rung, roll
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.quantities import REPORTED

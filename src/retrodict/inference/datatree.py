@@ -1,0 +1,130 @@
+"""Draws as an ArviZ DataTree: what follows from them, predictions, the prior and run-outs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import jax
+import numpy as np
+from scipy.special import softmax
+
+from retrodict.inference.density.compiled import CHUNK
+from retrodict.inference.fitting.posterior import Posterior, run_outs_of
+from retrodict.inference.modes import Solution
+from retrodict.inference.samplers import Draws
+from retrodict.models.evidence import FREEDOM
+from retrodict.scene.quantities import describe, si_symbol
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PATHS = 60
+
+
+def crashes_of_prior(posterior: Posterior, seed: int) -> dict[str, np.ndarray]:
+    """Crashes drawn from the prior and the inputs: unknowns, what follows, and predictions."""
+    programs, data = posterior.programs, posterior.data
+    prior = programs("prior", prior_keys(seed), data)
+    return prior | programs("simulate", data, prior)
+
+
+def tree_of(
+    solution: Solution, drawn: Draws, seed: int, prior: dict[str, np.ndarray] | None
+) -> xr.DataTree:
+    """Draws as an ArviZ DataTree, named, with units.
+
+    Args:
+        solution: that they are of.
+        drawn: by any method.
+        seed: of the errors of predictions.
+        prior: crashes drawn from it, which figures show beside run-outs; None for neither.
+    """
+    import xarray as xr
+
+    posterior, scene = solution.posterior, solution.scene
+    programs = posterior.programs
+    rng = np.random.default_rng([seed, 1])
+
+    told = drawn.known(posterior)
+
+    def group(values: dict[str, np.ndarray], prefix: str, shape: tuple[int, int]) -> xr.Dataset:
+        chosen = {
+            k.removeprefix(prefix): np.asarray(v).reshape(shape)
+            for k, v in values.items()
+            if k.startswith(prefix) and (prefix or "/" not in k) and k != "measured"
+        }
+        return _labelled(chosen, ("chain", "draw"))
+
+    every = scene.evidence()
+    evidence = {name: every[name] for name in programs.structure.evidence}
+
+    def noisy(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {
+            f"predicted/{k}": values[f"predicted/{k}"]
+            + m.sd * _errors(rng, np.shape(values[f"predicted/{k}"]), scene.robust)
+            for k, m in evidence.items()
+        }
+
+    shape, once = drawn.w.shape[:2], (1, CHUNK)
+    groups = {
+        "posterior": group(told, "", shape),
+        "posterior_predictive": group(noisy(told), "predicted/", shape),
+        "log_likelihood": group(told, "log_likelihood/", shape),
+        "sample_stats": xr.Dataset(
+            {k: (("chain", "draw"), v) for k, v in drawn.stats.items()}, attrs=drawn.attributes
+        ),
+        "observed_data": _labelled({k: np.asarray(m.value) for k, m in evidence.items()}, ()),
+        "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
+    }
+    if prior is not None:
+        groups["prior"] = group(prior, "", once)
+        weight = _weights(prior, evidence).reshape(once)
+        groups["sample_stats_prior"] = xr.Dataset({"weight": (("chain", "draw"), weight)})
+        groups["prior_predictive"] = group(noisy(prior), "predicted/", once)
+        groups["trajectories"] = _trajectories(posterior, told)
+    return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
+
+
+def _weights(prior: dict[str, np.ndarray], evidence: Iterable[str]) -> np.ndarray:
+    """What crashes from the prior weigh by the evidence; they sum to one, or all are zero."""
+    fits = np.sum([np.asarray(prior[f"log_likelihood/{name}"]) for name in evidence], axis=0)
+    if "closing_speed" in prior:  # vehicles that part are no crash
+        fits = np.where(np.asarray(prior["closing_speed"]) > 0, fits, -np.inf)
+    fits = np.where(np.isnan(fits), -np.inf, fits)
+    return softmax(fits) if np.isfinite(fits).any() else np.zeros(fits.size)
+
+
+def _errors(rng: np.random.Generator, shape: tuple[int, ...], robust: bool) -> np.ndarray:
+    """Errors of measurement in standard deviations."""
+    return rng.standard_t(FREEDOM, shape) if robust else rng.standard_normal(shape)
+
+
+def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Dataset:
+    import xarray as xr
+
+    variables = {}
+    for name, value in values.items():
+        label, dimension = describe(name)
+        variables[name] = (dims, value, {"unit": si_symbol(dimension), "label": label})
+    coords = {d: np.arange(np.shape(next(iter(values.values())))[i]) for i, d in enumerate(dims)}
+    return xr.Dataset(variables, coords=coords)
+
+
+def _trajectories(posterior: Posterior, told: dict[str, np.ndarray]) -> xr.Dataset:
+    """Run-outs of draws taken evenly along the chains."""
+    import xarray as xr
+
+    index = np.linspace(0, len(told["speed_b"]) - 1, PATHS).astype(int)
+    V, xi = run_outs_of(told)
+    path = posterior.programs("paths", posterior.data, V[index], xi[index])
+    return xr.Dataset(
+        {"path": (("run", "vehicle", "step", "pose"), np.asarray(path))},
+        coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"]},
+    )
+
+
+def prior_keys(seed: int) -> jax.Array:
+    """Random keys of the prior's draws."""
+    # a generator whose program compiles in a third of the time; it only draws the prior's picture
+    return jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)

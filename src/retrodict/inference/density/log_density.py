@@ -1,0 +1,235 @@
+"""What is computed of a posterior: its density in sampled coordinates, and what goes with that.
+
+Pure functions of a rung and a scene's structure; a scene's numbers come in as arguments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+from numpyro import handlers
+from numpyro.infer.util import log_density
+
+from retrodict.inference.transforms import rest_pose
+from retrodict.mechanics import either_side, towards_b
+from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.impact import quotients
+
+# Slope of a potential, root of mean square, to which steeper ones are cut. That of a standard normal is
+# about 1, and those of draws stay below 2.5 (measured); beyond them it may rise to thousands within a
+# step, and at points of a rolling car's differentiated steps it is any number.
+_STEEPEST = 3.0
+
+
+class Weighed[A](NamedTuple):
+    """What points are known by, in arrays of JAX or of NumPy.
+
+    Args:
+        log_density: posterior, in w.
+        told: the model's unknowns, and what follows from them.
+        q: where coordinates take it.
+        missed: by what surrogates miss `Structure.surrogates`.
+    """
+
+    log_density: A
+    told: dict[str, A]
+    q: A
+    missed: A
+
+
+class Target:
+    """The posterior of a rung and a scene's structure.
+
+    Args:
+        structure: which inputs are uncertain, and which evidence and surfaces there are.
+    """
+
+    def __init__(self, structure: Structure) -> None:
+        self.structure = structure
+        self.rung = RUNGS[structure.rung]
+
+    def log_density(
+        self, w: Float[Array, " q"], data: Data, chart: rest_pose.Chart
+    ) -> Float[Array, ""]:
+        """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
+
+        The value is exact; the gradient takes the run-outs' slopes from sheets and responses. Leapfrogs
+        keep volume and reverse under any field of forces, and NUTS weighs its points by the value, so
+        it samples the same density; how good these are decides only how many draws it is worth.
+        A run-out then never has to be differentiated: a gradient costs little more than a value,
+        and the sampler compiles in half the time. Only where rest poses do not pin the motion, and for
+        what was measured on the way, run-outs are.
+        """
+        return self.weighed(w, data, chart).log_density
+
+    def weighed(
+        self,
+        w: Float[Array, " q"],
+        data: Data,
+        chart: rest_pose.Chart,
+        missed: Float[Array, " surrogates"] | None = None,
+    ) -> Weighed[Array]:
+        """`log_density`, and what else a point is known by.
+
+        Args:
+            w: the point.
+            data: the scene's numbers.
+            chart: its coordinates.
+            missed: by what surrogates miss, so that no run-out is needed; where it is not given, or no
+                number, run-outs give it.
+        """
+        sites, log_det, q = rest_pose.locate(self.structure, data, chart, w)
+        names = self.structure.surrogates
+        off = jnp.zeros(len(names))
+
+        def surrogate(name: str, after: Float[Array, " separation"], exact: Array) -> Array:
+            nonlocal off
+            near = rest_pose.likeness(self.structure, data, chart, q, after.reshape(2, -1), name)
+            i, by = names.index(name), jax.lax.stop_gradient(exact - near)
+            if missed is not None:
+                by = jnp.where(jnp.isnan(missed[i]), by, missed[i])
+            off = off.at[i].set(by)
+            return near + by
+
+        exact = self.structure.unpinned or self.structure.offset
+        given = {} if exact else {"surrogate": surrogate}
+        joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
+        return Weighed(joint + log_det, sites | _told(trace), q, off)
+
+    def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
+        """Impact poses, k², friction and its scale of each row of deviates."""
+
+        def one(deviates: Array) -> tuple[Array, Array, Array, Array]:
+            x = parts.from_standard(self.structure, data, deviates)
+            friction = x[f"friction_{self.structure.surfaces[0]}"]
+            scale = rest_pose.friction_scale(self.structure, data, x)
+            k2 = jnp.asarray(parts.cars(self.structure, x).k2)
+            return parts.impact_poses(x), k2, friction, scale
+
+        return jax.vmap(one)(xi)
+
+    def _reached(self, data: Data, separation: Array, xi: Array) -> Array:
+        """Where each motion comes to rest."""
+
+        def one(V: Array, deviates: Array) -> Array:
+            x = parts.from_standard(self.structure, data, deviates)
+            return self.rung.run_out.rest_poses(self.structure, data, x, V)
+
+        return jax.vmap(one)(separation, xi)
+
+    def _levels(self, data: Data, chart: rest_pose.Chart, q: Array) -> tuple[Array, ...]:
+        """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'.
+
+        Then the normal's sense from A to B as measured, which tells where the vehicles close in; 0 where
+        both stand on one side of the contact.
+        """
+
+        def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+            at = rest_pose.separation_at(self.structure, data, chart, q)
+            both = quotients(rest_pose.levels_of(self.structure), *at)
+            return both, both
+
+        slopes, values = jax.jacfwd(value, has_aux=True)(q)
+        as_measured = parts.from_standard(
+            self.structure, data, jnp.zeros(len(self.structure.uncertain))
+        )
+        by_z = rest_pose.reduced(self.structure, data, chart, q)[1]
+        to = parts.bodies(as_measured)
+        return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
+
+    def _solve_back(self, data: Data, chart: rest_pose.Chart, q: Array) -> parts.Values:
+        """The model's unknowns at each row of q, without priors or bounds."""
+        return jax.vmap(lambda q: rest_pose.solve_back(self.structure, data, chart, q))(q)
+
+    def _propagate(self, data: Data, chart: rest_pose.Chart, q: Array) -> parts.Values:
+        """The same by first derivatives at the measured values."""
+
+        def exact(q: Array) -> parts.Values:
+            return rest_pose.solve_back(self.structure, data, chart, q)
+
+        def to_first_order(q: Array) -> parts.Values:
+            return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
+
+        return jax.vmap(to_first_order)(q)
+
+    def potential(self, w: Array, data: Data, chart: rest_pose.Chart) -> Array:
+        """Minus the log density."""
+        return -self.log_density(w, data, chart)
+
+    def steered(self, w: Array, data: Data, chart: rest_pose.Chart) -> Array:
+        """`potential`, with a gradient that is cut where it is steeper than at draws of a posterior.
+
+        NUTS samples the same density under any field of forces, and diverges where these grow faster
+        than its steps are short: at the foot of a wall that no draw climbs, or where the differentiated
+        steps of a vehicle that rolls blow up, though its value is smooth there.
+        """
+        value, slope = jax.value_and_grad(self.potential)(w, data, chart)
+        steepness = jnp.sqrt(jnp.mean(slope**2))
+        shorter = slope * jnp.minimum(1.0, _STEEPEST / steepness)
+        slope = jax.lax.stop_gradient(jnp.where(jnp.isfinite(steepness), shorter, 0.0))
+        return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
+
+    def _simulate(self, data: Data, sites: parts.Values) -> dict[str, Array]:
+        def one(values: parts.Values) -> dict[str, Array]:
+            conditioned = handlers.substitute(self.rung.model, values)
+            trace = handlers.trace(handlers.seed(conditioned, 0)).get_trace(self.structure, data)
+            return _told(trace)
+
+        return jax.vmap(one)(sites)
+
+    def _prior(self, keys: Array, data: Data) -> dict[str, Array]:
+        def one(key: Array) -> dict[str, Array]:
+            trace = handlers.trace(handlers.seed(self.rung.model, key)).get_trace(
+                self.structure, data
+            )
+            return {
+                k: s["value"]
+                for k, s in trace.items()
+                if s["type"] == "sample" and not s["is_observed"]
+            }
+
+        return jax.vmap(one)(keys)
+
+    def _paths(self, data: Data, separation: Array, xi: Array) -> Array:
+        """How each motion comes to rest: its poses."""
+
+        def one(V: Array, deviates: Array) -> Array:
+            x = parts.from_standard(self.structure, data, deviates)
+            return self.rung.run_out.paths(self.structure, data, x, V).pose
+
+        return jax.vmap(one)(separation, xi)
+
+    @cached_property
+    def functions(self) -> dict[str, Callable[..., Any]]:
+        """What is compiled, by name."""
+        return {
+            "inputs": self._inputs,
+            "reached": self._reached,
+            "levels": self._levels,
+            "potential": jax.value_and_grad(self.potential),
+            "weigh": jax.vmap(
+                lambda data, chart, w, missed: self.weighed(w, data, chart, missed),
+                in_axes=(None, None, 0, 0),
+            ),
+            "solve_back": self._solve_back,
+            "propagate": self._propagate,
+            "simulate": self._simulate,
+            "prior": self._prior,
+            "paths": self._paths,
+        }
+
+
+def _told(trace: dict[str, Any]) -> dict[str, Array]:
+    """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
+    told = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
+    for k, s in trace.items():
+        if s["type"] == "sample" and s["is_observed"]:
+            told[f"predicted/{k}"] = s["fn"].mean
+            told[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
+    return told

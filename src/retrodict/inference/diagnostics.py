@@ -1,0 +1,199 @@
+"""The verdict on draws: which numbers may be told, and what about the scene must be told with them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
+from retrodict.inference.outcome import Checks
+from retrodict.inference.samplers.psis import effective
+from retrodict.scene.doubts import doubts
+from retrodict.scene.quantities import describe, unit_of
+from retrodict.scene.records import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MAX_RHAT = 1.01
+MIN_ESS = 400.0
+MIN_BFMI = 0.3
+_SURPRISE = 2.5  # standard deviations from what was measured
+_LITTLE = 0.1  # share of the prior's crashes that evidence leaves: from there on it says little
+_CRASHES = 40.0  # effective ones of the prior, weighed by the evidence: so many can refute draws
+_REFUTED = 5.0  # standard errors between their means
+_OFTEN = 0.01  # share of draws from which on an odd outcome is told
+_ROUNDING = 1e-6  # of the critical mu, where sliding just ends
+
+
+def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Checks:
+    """Check draws (Vehtari et al. 2021: R-hat, bulk and tail ESS; Betancourt 2016: E-BFMI).
+
+    A number is printed to the digits of which its Monte Carlo error is below a unit; where not
+    one is left of its standard deviation, the quantity fails.
+
+    Args:
+        idata: with groups posterior, posterior_predictive, observed_data, constant_data and
+            sample_stats; and prior, where it is told.
+        scene: what was measured.
+        reasons: faults already known; any makes the verdict negative.
+
+    Returns:
+        The verdict, with one sentence for each check that failed.
+    """
+    import arviz_stats  # slow to import; `reconstruct` does it while programs compile
+
+    everything = idata["posterior"].to_dataset()
+    # a simpler rung tells of fewer
+    names = [name for name in scene.reported() if name in everything]
+    posterior = everything[names]
+    stats = idata["sample_stats"].to_dataset()
+    divergences = int(stats["diverging"].sum()) if "diverging" in stats else None
+    rhat = _by_name(arviz_stats.rhat(posterior))
+    bulk = _by_name(arviz_stats.ess(posterior, method="bulk"))
+    tail = _by_name(arviz_stats.ess(posterior, method="tail"))
+    sd, error = _by_name(posterior.std(ddof=1)), _by_name(monte_carlo_error(posterior, 0.95))
+    bfmi = _bfmi(np.asarray(stats["energy"])) if "energy" in stats else None
+
+    found = list(reasons)
+    failed = []
+    for name in names:
+        faults = []
+        if not rhat[name] <= MAX_RHAT:
+            faults.append(f"R-hat {rhat_text(rhat[name])} is above {MAX_RHAT}")
+        if not bulk[name] >= MIN_ESS:
+            faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")
+        if not tail[name] >= MIN_ESS:
+            faults.append(f"tail effective sample size {tail[name]:.0f} is below {MIN_ESS:.0f}")
+        if _nothing_left(name, sd[name], error[name]):
+            faults.append(
+                f"Monte Carlo error {error[name]:.2g} leaves no digit of sd {sd[name]:.2g}"
+            )
+        if faults:
+            failed.append(name)
+            found.append(f"{describe(name)[0]}: {', '.join(faults)}")
+    if divergences:
+        found.append(f"{divergences} divergent transitions: part of the posterior may be missing")
+    if bfmi is not None and not bfmi >= MIN_BFMI:
+        found.append(f"E-BFMI {bfmi:.2f} is below {MIN_BFMI}: the energy was explored too slowly")
+    for name, errors, crashes in _refuted(idata, sd, bulk):
+        failed.append(name)
+        found.append(
+            f"{describe(name)[0]}: its mean lies {errors:.0f} standard errors from that of "
+            f"{crashes:.0f} crashes of the prior, weighed by the evidence: part of the posterior is "
+            "missing"
+        )
+    return Checks(
+        divergences=divergences,
+        pareto_k=stats.attrs.get("pareto_k"),
+        max_rhat=max(rhat.values()),
+        min_ess_bulk=min(bulk.values()),
+        min_ess_tail=min(tail.values()),
+        passed=not found,
+        reasons=tuple(found),
+        failed=tuple(failed),
+        flags=_flags(idata, scene),
+        coarse=tuple(n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)),
+    )
+
+
+def _nothing_left(name: str, sd: float, error: float) -> bool:
+    """Whether the standard deviation is printed as zero, in units of either kind."""
+    for units in ("si", "us"):
+        worth = unit_of(describe(name)[1], units).worth
+        decimals = decimals_of(sd / worth, error=error / worth)
+        if decimals is not None and round(sd / worth, decimals) == 0:
+            return True
+    return False
+
+
+def _weights(idata: xr.DataTree) -> np.ndarray:
+    """What crashes of the prior weigh by the evidence; none where they were not told."""
+    if "sample_stats_prior" not in idata.children:
+        return np.zeros(0)
+    return np.asarray(idata["sample_stats_prior"]["weight"]).ravel()
+
+
+def _refuted(
+    idata: xr.DataTree, sd: dict[str, float], bulk: dict[str, float]
+) -> list[tuple[str, float, float]]:
+    """Quantities of which crashes of the prior say otherwise: name, standard errors apart, crashes.
+
+    Where evidence leaves enough of them they are a second way to the posterior, which cannot miss a
+    part of it. They are weighed for one number of turns to rest.
+    """
+    weights = _weights(idata)
+    crashes = effective(weights) if weights.any() else 0.0
+    if crashes < _CRASHES or "mode" in idata["sample_stats"]:
+        return []
+    found = []
+    for name, own in sd.items():
+        if name not in idata["prior"]:
+            continue
+        values = np.asarray(idata["prior"][name]).ravel()
+        mean = weights @ values
+        error = np.sqrt(weights @ (values - mean) ** 2 / crashes + own**2 / bulk[name])
+        apart = abs(float(_draws(idata, name).mean()) - mean) / error
+        if apart > _REFUTED:
+            found.append((name, float(apart), crashes))
+    return found
+
+
+def _by_name(dataset: xr.Dataset) -> dict[str, float]:
+    return {str(name): float(value) for name, value in dataset.items()}
+
+
+def _draws(idata: xr.DataTree, name: str) -> np.ndarray:
+    return np.asarray(idata["posterior"].to_dataset()[name])
+
+
+def _bfmi(energy: np.ndarray) -> float:
+    """The smallest of the chains' E-BFMI."""
+    if energy.shape[1] < 2:
+        return float("nan")
+    return float(np.min(np.mean(np.diff(energy, axis=1) ** 2, axis=1) / np.var(energy, axis=1)))
+
+
+def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
+    """Findings about the scene: what was seldom meant, odd physics, and what disagrees with the rest."""
+    posterior = idata["posterior"]
+    flags = [*doubts(scene)]
+    weights = _weights(idata)
+    if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
+        flags.append(
+            f"what was measured after the impact says little: it leaves {kept:.0%} of crashes drawn "
+            "from the priors and inputs, so that the answer is mostly what these assume"
+        )
+    if "mu" in posterior:
+        share = _draws(idata, "mu") / _draws(idata, "mu_critical")
+        reversed_ = float(np.mean(share > 1 + _ROUNDING))
+        if reversed_ > _OFTEN:
+            flags.append(
+                f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
+                "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
+            )
+    if "energy_lost" in posterior:
+        fed = float(np.mean(_draws(idata, "moment_work") > 0))
+        if fed > _OFTEN:
+            flags.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
+        pulled = float(np.mean(_draws(idata, "normal_impulse") < 0))
+        if pulled > _OFTEN:
+            flags.append(
+                f"in {pulled:.0%} of the draws the normal impulse holds the vehicles together, as no "
+                "contact can"
+            )
+        gained = float(np.mean(_draws(idata, "energy_lost") < 0))
+        if gained > _OFTEN:
+            flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
+    told = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]
+    predicted = idata["posterior_predictive"]
+    told += [(n, m, predicted[n]) for n, m in scene.evidence().items() if n in predicted]
+    for name, m, draws in told:
+        shift = (float(draws.mean()) - m.value) / m.sd
+        if abs(shift) > _SURPRISE:
+            flags.append(
+                f"{describe(name)[0]}: what was measured lies {abs(shift):.1f} standard deviations "
+                f"{'below' if shift > 0 else 'above'} what everything else together says"
+            )
+    return tuple(flags)

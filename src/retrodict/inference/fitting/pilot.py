@@ -1,0 +1,42 @@
+"""Where motion after the impact is to be sought, when rest poses do not tell."""
+
+from __future__ import annotations
+
+import jax
+import numpy as np
+
+from retrodict.inference.density.compiled import CHUNK, Programs
+from retrodict.models.arrays import Data
+
+_ROUNDS = 20  # of CHUNK crashes from the prior
+
+Told = dict[str, np.ndarray]
+
+
+def scouted(programs: Programs, data: Data) -> tuple[np.ndarray, Told]:
+    """How well many crashes from the prior explain the evidence, and what they are.
+
+    Items of evidence count by Cauchy's law, so that one sharp item does not silence all others.
+    Nothing here needs to be exact: it only places coordinates.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+
+    Returns:
+        Scores, shape (crashes,); and unknowns and what follows from them, a row for each crash.
+    """
+    scores, crashes = [], []
+    for seed in range(_ROUNDS):
+        keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
+        sites = programs("prior", keys, data)
+        told = sites | programs("simulate", data, sites)
+        score = np.zeros(CHUNK)
+        for name in programs.structure.evidence:
+            value, sd = data.evidence[name]
+            score -= np.log1p(((np.asarray(told[f"predicted/{name}"]) - value) / sd) ** 2)
+        if "closing_speed" in told:  # vehicles that part would have been held back by the impulse
+            score[np.asarray(told["closing_speed"]) < 0] = -np.inf
+        scores.append(np.nan_to_num(score, nan=-np.inf))
+        crashes.append({name: np.asarray(values) for name, values in told.items()})
+    return np.concatenate(scores), {k: np.concatenate([c[k] for c in crashes]) for k in crashes[0]}

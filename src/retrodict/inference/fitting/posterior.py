@@ -1,0 +1,420 @@
+"""A scene's posterior as a function in good coordinates: density, mode, and the way back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import jax
+import numpy as np
+
+from retrodict.inference.density.compiled import (
+    BATCH,
+    CHUNK,
+    ROWS,
+    Programs,
+    in_chunks,
+    programs_for,
+)
+from retrodict.inference.density.log_density import Weighed
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.fitting import regression, whitening
+from retrodict.inference.fitting.optimise import Differenced, Differentiated, Potential, spread
+from retrodict.inference.fitting.pilot import scouted
+from retrodict.inference.transforms import rest_pose, velocity
+from retrodict.inference.transforms.rest_pose import Chart
+from retrodict.models import RUNGS, parts
+from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.models.impact import E_M
+from retrodict.scene.records import VEHICLES, Scene
+
+RIVAL = 1e-3  # weight from which on another mode counts
+RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
+MOST_STEPS = 768
+_AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
+_SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
+# Least curvature that whitening takes for real. Where rest poses do not pin the motion: inputs have a
+# prior of curvature 1, and a direction that is much wider than that is a ridge that bends away.
+_RIDGE, FLAT = 0.3, 1e-2
+IMPROBABLE = 20.0  # log density by which another mode may be lower and count
+_FAR = 1.5  # standard deviations at the mode: what tempering starts from
+_RUN_OUTS, _WIDE = 2048, 1.2  # that responses are fitted to, over how much of what is whitened
+_SLOW = 5.0  # m/s: speeds of B over which its spike is levelled
+_SPEEDS = np.linspace(-2.0, 2.0, 17)  # deviates of A's speed where it is unknown: 1 to 68 m/s
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A posterior ready to be sampled: near w = 0 it is close to a standard normal.
+
+    Args:
+        programs: compiled functions, among them the density and its gradient.
+        data: the scene's numbers.
+        chart: the coordinates, centred and whitened at the mode.
+        sheet_error: of the fitted sheets for A and B, in standard deviations of the rest pose.
+        log_evidence: Laplace's approximation at the mode.
+        unresolved: how far the rest poses may be out for want of steps, in standard deviations.
+        spread: standard deviations of w from which tempering starts; None for `_FAR` in all.
+    """
+
+    programs: Programs
+    data: Data
+    chart: Chart
+    sheet_error: np.ndarray
+    log_evidence: float
+    unresolved: float
+    spread: np.ndarray | None = None
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Standard deviations of w from which tempering starts, about zero."""
+        return np.full(self.size, _FAR) if self.spread is None else self.spread
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.chart.spread.shape[1]
+
+    @property
+    def branch(self) -> dict[str, float]:
+        """The signs of what bounded levels are quotients by, by the level's name.
+
+        Of e_m: 1 where the force alone would turn B to the left of A.
+        """
+        levels = rest_pose.levels_of(self.programs.structure)
+        sides = zip(levels, self.chart.wall.side, strict=False)
+        return {level.name: float(side) for level, side in sides if not level.held}
+
+    @cached_property
+    def potential(self) -> Potential:
+        """Minus the log density."""
+        if not self.programs.structure.unpinned:
+            return Differenced(self._exact, self._alike)
+
+        def at(w: np.ndarray) -> tuple[float, np.ndarray]:
+            value, slope = self.programs("potential", w, *self._numbers)
+            return float(value), np.nan_to_num(slope)
+
+        return Differentiated(at)
+
+    def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The potential at points, and by what its likeness misses the rest poses there."""
+        there = self._located(w)
+        return self._sought(there), there.missed
+
+    def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
+        """The potential at points if its likeness missed by so much: no run-out is asked."""
+        return self._sought(self._located(w, missed))
+
+    def _sought(self, there: Weighed[np.ndarray]) -> np.ndarray:
+        """What a mode is sought by: the potential, but for the spike where B stands.
+
+        A speed with a course as likely any way has a density of one over the speed in the plane of
+        velocities, which matters where these are known so little that they may vanish: by ways.
+        """
+        if not self.programs.structure.inverted:
+            return -there.log_density
+        speed = there.told["speed_b"]
+        return -there.log_density + np.log(np.hypot(speed, _SLOW) / speed)
+
+    def log_density(self, w: np.ndarray) -> np.ndarray:
+        """The log density at many points at once; w has shape (any, q)."""
+        return self.weighed(w)[0]
+
+    def about(self, w: np.ndarray) -> Posterior:
+        """The same posterior in coordinates whitened by draws of it; where charts are plain only.
+
+        Args:
+            w: the draws, shape (any, q).
+        """
+        spread = np.asarray(self.chart.spread)
+        # a little of the spread as it was, lest few draws should make it flat
+        covariance = (w.shape[0] * np.cov(w.T) + _AS_DRAWS * np.eye(self.size)) / (
+            w.shape[0] + _AS_DRAWS
+        )
+        centre = np.asarray(self.chart.centre) + spread @ w.mean(axis=0)
+        return replace(self, chart=whitening.plain(centre, spread @ np.linalg.cholesky(covariance)))
+
+    def responding_by(self, w: np.ndarray) -> Posterior:
+        """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
+        structure, told = self.programs.structure, self.weighed(w)[1]
+        predicted = {k: told[f"predicted/{k}"] for k in structure.surrogates[len(structure.aims) :]}
+        responses = regression.responses(structure, self.data, run_outs_of(told), predicted)
+        return replace(self, chart=self.chart._replace(responses=responses))
+
+    def seen_from(self, other: Posterior, w: np.ndarray) -> np.ndarray:
+        """Points in the coordinates of the same posterior about elsewhere; plain charts only.
+
+        Args:
+            other: whose coordinates are asked for.
+            w: points in these coordinates, shape (any, q).
+        """
+        q = np.asarray(self.chart.centre) + w @ np.asarray(self.chart.spread).T
+        off = q - np.asarray(other.chart.centre)
+        return np.linalg.solve(np.asarray(other.chart.spread), off.T).T
+
+    def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """`log_density`; and the model's unknowns and what follows from them, at the same points."""
+        there = self._located(w)
+        return there.log_density, there.told
+
+    def bent(self, w: np.ndarray) -> np.ndarray:
+        """q at w, where walls have moved it to."""
+        return np.asarray(self._located(w[None]).q[0])
+
+    def _located(self, w: np.ndarray, missed: np.ndarray | None = None) -> Weighed[np.ndarray]:
+        """What points are known by; rest poses by their likeness if `missed` is given."""
+        data, chart = self._numbers
+        if missed is None:
+            missed = np.full((len(w), len(self.programs.structure.surrogates)), np.nan)
+        elif self.programs.structure.steps is None:
+            data = data._replace(steps=data.steps._replace(number=np.array(0)))
+        return in_chunks(lambda at: self.programs("weigh", data, chart, *at), (w, missed), ROWS)
+
+    @cached_property
+    def _numbers(self) -> tuple[Data, Chart]:
+        """What programs take besides w, handed over to JAX once: it takes as long as a call does."""
+        return jax.device_put((self.data, self.chart))
+
+
+def prepare(scene: Scene, rung: str) -> Posterior:
+    """The first of `branches`: all of a posterior that has one, and else the likeliest part.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+
+    Raises:
+        Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
+    """
+    return branches(scene, rung)[0]
+
+
+def branches(scene: Scene, rung: str) -> list[Posterior]:
+    """A scene's posterior under a rung, in coordinates made for it: the parts that make it up.
+
+    e_m is the relative spin after the impact over that which the force alone would have made, and lies
+    between -1 and 1. The second is therefore larger than the first, and has either sign: two branches,
+    which touch only where both vanish. Rest poses as coordinates reach one.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+
+    Returns:
+        A posterior for each branch that may count, the likeliest first by Laplace's approximation.
+
+    Raises:
+        Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
+    """
+    structure, data = RUNGS[rung].of_scene(scene)
+    if structure.unpinned:
+        return [_unpinned(structure, data)]
+    while True:
+        found = _whitened(structure, data)
+        if not structure.followed:
+            return found
+        # sheets were judged by rest poses alone
+        found = [replace(at, unresolved=max(at.unresolved, unresolved(at))) for at in found]
+        structure, data = found[0].programs.structure, found[0].data
+        steps = steps_of(structure, data)
+        if found[0].unresolved <= RESOLVED or steps >= MOST_STEPS:
+            return found
+        structure, data = in_steps(structure, data, 2 * steps)
+
+
+def _unpinned(structure: Structure, data: Data) -> Posterior:
+    """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
+    score, told = scouted(programs_for(structure), data)
+    starts = [
+        velocity.near(structure, data, {name: values[i] for name, values in told.items()})
+        for i in np.argsort(-score)[:_SCOUTS]
+    ]
+    while True:
+        programs = programs_for(structure)
+        climbed = (_climbed(programs, data, q) for q in starts)
+        posterior = max(climbed, key=lambda found: found.log_evidence)
+        posterior = replace(posterior, unresolved=unresolved(posterior))
+        steps = steps_of(structure, data)
+        if posterior.unresolved <= RESOLVED or steps >= MOST_STEPS:
+            return posterior
+        structure, data = in_steps(structure, data, 2 * steps)
+        starts = [np.asarray(posterior.chart.centre)]
+
+
+def _climbed(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
+    """The posterior in coordinates whitened about the mode above q."""
+    axes = np.eye(q.size)
+    for _ in range(_CLIMBS):
+        at = Posterior(programs, data, whitening.plain(q, axes), np.zeros(2), -np.inf, 0.0)
+        axes = axes @ spread(at.potential.curvature(np.zeros(q.size)), _RIDGE)
+        at = replace(at, chart=whitening.plain(q, axes))
+        mode, value = _mode(at)
+        q = q + axes @ mode
+        if not (np.isfinite(axes).all() and np.isfinite(q).all()):
+            raise _no_mode("curvature")
+        if np.linalg.norm(mode) < _STILL:
+            break
+    return replace(at, chart=whitening.plain(q, axes), log_evidence=-value)
+
+
+def _no_mode(lacks: str) -> Unanswerable:
+    """That a mode was sought and there is none to be found."""
+    return Unanswerable(
+        f"the posterior has no finite {lacks} near the measured scene; check headings and the contact "
+        "line, and that the vehicles came together at all"
+    )
+
+
+def _mode(posterior: Posterior) -> tuple[np.ndarray, float]:
+    found = posterior.potential.lowest(np.zeros(posterior.size))
+    if not np.isfinite(found.value):
+        raise _no_mode("density")
+    return found.w, found.value
+
+
+def unresolved(posterior: Posterior) -> float:
+    """How far finer steps would move what is predicted of likely crashes, in standard deviations."""
+    programs, data, s = posterior.programs, posterior.data, posterior.programs.structure
+
+    def likely(count: int) -> dict[str, np.ndarray]:
+        w = np.random.default_rng(0).standard_normal((count, posterior.size))
+        return posterior.weighed(w)[1]
+
+    if not s.integrated:
+        return 0.0
+    if not s.followed:
+        return (
+            regression.unresolved(programs, data, run_outs_of(likely(BATCH))) if s.rested else 0.0
+        )
+    told = likely(CHUNK)
+    finer, finely = in_steps(s, data, 4 * steps_of(s, data))
+    nowhere = np.zeros(posterior.size)
+    names = jax.eval_shape(partial(rest_pose.locate, s), data, posterior.chart, nowhere)[0]
+    again = programs_for(finer)("simulate", finely, {k: told[k] for k in names})
+    moved = [
+        (again[f"predicted/{k}"] - told[f"predicted/{k}"]) / data.evidence[k][1]
+        for k in s.evidence
+        if k.startswith(("rest_", "mark_", "end_"))
+    ]
+    return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
+
+
+def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities after the impact, and deviates of the inputs, of crashes; a row for each."""
+    V = np.stack([told[k] for of_one in parts.AFTER for k in of_one if k in told], axis=1)
+    return V, told.get("measured", np.zeros((len(V), 0)))
+
+
+def _whitened(structure: Structure, data: Data) -> list[Posterior]:
+    """The posterior on each branch that may count, the likeliest first, in as many steps as it takes."""
+    sheets, error, unresolved = whitening.blank(structure).sheets, np.zeros(2), 0.0
+    # no more steps of the run-out than this scene's measurements can tell apart
+    while True:
+        programs = programs_for(structure)
+        if structure.inverted == VEHICLES:
+            break
+        separation = regression.shoot(programs, data)
+        sheets, error, run_outs = regression.fit(programs, data, separation)
+        unresolved = regression.unresolved(programs, data, run_outs)
+        steps = steps_of(structure, data)
+        if unresolved <= RESOLVED or steps >= MOST_STEPS:
+            break
+        structure, data = in_steps(structure, data, 2 * steps)
+    n = rest_pose.length(structure)
+    starts = [whitening.sliding(programs, data, sheets, q) for q in _starts(structure)]
+    tried = [whitening.about(programs, data, sheets, q, np.eye(n)) for q in starts]
+    chart = _likeliest(programs, data, tried)
+    first = Posterior(programs, data, chart, error, -np.inf, unresolved)
+    found: list[Posterior] = []
+    refusals = []
+    for start in _starts_on_branches(first):
+        if any(start.branch == other.branch for other in found):
+            continue
+        # the potential at a mode, whatever the volume that its coordinates count in
+        peaks = [float(at.chart.log_volume) - at.log_evidence for at in found]
+        try:
+            mode = _about_mode(start, min(peaks, default=np.inf) + IMPROBABLE)
+        except Unanswerable as refusal:
+            refusals.append(refusal)
+            continue
+        if all(mode.branch != other.branch for other in found):
+            found.append(mode)
+    if not found:
+        raise refusals[0]
+    return sorted(found, key=lambda posterior: -posterior.log_evidence)
+
+
+def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
+    """As it is, then about where e_m is within its bounds on the other branch, if it is left open."""
+    yield posterior
+    programs, data, chart = posterior.programs, posterior.data, posterior.chart
+    levels = rest_pose.levels_of(programs.structure)
+    if E_M not in levels:
+        return
+    other = np.where([level == E_M for level in levels], -1, 1) * np.asarray(chart.wall.side)
+    centre, anyhow = np.asarray(chart.centre), np.eye(chart.centre.size)
+    wall = whitening.about(programs, data, chart.sheets, centre, anyhow, side=other).wall
+    # to where each edge is at least as far above zero as it is soft
+    move = np.linalg.pinv(wall.slope) @ np.maximum(wall.softness - wall.edge, 0)
+    about = whitening.about(programs, data, chart.sheets, centre + move, anyhow, side=other)
+    yield replace(posterior, chart=about)
+
+
+def _about_mode(posterior: Posterior, most: float) -> Posterior:
+    """The posterior in coordinates about the mode near their centre.
+
+    Raises:
+        Unanswerable: there is none, or its potential is above `most`.
+    """
+    programs, data = posterior.programs, posterior.data
+    responding = bool(programs.structure.responding)
+    # walls and whitening depend on the mode and it on them: thrice is enough, but for responses
+    for _ in range(_CLIMBS if responding else 3):
+        posterior = _responding(posterior)
+        chart = posterior.chart
+        mode, value = _mode(posterior)
+        if value + chart.log_volume > most:
+            raise Unanswerable("this mode is too improbable to count")
+        bent, centre = posterior.bent(mode), chart.centre + np.asarray(chart.spread) @ mode
+        axes = np.asarray(chart.spread) @ spread(
+            posterior.potential.curvature(mode), _RIDGE if responding else FLAT
+        )
+        if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
+            raise _no_mode("curvature")
+        side, kept = np.asarray(chart.wall.side), float(chart.wall.kept)
+        if rest_pose.samples_sliding(programs.structure):
+            kept, (centre, bent, axes) = whitening.softened(chart, centre, bent, axes)
+        about = whitening.about(programs, data, chart.sheets, centre, axes, bent, side, kept)
+        posterior = replace(posterior, chart=about, log_evidence=-value)
+        if responding and np.linalg.norm(mode) < _STILL:
+            break
+    return _responding(posterior)
+
+
+def _responding(posterior: Posterior) -> Posterior:
+    """The same, with responses for about where it is whitened."""
+    if not posterior.programs.structure.responding:
+        return posterior
+    rng = np.random.default_rng(0)
+    return posterior.responding_by(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))
+
+
+def _starts(structure: Structure) -> list[np.ndarray]:
+    """Where a mode may be sought from: all as measured, and A's speed anywhere if it was not."""
+    middle = np.zeros(rest_pose.length(structure))
+    if ("speed_a", "halfnormal") not in structure.uncertain:
+        return [middle]
+    unknown = len(structure.aims) + structure.names.index("speed_a")
+    return [middle + deviate * (np.arange(middle.size) == unknown) for deviate in _SPEEDS]
+
+
+def _likeliest(programs: Programs, data: Data, tried: list[Chart]) -> Chart:
+    """The chart at whose centre the density is the highest."""
+    if len(tried) == 1:
+        return tried[0]
+    nowhere = np.zeros(rest_pose.size(programs.structure))
+    at = [Posterior(programs, data, chart, np.zeros(2), -np.inf, 0.0) for chart in tried]
+    heights = [posterior.log_density(nowhere[None])[0] for posterior in at]
+    return tried[int(np.argmax(np.nan_to_num(heights, nan=-np.inf)))]

@@ -1,0 +1,394 @@
+"""Which velocities after the impact end at the measured rest poses, and how they bend with all else.
+
+Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
+least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
+
+In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that
+along x, of the heading the yaw rate, counted from that of a likely crash.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from retrodict.inference.density.compiled import BATCH, Programs, programs_for
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.fitting.pilot import scouted
+from retrodict.inference.threads import one_blas_thread
+from retrodict.inference.transforms import rest_pose
+from retrodict.mechanics.runout import GRAVITY
+from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.models.parts import AFTER
+from retrodict.scene.records import VEHICLES
+
+_ROUNDS = 4
+_FAR = 4.0  # standard deviations of a rest pose, by a sheet, at which velocities that reach it lie apart
+_PLAUSIBLE = (
+    3.5  # standard deviations that a run-out may miss a rest pose by, other inputs at their means
+)
+REACHED = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
+_STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
+_UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
+_NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
+_TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
+
+
+def _grid(*axes: list[float]) -> np.ndarray:
+    return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+
+# Starts: shares of the speed and of the yaw rate that sliding so far and turning so much ask for, and
+# the angle from the chord to the first course, rad. A car that rolls may come there without a spin, or
+# in a bend with one the other way.
+_SLIDING = _grid(
+    [0.5, 0.7, 0.85, 1.0], [0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2], [0.0, -0.15, 0.15, -0.4]
+)
+_ROLLING = _grid([0.35, 0.5, 0.65, 0.8], [-0.4, -0.2, 0.0, 0.15], [-0.3, 0.0, 0.3])
+
+
+def shoot(programs: Programs, data: Data) -> np.ndarray:
+    """Velocities after the impact that end at the measured rest poses.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers, taken at their measured values.
+
+    Returns:
+        As of `Shot.separation`. Of vehicles whose run-out is inverted they need not end there.
+
+    Raises:
+        Unanswerable: no start came near the measured rest pose of a vehicle.
+    """
+    found = nearest(programs, data)
+    for v, by in zip(VEHICLES, found.missed, strict=True):
+        if by > REACHED and v not in programs.structure.inverted:
+            raise unreachable(v, by)
+    return found.separation
+
+
+def unreachable(v: str, missed: float) -> Unanswerable:
+    """That a vehicle cannot reach its rest pose: what the nearest run-out misses by, in its sd."""
+    return Unanswerable(
+        f"vehicle {v.upper()}: no velocities after the impact bring it to its measured rest "
+        f"(the nearest run-out misses by {missed:.1f} standard deviations); "
+        "check its rest position, heading and rotation, and the friction"
+    )
+
+
+class Shot(NamedTuple):
+    """What was found of velocities after the impact that end at the measured rest poses.
+
+    Args:
+        separation: (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates
+            where the rung has none. Where a part is open, its velocity is that of a likely crash.
+        missed: by how many standard deviations the run-outs of A and of B miss.
+        near: of A and of B, all velocities met whose run-outs miss by less than `_PLAUSIBLE`, and in a
+            last column by how much.
+    """
+
+    separation: np.ndarray
+    missed: Float[np.ndarray, "2"]
+    near: tuple[Float[np.ndarray, "any v"], Float[np.ndarray, "any v"]]
+
+    def folds(self, sheets: tuple[rest_pose.Sheet, rest_pose.Sheet]) -> Bool[np.ndarray, "2"]:
+        """Whether some of them lie far from the sheet of A and of B, which then holds not all."""
+        apart = []
+        for V, near, fitted in zip(self.separation.reshape(2, -1), self.near, sheets, strict=True):
+            by_z = np.asarray(fitted.linear)[:, : V.size]
+            z = (near[:, :-1] - V) @ np.linalg.pinv(by_z).T
+            apart.append(bool((np.linalg.norm(z, axis=1) > _FAR * (1 + near[:, -1])).any()))
+        return np.array(apart)
+
+
+def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
+    """Velocities after the impact that end nearest to the measured rest poses, as far as was sought.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers, taken at their measured values.
+        every: whether others are sought after the first was found of each vehicle.
+    """
+    size = len(programs.structure.rests)
+    xi = np.zeros((BATCH, len(programs.structure.uncertain)))
+    poses, k2, friction, _ = (np.asarray(a)[0] for a in programs("inputs", data, xi))
+    opened = _open(programs)
+    likely = _likely(programs, data) if opened.any() else np.zeros(2 * size)
+    target, sd = _aims(programs, data, likely)
+    grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
+    starts = BATCH // (size + 1)
+    if every:  # as many of those that roll as there are, and of the others an even choice
+        thinned = np.linspace(0, len(_SLIDING) - 1, starts - len(_ROLLING)).astype(int)
+        shares = np.concatenate([_SLIDING[thinned], _ROLLING])
+    else:
+        shares = np.resize(_SLIDING, (starts, 3))
+    V = np.stack([_guesses(way[v], grip, k[v], shares) for v in range(2)], axis=1)
+    V = np.where(opened, target, V)
+    best = np.full((2,), np.inf)
+    found = np.zeros((2, size))
+    near: list[list[np.ndarray]] = [[], []]
+    weight = _TURNING[:size]
+    damping = np.ones((starts, 2, 1))
+    previous, cost_before = V.copy(), np.full((starts, 2), np.inf)
+    for _ in range(14):
+        # run-outs of a start: where it ends, and where with each velocity nudged
+        nudged = np.repeat(V[:, None], size + 1, axis=1)
+        for j in range(size):
+            nudged[:, j + 1, :, j] += _STEP
+        batch = np.resize(nudged.reshape(-1, 2 * size), (BATCH, 2 * size))
+        ends = _reached(programs, data, batch, xi)[: starts * (size + 1)]
+        ends = ends.reshape(starts, size + 1, 2, size)
+        miss = (ends[:, 0] - target) / sd
+        cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
+        worse = ~(cost <= cost_before)
+        for v in range(2):
+            close = cost[:, v] < _PLAUSIBLE**2
+            near[v].append(np.column_stack([V[close, v], np.sqrt(cost[close, v])]))
+            i = int(np.argmin(cost[:, v]))
+            if cost[i, v] < best[v]:
+                best[v], found[v] = cost[i, v], V[i, v]
+        if not every and np.all(best < 1e-6):
+            break
+        damping = np.where(worse[..., None], damping / 4, np.minimum(damping * 2, 1))
+        J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP * sd), 1, -1)
+        J = np.nan_to_num(J, posinf=0.0, neginf=0.0)
+        ridge = J.swapaxes(-1, -2) @ J
+        relative = 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None]
+        ridge += (relative + 1e-12) * np.eye(size)
+        step = -np.linalg.solve(ridge, J.swapaxes(-1, -2) @ np.nan_to_num(miss)[..., None])[..., 0]
+        limit = 0.3 * np.linalg.norm(V * weight, axis=-1, keepdims=True) + 0.5
+        length = np.linalg.norm(step * weight, axis=-1, keepdims=True)
+        step *= np.minimum(1, limit / np.maximum(length, 1e-12))
+        # a start that got worse goes back and tries a shorter step
+        V_next = np.where(worse[..., None], (V + 3 * previous) / 4, V + damping * step)
+        previous = np.where(worse[..., None], previous, V)
+        cost_before = np.where(worse, cost_before, cost)
+        V = V_next
+    of_a, of_b = map(np.concatenate, near)
+    return Shot(found.ravel(), np.sqrt(best), (of_a, of_b))
+
+
+def fit(
+    programs: Programs, data: Data, separation: np.ndarray
+) -> tuple[tuple[rest_pose.Sheet, rest_pose.Sheet], np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """The quadratic sheets about a solution of `shoot`.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+        separation: velocities that end at the measured rest poses.
+
+    Returns:
+        The sheets for A and B; the root mean square error of each fit in standard deviations of
+        the rest pose (A, B): how curved a target is left for the sampler; and the run-outs of the
+        last round: their velocities after the impact and deviates of the inputs.
+    """
+    structure = programs.structure
+    n, size = rest_pose.length_for_sheets(structure), len(structure.rests)
+    sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
+    xi = sample[:, 2 * size :]
+    target, sd = _aims(programs, data, separation)
+    mine = [slice(size * v, size * (v + 1)) for v in range(2)]
+    scale = np.asarray(programs("inputs", data, xi)[3])
+    shaping = [rest_pose.shaping_inputs(structure, v) for v in "ab"]
+    sheets = _linear(programs, data, separation)
+    error = np.full(2, np.inf)
+    for _ in range(_ROUNDS):
+        V = np.concatenate(
+            [
+                scale[:, None] * _value(sheets[v], sample[:, mine[v]], xi[:, shaping[v]])
+                for v in range(2)
+            ],
+            axis=1,
+        )
+        z = (_reached(programs, data, V, xi) - target) / sd
+        for v in range(2):
+            wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
+            error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
+            A = _terms(got, xi[:, shaping[v]])
+            # run-outs that miss by far say little of the sheet where the posterior lies
+            weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / _NEAR) ** 2)
+            weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
+            if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
+                sheets[v] = _least_squares(A, velocity / scale[:, None], weight)
+    for_a, for_b = (_as_sheet(c, size + len(s)) for c, s in zip(sheets, shaping, strict=True))
+    return (for_a, for_b), error, (V, xi)
+
+
+def responses(
+    structure: Structure,
+    data: Data,
+    run_outs: tuple[np.ndarray, np.ndarray],
+    predicted: dict[str, np.ndarray],
+) -> tuple[rest_pose.Response, ...]:
+    """Of each vehicle of `Structure.responding`: what it passes on its way, fitted to run-outs.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        run_outs: velocities after the impact, and deviates of the inputs, a row for each.
+        predicted: each item on the way by them, by name.
+    """
+    return tuple(_response(structure, data, run_outs, predicted, v) for v in structure.responding)
+
+
+def _response(
+    structure: Structure,
+    data: Data,
+    run_outs: tuple[np.ndarray, np.ndarray],
+    predicted: dict[str, np.ndarray],
+    v: str,
+) -> rest_pose.Response:
+    size, i = len(structure.rests), VEHICLES.index(v)
+    names = structure.on_way_of(v)
+    velocity, shape = run_outs[0].reshape(-1, 2, size)[:, i], run_outs[1]
+    items = np.stack([predicted[name] for name in names], axis=1)
+    followed = np.isfinite(np.concatenate([velocity, items], axis=1)).all(axis=1)
+    if not followed.any():
+        raise Unanswerable(f"vehicle {v.upper()}: none of its likely run-outs can be followed")
+    velocity, items = velocity[followed], items[followed]
+    shape = shape[followed][:, rest_pose.shaping_inputs(structure, v)]
+    centre, unit = velocity.mean(axis=0), velocity.std(axis=0)
+    A = _terms((velocity - centre) / unit, shape)
+    value, sd = np.array([data.evidence[name] for name in names]).T
+    off = np.linalg.norm((items - value) / sd, axis=1)
+    # far from what was measured a run-out says little, but enough of them have to speak
+    reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
+    surface = _least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
+    return rest_pose.Response(centre, unit, _as_sheet(surface, size + shape.shape[1]))
+
+
+def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.ndarray]) -> float:
+    """How far finer steps would move rest poses, in standard deviations of their measurement.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+        run_outs: as `fit` returns them.
+
+    Returns:
+        What nine tenths of the run-outs' coordinates stay below, against four times the steps; of those
+        that can be followed.
+    """
+    s = programs.structure
+    if not s.integrated:
+        return 0.0
+    finer, finely = in_steps(s, data, 4 * steps_of(s, data))
+    rests = [
+        np.asarray(p("reached", d, *run_outs))
+        for p, d in ((programs, data), (programs_for(finer), finely))
+    ]
+    sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in s.aims])
+    moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
+    return float(np.nanquantile(np.abs(moved[:, np.isfinite(sd)]), 0.9))
+
+
+def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Columns of the least squares: 1, x, and the products of the saturated x."""
+    x = np.concatenate([z, shape], axis=1)
+    s = rest_pose.saturated(x, np)
+    rows, columns = np.triu_indices(x.shape[1])
+    return np.concatenate([np.ones((len(x), 1)), x, s[:, rows] * s[:, columns]], axis=1)
+
+
+def _value(coefficients: np.ndarray, z: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    return _terms(z, shape) @ coefficients
+
+
+def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    keep = weight > 0
+    A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
+    # a whiff of ridge: some inputs (a zone nobody reaches) shape nothing
+    ridge = 1e-4 * np.eye(A.shape[1])
+    with one_blas_thread():  # beside the compiler's, its threads wait for each other for seconds
+        return np.linalg.lstsq(
+            np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), y.shape[1]))])
+        )[0]
+
+
+def _as_sheet(coefficients: np.ndarray, k: int) -> rest_pose.Sheet:
+    quadratic = np.zeros((coefficients.shape[1], k, k))
+    rows, columns = np.triu_indices(k)
+    quadratic[:, rows, columns] = coefficients[1 + k :].T
+    quadratic = (quadratic + quadratic.swapaxes(1, 2)) / 2
+    return rest_pose.Sheet(coefficients[0], coefficients[1 : 1 + k].T, quadratic)
+
+
+def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.ndarray]:
+    """First sheets: linear in the rest pose and the inputs, by difference quotients."""
+    structure = programs.structure
+    p, size = len(structure.uncertain), len(structure.rests)
+    _, sd = _aims(programs, data, separation)
+    V, xi = np.tile(separation, (BATCH, 1)), np.zeros((BATCH, p))
+    for j in range(size):
+        V[1 + j, [j, size + j]] += _STEP
+    h = 0.01
+    for j in range(p):
+        xi[1 + size + j, j] = h
+    ends = _reached(programs, data, V, xi)
+    sheets = []
+    for v, vehicle in enumerate("ab"):
+        shape = rest_pose.shaping_inputs(structure, vehicle)
+        own = separation[size * v : size * (v + 1)]
+        J_V = ((ends[1 : 1 + size, v] - ends[0, v]) / _STEP).T
+        J_xi = ((ends[1 + size : 1 + size + p, v] - ends[0, v]) / h).T[:, shape]
+        back = np.linalg.pinv(J_V)
+        k = size + len(shape)
+        sheet = np.zeros((1 + k + k * (k + 1) // 2, size))
+        sheet[0] = own
+        sheet[1 : 1 + size] = (back * sd[v]).T
+        sheet[1 + size : 1 + k] = -(back @ J_xi).T
+        # the friction's square root stands outside the sheet: take its slope out again
+        name = f"friction_{structure.surfaces[0]}"
+        if name in structure.names:
+            i = structure.names.index(name)
+            slope = 0.5 * float(data.inputs[name][1])
+            sheet[1 + size + shape.index(i)] -= slope * own
+        sheets.append(sheet)
+    return sheets
+
+
+def _open(programs: Programs) -> np.ndarray:
+    """Which parts of the rest poses pin nothing, a row each for A and B."""
+    structure = programs.structure
+    return np.array([name in structure.open for name in structure.aims]).reshape(2, -1)
+
+
+def _likely(programs: Programs, data: Data) -> np.ndarray:
+    """Velocities after the impact of the crash from the prior that explains the evidence best."""
+    score, told = scouted(programs, data)
+    best, size = np.argmax(score), len(programs.structure.rests)
+    return np.array([told[name][best] for names in AFTER for name in names[:size]])
+
+
+def _aims(programs: Programs, data: Data, separation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What is aimed at and its standard deviations, a row each for A and B."""
+    structure = programs.structure
+    pairs = [
+        np.array((velocity, _UNIT) if name in structure.open else data.evidence[name])
+        for name, velocity in zip(structure.aims, separation, strict=True)
+    ]
+    value, sd = np.stack(pairs, axis=1).reshape(2, 2, -1)
+    return value, sd
+
+
+def _reached(programs: Programs, data: Data, V: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """Where run-outs end, or the velocity in the place of what pins none."""
+    ends = np.asarray(programs("reached", data, V, xi))
+    return np.where(_open(programs), V.reshape(ends.shape), ends)
+
+
+def _guesses(displacement: np.ndarray, grip: float, k: float, shares: np.ndarray) -> np.ndarray:
+    """Starting velocities: sliding that far while turning that much, faster and slower."""
+    dx, dy = displacement[:2]
+    turn = displacement[2] if displacement.size == 3 else 0.0
+    far = np.hypot(dx, dy)
+    # energy to slide and to turn, spread over both; a spinning car slides further for its speed
+    speed = np.sqrt(2 * grip * max(far, 0.05))
+    spin = np.sign(turn) * np.sqrt(2 * grip * abs(turn) / k)
+    a, b, c = shares.T
+    angle = np.arctan2(dy, dx) + c
+    guesses = np.stack([a * speed * np.cos(angle), a * speed * np.sin(angle), b * spin], axis=1)
+    return guesses[:, : displacement.size]

@@ -1,0 +1,150 @@
+"""A posterior ready to be tempered, of crashes whose vehicles roll above all: no mode is sought.
+
+Coordinates of a vehicle are by how many standard deviations it misses its rest pose, by a sheet fitted
+to run-outs, as elsewhere. Where the sheet does not fit, since a freely rolling car's rest pose bends or
+folds with its velocity, they are by what the velocity is off that of the measured way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from retrodict.inference.density.compiled import BATCH, Programs, programs_for
+from retrodict.inference.fitting import regression, whitening
+from retrodict.inference.fitting.posterior import MOST_STEPS, RESOLVED, Posterior, run_outs_of
+from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.rest_pose import Guess
+from retrodict.models import RUNGS, roll
+from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.scene.records import VEHICLES, Scene
+
+_FITS = 0.5  # standard deviations of the rest pose: a sheet's error that makes good coordinates
+# Of where particles start: coordinates beside inputs, in their own standard deviations. A velocity that
+# nothing pins may be off that of a likely crash by so much, m/s and rad/s.
+_WIDE, _OPEN = 1.5, np.array([10.0, 10.0, 3.0])
+_TURNS = 2.4 * np.pi  # rad: of a rotation to rest whose turns were not counted
+_LEAST_OFF = 0.05  # of the logarithm of a speed, and rad
+
+
+def tempered(scene: Scene, rung: str, method: str) -> bool:
+    """Whether a posterior is drawn from in this way: by smc, if some vehicle's rest was measured.
+
+    Impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+        method: a name in `retrodict.inference.methods.METHODS`.
+    """
+    structure = RUNGS[rung].of_scene(scene)[0]
+    pinned = any(name in structure.evidence for name in structure.aims)
+    able = pinned and not any(level.fixed for level in rest_pose.levels_of(structure))
+    return able and method == "smc"
+
+
+class Seen(NamedTuple):
+    """A scene as it is tempered.
+
+    Args:
+        pinned: structure that sheets are fitted by.
+        offset: structure that is tempered.
+        data: the scene's numbers, with the ways from which velocities may be guessed.
+        guess: how far off these may be.
+    """
+
+    pinned: Structure
+    offset: Structure
+    data: Data
+    guess: Guess
+
+
+def seen(scene: Scene, rung: str) -> Seen:
+    """A scene under a rung.
+
+    Guessed may be velocities of vehicles whose motion is integrated, if they roll or their turns to rest
+    were not counted.
+    """
+    structure, data = RUNGS[rung].of_scene(scene)
+    around = tuple(
+        name
+        for name in structure.evidence
+        if name.startswith("rest_heading") and not scene.rest[name[-1]].turns_known
+    )
+    ways, taken, off = dict(data.ways), np.zeros(2), np.ones((2, 3))
+    for i, v in enumerate(VEHICLES):
+        turns_open = f"rest_heading_{v}" in around
+        if v not in structure.integrated or not (v in structure.rolling or turns_open):
+            continue
+        ways[v] = roll.way_of(scene, v)
+        if v in scene.rest:
+            taken[i] = 1.0
+            missed = roll.missed(scene, v, _TURNS if turns_open else 0.0)
+            off[i] = np.hypot(missed, [_LEAST_OFF, _LEAST_OFF, 0.0])
+    lengths = tuple((v, len(way)) for v, way in ways.items())
+    pinned = replace(structure, loose=False, steps=None, ways=lengths, around=around)
+    guess = Guess(taken, off, np.zeros(()))
+    return Seen(pinned, replace(pinned, offset=True), data._replace(ways=ways), guess)
+
+
+def prepare(scene: Scene, rung: str) -> Posterior:
+    """A scene's posterior under a rung, in coordinates of which zero is likely.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`, for which it is `tempered`.
+
+    Raises:
+        Unanswerable: a vehicle that does not roll cannot reach its rest pose.
+    """
+    pinned, offset, data, guess = seen(scene, rung)
+    while True:
+        found = _about(programs_for(pinned), programs_for(offset), data, guess)
+        steps = steps_of(pinned, data)
+        if found.unresolved <= RESOLVED or steps >= MOST_STEPS:
+            return found
+        pinned, data = in_steps(pinned, data, 2 * steps)
+
+
+def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Posterior:
+    """The posterior, each vehicle by its sheet where that fits, and else by the guess."""
+    structure = fitted.structure
+    sheets, error = whitening.blank(structure).sheets, np.zeros(2)
+    if structure.inverted != VEHICLES:
+        shot = regression.nearest(fitted, data, every=True)
+        for i, v in enumerate(VEHICLES):
+            if (
+                shot.missed[i] > regression.REACHED
+                and v not in structure.inverted
+                and not guess.taken[i]
+            ):
+                raise regression.unreachable(v, shot.missed[i])
+        sheets, error, _ = regression.fit(fitted, data, shot.separation)
+        turns_open = [f"rest_heading_{v}" in structure.around for v in VEHICLES]
+        astray = (shot.missed > regression.REACHED) | shot.folds(sheets) | turns_open
+        error = np.where(astray, np.inf, error)
+    taken = np.where(error > _FITS, guess.taken, 0.0)
+    n = rest_pose.length(sampled.structure)
+    spun = np.zeros(())
+    if rest_pose.spins(structure):
+        # where its rest pose does not pin the yaw rate after it, and if that is the sharper of both
+        sharper = data.inputs["omega_b"][1] < guess.off[1, 2]
+        spun = np.array(float(taken[1] > 0 and sharper))
+    chart = whitening.off(sheets, guess._replace(taken=taken, spun=spun), n)
+    found = Posterior(sampled, data, chart, error, -np.inf, 0.0, _reach(structure, data, n))
+    w = np.random.default_rng(0).standard_normal((BATCH, n))
+    told = found.weighed(w)[1]
+    return replace(found, unresolved=regression.unresolved(fitted, data, run_outs_of(told)))
+
+
+def _reach(structure: Structure, data: Data, n: int) -> Float[np.ndarray, " w"]:
+    """How far off particles start."""
+    reach = np.ones(n)
+    for i, name in enumerate(structure.aims):
+        reach[i] = _OPEN[i % len(structure.rests)] if name in structure.open else _WIDE
+        if name in structure.around and name[-1] in structure.inverted:
+            reach[i] = _TURNS / data.evidence[name][1]
+    return reach

@@ -1,0 +1,286 @@
+"""Draws of all solutions by a method, judged; where they fall short, more of them or another method."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.inference import diagnostics
+from retrodict.inference.datatree import crashes_of_prior, tree_of
+from retrodict.inference.density.compiled import Programs
+from retrodict.inference.modes import SLIGHT, Rival, Solution, beside, mixed
+from retrodict.inference.outcome import Checks, Mode
+from retrodict.inference.samplers import METHODS, Draws, Task
+from retrodict.progress import Progress
+from retrodict.scene.quantities import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_NEARLY = 1.1  # R-hat up to which more draws may help
+_WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
+_REFUTED = 1e-6  # probability of the evidence at the mode below which no method's draws would count
+_INSTEAD = {"nuts": "importance", "importance": "nuts"}  # what helps where a method fails
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a method made of all solutions.
+
+    Args:
+        method: a name in METHODS.
+        idata: the draws, mixed.
+        checks: the verdict on them.
+        failed: reasons in it that are the draws' own, and not known before.
+        draws: asked for of each chain.
+        seconds: of sampling, without compilation.
+        complete: False when interrupted.
+        notes: how it helped itself.
+        unfinished: interrupted chains as a file holds them.
+        modes: the solutions, then each rival that no draw holds.
+        drawn: what the method drew of each solution.
+    """
+
+    method: str
+    idata: xr.DataTree
+    checks: Checks
+    failed: tuple[str, ...]
+    draws: int
+    seconds: float
+    complete: bool
+    notes: tuple[str, ...]
+    unfinished: Callable[[], bytes] | None
+    modes: tuple[Mode, ...]
+    drawn: list[Draws]
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """What is known of a posterior before it is sampled.
+
+    Args:
+        found: its solutions.
+        modes: what they weigh, in the same order.
+        rivals: other modes, which draws should reach.
+        faults: for which no draws are to be relied on.
+        pictured: whether the prior and run-outs are told too, which figures show.
+        tell: called as the work goes on.
+    """
+
+    found: list[Solution]
+    modes: list[Mode]
+    rivals: list[Rival]
+    faults: tuple[str, ...]
+    pictured: bool
+    tell: Progress
+    _priors: dict[int, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
+
+    def by(self, method: str, task: Task) -> Run:
+        """Draws of every solution by a method, which goes on to more where that may help.
+
+        Args:
+            method: a name in METHODS.
+            task: for the first solution's posterior.
+        """
+        drawn, seconds = self._timed(lambda: self._of_each(method, task))
+        idata, checks, modes = self._judged(drawn, task)
+        notes = [note for each in drawn for note in each.notes]
+        complete = all(each.complete for each in drawn)
+        draws, times, lacking = task.draws, 1, self._lacking(checks)
+        while (
+            complete and may_mend(checks, task, times, method) and all(each.more for each in drawn)
+        ):
+            times *= 2
+            drawn, further = self._timed(partial(_more, drawn))
+            seconds += further
+            complete = all(each.complete for each in drawn)
+            draws = 2 * task.draws  # of what was weighed importance sampling keeps no more
+            idata, checks, modes = self._judged(drawn, replace(task, draws=draws))
+        if times > 1:
+            notes.append(
+                f"after {task.draws} draws a chain {'; '.join(lacking)}; the run told of here went on "
+                f"to {'twice' if times == 2 else f'{times} times'} as many"
+            )
+        return Run(
+            method=method,
+            idata=idata,
+            checks=checks,
+            failed=checks.reasons[len(self.faults) :],
+            draws=draws,
+            seconds=seconds,
+            complete=complete,
+            notes=tuple(notes),
+            unfinished=drawn[0].unfinished if len(self.found) == 1 else None,
+            modes=tuple(modes),
+            drawn=drawn,
+        )
+
+    def _lacking(self, checks: Checks) -> list[str]:
+        """What of draws more of them may mend."""
+        lacking = [*checks.reasons[len(self.faults) :]]
+        if checks.coarse:
+            names = ", ".join(describe(name)[0] for name in checks.coarse)
+            lacking.append(f"not one digit of the 95 % limits was sure of {names}")
+        return lacking
+
+    def or_by_another(self, run: Run, task: Task) -> Run:
+        """The run; or, where its draws failed, one by another method that did not.
+
+        Args:
+            run: of the task.
+            task: for the first solution's posterior.
+        """
+        instead = _INSTEAD.get(run.method)
+        if not (instead and run.failed and run.complete and task.draws >= _WORTH_MORE):
+            return run
+        if instead == "nuts" and task.posterior.programs.structure.paced:
+            note = "nuts was not tried: where cars roll on integrated wheels it takes minutes"
+            return replace(run, notes=(*run.notes, note))
+        if missed := _missed(self.found):
+            return replace(run, notes=(*run.notes, f"{missed}: no other method was tried"))
+        # those draws say where the posterior lies, though they may not be told
+        found = [s.about(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
+        rivals = [rival.seen_from(self.found[rival.of], found[rival.of]) for rival in self.rivals]
+        draws = max(task.draws, METHODS[instead].draws)
+        other = replace(self, found=found, rivals=rivals).by(
+            instead, replace(task, posterior=found[0].posterior, draws=draws, resume=None)
+        )
+        seconds = run.seconds + other.seconds
+        if other.failed:
+            failed = "; ".join(other.failed)
+            note = f"the method {instead} was tried too, and failed: {failed}"
+            return replace(run, notes=(*run.notes, note), seconds=seconds)
+        why = f"the method {run.method} failed: {'; '.join(run.failed)}"
+        note = f"{why}; the run told of here is by {instead}"
+        return replace(other, notes=(note, *other.notes), seconds=seconds)
+
+    def _timed(self, draw: Callable[[], list[Draws]]) -> tuple[list[Draws], float]:
+        """Draws, and the seconds that they took beside compilation."""
+        self.tell("sampling", 0, 1)
+        start, before = time.perf_counter(), Programs.compile_seconds
+        drawn = draw()
+        seconds = time.perf_counter() - start - (Programs.compile_seconds - before)
+        self.tell("predicting", 0, 1)
+        return drawn, seconds
+
+    def _of_each(self, method: str, task: Task) -> list[Draws]:
+        """Draws of every solution, up to one that was interrupted."""
+        drawn: list[Draws] = []
+        for i, solution in enumerate(self.found):
+            progress = partial(_one_of_several, task.progress, i, len(self.found))
+            own = replace(task, posterior=solution.posterior, progress=progress)
+            drawn.append(METHODS[method].draw(own))
+            if not drawn[-1].complete:
+                break
+        return drawn
+
+    def _judged(self, drawn: list[Draws], task: Task) -> tuple[xr.DataTree, Checks, list[Mode]]:
+        """The draws mixed, the verdict on them, and the modes in their light."""
+        modes = self._modes(drawn)
+        others = modes[len(self.found) :]
+        known = self.faults + tuple(_told_apart(mode, self.modes[0]) for mode in others)
+        trees = [
+            tree_of(s, d, task.seed, self._prior(s, task.seed))
+            for s, d in zip(self.found, drawn, strict=False)
+        ]
+        # a chain that is stuck in one solution would be hidden by the others
+        for solution, mode, each, tree in zip(self.found, self.modes, drawn, trees, strict=False):
+            if mode.weight < SLIGHT:
+                continue
+            known += each.faults
+            if len(trees) > 1:
+                own = diagnostics.judge(tree, solution.scene).reasons
+                known += tuple(f"{solution.told()}: {reason}" for reason in own)
+        if not all(each.complete for each in drawn):
+            kept = min(each.w.shape[1] for each in drawn)
+            known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
+        idata = mixed(trees, self.modes, task.seed)
+        return idata, diagnostics.judge(idata, self.found[0].scene, known), modes
+
+    def _prior(self, solution: Solution, seed: int) -> dict[str, np.ndarray] | None:
+        """Crashes from the prior, drawn once: where vehicles roll they take a second."""
+        if not self.pictured:
+            return None
+        key = id(solution.posterior)
+        if key not in self._priors:
+            self._priors[key] = crashes_of_prior(solution.posterior, seed)
+        return self._priors[key]
+
+    def _modes(self, drawn: list[Draws]) -> list[Mode]:
+        """The solutions, then each rival that no draw of its solution holds."""
+        unreached = [
+            rival
+            for rival in self.rivals
+            if rival.of >= len(drawn)
+            or not rival.reached(drawn[rival.of].w.reshape(-1, rival.w.size))
+        ]
+        return beside(self.found, self.modes, unreached)
+
+
+def _one_of_several(
+    progress: Callable[[int, int], None], i: int, count: int, done: int, total: int
+) -> None:
+    """Report what is done of one of several equal parts as a share of them all."""
+    progress(i * total + done, count * total)
+
+
+def _more(drawn: list[Draws]) -> list[Draws]:
+    return [each.more() for each in drawn if each.more]
+
+
+def may_mend(checks: Checks, task: Task, times: int, method: str) -> bool:
+    """Whether more draws may mend what these lack.
+
+    Args:
+        checks: of the draws.
+        task: that asked for them.
+        times: as many as it asked for were drawn already; for a digit alone they are doubled but once.
+        method: a name in METHODS; populations of smc are all anew, so they need not be near.
+    """
+    short = bool(checks.failed or (checks.coarse and times == 1))
+    near = checks.max_rhat < _NEARLY or method == "smc"
+    return short and near and task.draws >= _WORTH_MORE
+
+
+def _missed(found: list[Solution]) -> str:
+    """By how much the model misses the evidence even where the posterior is highest; empty if hardly.
+
+    At the mode, and with a degree of freedom for every item, the chi-square is the most lenient.
+    """
+    from scipy.stats import chi2
+
+    if found[0].scene.robust:  # whose errors may be of any size
+        return ""
+    squares = []
+    for solution in found:
+        posterior, evidence = solution.posterior, solution.scene.evidence()
+        at_mode = posterior.weighed(np.zeros((1, posterior.size)))[1]
+        items = posterior.programs.structure.evidence
+        off = [(at_mode[f"predicted/{k}"][0] - evidence[k].value) / evidence[k].sd for k in items]
+        squares.append(float(np.square(off).sum()))
+    if not chi2.sf(min(squares), len(items)) < _REFUTED:
+        return ""
+    return (
+        "even where the posterior is highest the model misses the evidence (chi-square "
+        f"{min(squares):.3g} of {len(items)} items)"
+    )
+
+
+def has_failed(run: Run | None, draws: int) -> bool:
+    """Whether draws failed, of so many of each chain that they need not have; None is known to fail."""
+    failed = run is None or (run.complete and bool(run.checks.reasons))
+    return failed and draws >= _WORTH_MORE
+
+
+def _told_apart(rival: Mode, sampled: Mode) -> str:
+    speeds = (f"{mode.values['speed_b']:.3g}" for mode in (rival, sampled))
+    return (
+        f"the evidence fits another solution (weight {rival.weight:.1%}), with a speed of B of "
+        f"{' m/s instead of '.join(speeds)} m/s, that was not sampled: measurements may conflict; "
+        "the method smc looks for all solutions"
+    )

@@ -1,0 +1,58 @@
+"""The methods that draw from a posterior, one interface: a new one is a file and a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from retrodict.inference.samplers import importance, laplace, nuts, propagation, smc
+from retrodict.inference.samplers.draws import Draws, Progress, Task
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to draw from a posterior.
+
+    Args:
+        title: what it is, in words.
+        exact: whether its draws tend to the posterior as they grow in number; others are
+            approximations, of which the report says so.
+        draws: kept of each chain unless told otherwise.
+        draw: does it.
+        resumes: whether it has chains that an interrupted run can go on with.
+    """
+
+    title: str
+    exact: bool
+    draws: int
+    draw: Callable[[Task], Draws]
+    resumes: bool = False
+
+
+METHODS = {
+    "nuts": Method("No-U-Turn sampler", True, 700, nuts.draw, resumes=True),
+    "importance": Method(
+        "importance sampling, normal proposal with heavy tails, Pareto-smoothed",
+        True,
+        750,
+        importance.draw,
+    ),
+    "smc": Method("tempered sequential Monte Carlo", True, 512, smc.draw),
+    "laplace": Method(
+        "Laplace's approximation in the flattened coordinates", False, 600, laplace.draw
+    ),
+    "monte-carlo": Method(
+        "Monte Carlo over the measurements, solved back in closed form, without priors",
+        False,
+        600,
+        propagation.monte_carlo,
+    ),
+    "linear": Method(
+        "linear propagation of the measurements' uncertainty (GUM), without priors",
+        False,
+        600,
+        propagation.linear,
+    ),
+}
+
+__all__ = ["METHODS", "Draws", "Method", "Progress", "Task"]

@@ -1,0 +1,122 @@
+"""Interrupted chains on disk: where each stands and what it has drawn, as numbers only."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jax
+import numpy as np
+
+if TYPE_CHECKING:
+    from retrodict.inference.samplers.chains import Chains
+
+Records = list[list[dict[str, np.ndarray]]]
+
+
+def packed(chains: Chains, settings: dict[str, int | str]) -> bytes:
+    """Chains as a file (.npz) from which a later process can go on with them.
+
+    Args:
+        chains: interrupted.
+        settings: that the run was made with, seed included, and a fingerprint of the scene.
+    """
+    arrays: dict[str, np.ndarray] = {f"setting/{k}": np.asarray(v) for k, v in settings.items()}
+    for i, (state, record) in enumerate(zip(chains.states, chains.records, strict=True)):
+        for j, leaf in enumerate(jax.tree.leaves(state)):
+            arrays[f"state/{i}/{j}"] = _numbers(leaf)
+        for name in record[0] if record else ():
+            arrays[f"record/{i}/{name}"] = np.stack([block[name] for block in record])
+    file = io.BytesIO()
+    np.savez(file, **arrays)  # type: ignore[arg-type]  # its stub knows one keyword
+    return file.getvalue()
+
+
+def read(path: Path) -> dict[str, np.ndarray]:
+    """What `packed` made, by name.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        ValueError: it is damaged, or is no such file.
+        OSError: it cannot be read.
+    """
+    content = path.read_bytes()
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            found = {name: file[name] for name in file.files}
+    except Exception as error:  # of the archive, of a header, of memory for what a header claims
+        raise _damaged(path) from error
+    if not any(name.startswith("setting/") for name in found):
+        raise _damaged(path)
+    return found
+
+
+def load(path: Path, settings: dict[str, int | str], fresh: list[Any]) -> tuple[list[Any], Records]:
+    """Read chains back.
+
+    Args:
+        path: of a file that `packed` made.
+        settings: that the new run is made with.
+        fresh: states of chains that have just begun, of which only the structure matters.
+
+    Returns:
+        Where each chain stands, and its records.
+
+    Raises:
+        ValueError: the file is of another run, or damaged.
+        OSError: it cannot be read.
+    """
+    file = read(path)
+    for name, value in settings.items():
+        found = file[f"setting/{name}"].item() if f"setting/{name}" in file else None
+        if found != value:
+            raise ValueError(
+                f"{path}: made with {name} {found}, not {value}: give the options, the scene and "
+                "the version that were interrupted, or start anew"
+            )
+    leaves, structure = jax.tree.flatten(fresh[0])
+    states, records = [], []
+    for i in range(len(fresh)):
+        mine = [file.get(f"state/{i}/{j}", np.empty(0)) for j in range(len(leaves))]
+        if not all(_alike(_numbers(leaf), own) for leaf, own in zip(leaves, mine, strict=True)):
+            raise _damaged(path)
+        states.append(jax.tree.unflatten(structure, _as(leaves, mine)))
+        prefix = f"record/{i}/"
+        stacked = {k.removeprefix(prefix): v for k, v in file.items() if k.startswith(prefix)}
+        w = stacked.get("w", np.zeros(1))
+        if len({len(v) for v in stacked.values()}) > 1 or not np.isfinite(w).all():
+            raise _damaged(path)
+        blocks = len(next(iter(stacked.values()))) if stacked else 0
+        records.append([{k: v[b] for k, v in stacked.items()} for b in range(blocks)])
+    return states, records
+
+
+def _damaged(path: Path) -> ValueError:
+    return ValueError(f"{path} is damaged, or is not of an interrupted run: leave --resume out")
+
+
+def _alike(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether shape and kind are the same, and no number is missing that the first has."""
+    if one.shape != other.shape or one.dtype.kind != other.dtype.kind:
+        return False
+    return other.dtype.kind != "f" or not (np.isnan(other) & ~np.isnan(one)).any()
+
+
+def _numbers(leaf: Any) -> np.ndarray:
+    """A leaf of a state as numbers: random keys by their data."""
+    key = jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+    return np.asarray(jax.random.key_data(leaf) if key else leaf)
+
+
+def _as(leaves: Sequence[Any], arrays: Sequence[np.ndarray]) -> list[Any]:
+    """Arrays with the types of leaves; random keys are told apart by theirs."""
+    return [
+        jax.random.wrap_key_data(jax.numpy.asarray(array))
+        if jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+        else array.astype(leaf.dtype)
+        for leaf, array in zip(leaves, arrays, strict=True)
+    ]

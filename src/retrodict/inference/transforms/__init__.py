@@ -1,0 +1,1 @@
+"""Bijections from sampled coordinates to the unknowns of a model, with their log determinants."""

@@ -1,0 +1,624 @@
+"""The coordinates in which a posterior is sampled: a bijection beside the model, not inside it.
+
+A rest pose measured to a hand's breadth pins the velocities after the impact to a thin curved
+sheet, so neither the paper's unknowns nor their whitening makes an easy target. Sampled instead is
+q = (z_a, z_b, xi): how many standard deviations each rest pose misses its measurement by, and the
+measured inputs as standard normal deviates. A quadratic in q, fitted to run-outs beforehand, gives
+velocities after the impact; the impact model's closed-form inverse gives its unknowns. Any smooth
+bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
+
+e and e_m have hard bounds, and a posterior often leans on them (e near 0 is normal in hard
+crashes). Both are quotients of functions linear in the motion, so that each bound is an edge: such a
+function that stays above zero, as the opening velocity does. `bend` moves q along a direction for
+each, that changes it with the least change of all else, so that the edges lie at infinity and every
+point within them is reached. A simpler impact model holds such functions at zero (no moment impulse,
+no sliding left): then q is moved to where they are, and its coordinates are fewer than its entries.
+The share of the sliding that friction leaves is an entry of q itself, and the motion is held at it.
+Edges are just linear in the motion and nearly so in q: q is moved as if they were linear in it, then
+the motion, by the little that was missed, which are linear equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from retrodict.inference.transforms import velocity
+from retrodict.inference.transforms.soft_bounds import lift
+from retrodict.mechanics import either_side, towards_b
+from retrodict.models import RUNGS, parts, roll
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.impact import SLIDING, E, Level, quotients
+from retrodict.scene.records import VEHICLES
+
+_NO_CRASH = {"e": 0.1, "e_m": 0.5, "mu": 0.1}
+_UNBENT = 1 - 1e-6  # slope of `lift` from which on an edge bends nothing
+REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
+
+Numbers = Array | np.ndarray
+Q = Float[Array, " q"]
+
+
+class Sheet(NamedTuple):
+    """A quadratic from (z, shaping inputs) to velocities over sqrt(friction).
+
+    Args:
+        constant: velocities, shape (v,).
+        linear: shape (v, k).
+        quadratic: shape (v, k, k), symmetric.
+    """
+
+    constant: Float[Numbers, " v"]
+    linear: Float[Numbers, "v k"]
+    quadratic: Float[Numbers, "v k k"]
+
+    def __call__(self, x: Float[Array, " k"]) -> Float[Array, " v"]:
+        """Its value at x."""
+        s = saturated(x)
+        return (
+            jnp.asarray(self.constant) + times(self.linear, x) + times(times(self.quadratic, s), s)
+        )
+
+
+def times(m: Float[Numbers, "*rows k"], x: Float[Numbers, " k"]) -> Float[Array, "*rows"]:
+    """m @ x as a product and a sum: XLA compiles that four times faster than small matrix products."""
+    return jnp.sum(m * x, axis=-1)
+
+
+def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any:
+    """x, held within REACH: the argument of the quadratic terms, so that they cannot fold."""
+    return REACH * xp.tanh(x / REACH)
+
+
+class Wall(NamedTuple):
+    """How q is bent so that what the impact model bounds or holds is so.
+
+    Args:
+        side: sign of each bounded level's denominator (1 for others): the branch, shape (levels,).
+        order: in which edges are bent, as places in `edges`; that of all that follows, shape (m,).
+        edge: at the centre, shape (m,).
+        slope: by q there, shape (m, q).
+        along: for each a direction of q that moves it at rate 1 there and none before it, shape (m, q).
+        across: for each a direction of the motion (velocities after the impact over sqrt(friction), then
+            the deviate of A's speed where that is linear in it) that does, shape (m, v + 1).
+        softness: over which zero is approached, shape (m,).
+        kept: softness of the share of the sliding at zero, and what its entry of q is counted in.
+    """
+
+    side: Float[Numbers, " levels"]
+    order: Int[Numbers, " m"]
+    edge: Float[Numbers, " m"]
+    slope: Float[Numbers, "m q"]
+    along: Float[Numbers, "m q"]
+    across: Float[Numbers, "m v+1"]
+    softness: Float[Numbers, " m"]
+    kept: Float[Numbers, ""]
+
+
+class Response(NamedTuple):
+    """What a vehicle passes on its way to rest: a quadratic of its velocity and shaping inputs.
+
+    Args:
+        centre: velocity after the impact from which it counts, m/s and rad/s, shape (v,).
+        unit: in which it counts, shape (v,).
+        surface: the quadratic, whose values are those of `Structure.on_way_of`.
+    """
+
+    centre: Float[Numbers, " v"]
+    unit: Float[Numbers, " v"]
+    surface: Sheet
+
+    def __call__(self, velocity: Float[Array, " v"], shape: Float[Array, " inputs"]) -> Array:
+        """The items, shape (items,)."""
+        off = (velocity - jnp.asarray(self.centre)) / jnp.asarray(self.unit)
+        return self.surface(jnp.concatenate([off, shape]))
+
+
+class Guess(NamedTuple):
+    """Velocities after the impact of each vehicle that rolls, as the way to where it was found has them.
+
+    Args:
+        taken: whether offsets from it are the vehicle's coordinates, and not its sheet's; shape (2,).
+        off: by what they may be off: the logarithm of the speed, the course, rad, and the yaw rate,
+            rad/s, shape (2, 3).
+        spun: whether the last coordinate of B is by what its yaw rate before the impact is off what was
+            measured, in standard deviations.
+    """
+
+    taken: Float[Numbers, "2"]
+    off: Float[Numbers, "2 3"]
+    spun: Float[Numbers, ""]
+
+
+class Chart(NamedTuple):
+    """The numbers of the bijection w -> q -> the model's unknowns, and of the slopes beside it.
+
+    Args:
+        sheets: the quadratics for A and B.
+        wall: the bend.
+        centre: q at w = 0, shape (q,).
+        spread: q's change per w, shape (q, w); no column changes what is held, to first order.
+        log_volume: log |det| of the spread and the directions of what is held together.
+        responses: of each of `Structure.responding`.
+        guess: of the velocities from which coordinates are offsets, where they are.
+    """
+
+    sheets: tuple[Sheet, Sheet]
+    wall: Wall
+    centre: Float[Numbers, " q"]
+    spread: Float[Numbers, "q w"]
+    log_volume: Float[Numbers, ""]
+    responses: tuple[Response, ...]
+    guess: Guess | None = None
+
+
+def levels_of(structure: Structure) -> tuple[Level, ...]:
+    """What the impact model bounds or holds fixed."""
+    levels = RUNGS[structure.rung].impact.levels
+    return tuple(b for b in levels if b != SLIDING or not structure.interlocked)
+
+
+def edges(
+    levels: Sequence[Level],
+    side: Numbers,
+    over: Numbers,
+    under: Numbers,
+    kept: Numbers | float = 0.0,
+) -> list[Float[Numbers, "*any"]]:
+    """What of each level held is zero; what of the others stays above: at their near, their far bounds.
+
+    Args:
+        levels: what is bounded or held.
+        side: sign of each denominator, shape (levels,).
+        over: numerators, or what is linear in them, shape (levels, ...).
+        under: denominators likewise.
+        kept: at what the level that is sampled is held.
+    """
+
+    def beyond(i: int, bound: Numbers | float) -> Numbers:
+        return over[i] - bound * under[i]
+
+    held = [(i, kept if b.sampled else b.near) for i, b in enumerate(levels) if b.held]
+    free = [(i, np.sign(b.far - b.near) * side[i]) for i, b in enumerate(levels) if not b.held]
+    return [
+        *(beyond(i, at) for i, at in held),
+        *(way * beyond(i, levels[i].near) for i, way in free),
+        *(-way * beyond(i, levels[i].far) for i, way in free),
+    ]
+
+
+def held_of(structure: Structure) -> int:
+    """How many levels are held: so many edges come first."""
+    return sum(level.held for level in levels_of(structure))
+
+
+def samples_sliding(structure: Structure) -> bool:
+    """Whether the last entry of q is the share of the sliding that is kept, before it is lifted."""
+    return not (structure.unpinned or structure.offset) and SLIDING in levels_of(structure)
+
+
+def length(structure: Structure) -> int:
+    """Number of entries of q."""
+    if structure.unpinned:
+        return len(velocity.names(structure)) + len(structure.uncertain)
+    return length_for_sheets(structure) + samples_sliding(structure)
+
+
+def length_for_sheets(structure: Structure) -> int:
+    """Number of entries that sheets are fitted over: (z_a, z_b, xi)."""
+    return len(structure.aims) + len(structure.uncertain)
+
+
+def size(structure: Structure) -> int:
+    """Number of sampled coordinates, the entries of w."""
+    if structure.unpinned:
+        return length(structure)
+    return length(structure) - held_of(structure)
+
+
+def shaping_inputs(structure: Structure, vehicle: str) -> list[int]:
+    """Which uncertain inputs shape a vehicle's run-out, by index."""
+    other = "_b" if vehicle == "a" else "_a"
+    before = ("Gamma", "speed_a", "direction_a", "omega_a", "skid_a", "skid_b")
+    return [i for i, n in enumerate(structure.names) if not n.endswith(other) and n not in before]
+
+
+def friction_scale(structure: Structure, data: Data, x: parts.Values) -> Float[Array, ""]:
+    """sqrt(friction over its measured value): all speeds go with it, so the sheets need not."""
+    name = f"friction_{structure.surfaces[0]}"
+    value = data.inputs[name][0]
+    if dict(structure.uncertain).get(name) == "lognormal":
+        value = jnp.exp(value)
+    return jnp.sqrt(x[name] / value)
+
+
+def reduced(
+    structure: Structure, data: Data, chart: Chart, q: Q
+) -> tuple[Float[Array, " separation"], Float[Array, "2 v v"]]:
+    """Velocities after the impact over sqrt(friction) at q, and each vehicle's slopes by its z."""
+    velocities, slopes = [], []
+    v = len(structure.rests)
+    for name, sheet, x in zip(VEHICLES, chart.sheets, _sheet_arguments(structure, q), strict=True):
+        if name in structure.inverted:
+            V, by_z = _inverted(structure, data, q, name)
+            velocities.append(V)
+            slopes.append(by_z)
+            continue
+        velocities.append(sheet(x))
+        tame = 1 - (saturated(x[:v]) / REACH) ** 2
+        bent = 2 * times(sheet.quadratic, saturated(x))[:, :v] * tame
+        slopes.append(jnp.asarray(sheet.linear)[:, :v] + bent)
+    return jnp.concatenate(velocities), jnp.stack(slopes)
+
+
+def _inverted(
+    structure: Structure, data: Data, q: Q, v: str
+) -> tuple[Float[Array, " v"], Float[Array, "v v"]]:
+    """`reduced` of a vehicle whose run-out has an inverse in closed form."""
+    z, xi = _split(structure, q)
+    x = parts.from_standard(structure, data, xi)
+    inverse = RUNGS[structure.rung].run_out.inverse
+    assert inverse is not None, "its run-out is not integrated"
+    back = inverse(structure, data, x, v)
+    scale = friction_scale(structure, data, x)
+
+    def velocity(own: Float[Array, " v"]) -> tuple[Array, Array]:
+        every = z.reshape(2, -1).at[VEHICLES.index(v)].set(own)
+        V = back(parts.aimed(structure, data, every.ravel())[VEHICLES.index(v)]) / scale
+        return V, V
+
+    by_z, V = jax.jacfwd(velocity, has_aux=True)(z.reshape(2, -1)[VEHICLES.index(v)])
+    return V, by_z
+
+
+def _sheet_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]]:
+    """(z, shaping inputs) of each vehicle."""
+    z, xi = _split(structure, q)
+    shaping = [np.array(shaping_inputs(structure, v), dtype=int) for v in "ab"]
+    return [jnp.concatenate([own, xi[s]]) for own, s in zip(z.reshape(2, -1), shaping, strict=True)]
+
+
+def _split(structure: Structure, q: Q) -> tuple[Array, Array]:
+    """z and xi of q."""
+    n = len(structure.aims)
+    return q[:n], q[n : n + len(structure.uncertain)]
+
+
+def separation_at(
+    structure: Structure, data: Data, chart: Chart, q: Q
+) -> tuple[Float[Array, " separation"], parts.Values]:
+    """Velocities after the impact, and measured inputs, at q."""
+    x = parts.from_standard(structure, data, _split(structure, q)[1])
+    return friction_scale(structure, data, x) * reduced(structure, data, chart, q)[0], x
+
+
+class Bent(NamedTuple):
+    """Where a point is moved to so that its levels are within bounds, or where they are held.
+
+    Args:
+        q: moved along `Wall.along`, shape (q,).
+        motion: how far the motion is moved besides, m/s and rad/s, shape (v + 1,).
+        by_q: what of q would move it as far, shape (q,).
+        levels: those that are bounded, by name.
+        log_det: log |d (motion, inputs) / d q|, what is held in the place of the coordinate along its
+            direction, less that of the sheets at `q`; minus infinity where points would be reached
+            again.
+    """
+
+    q: Q
+    motion: Float[Array, " v+1"]
+    by_q: Q
+    levels: parts.Values
+    log_det: Float[Array, ""]
+
+
+def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
+    """Move q, and then the motion, to where each edge is what it was, softly above zero, or held there.
+
+    An edge that lies well above zero bends nothing, and nothing is spent on keeping it where it is: each
+    is moved along a way that leaves the edges before it alone, and moves those after it as it may.
+    Values are exact, and so are the edges' derivatives; others are those of the moves' lengths, near
+    enough to steer by, and cheap.
+    """
+    levels, wall = levels_of(structure), Wall(*map(jnp.asarray, chart.wall))
+    held, count = held_of(structure), len(chart.wall.edge)
+
+    first, aim, share, shift = _bent_along_q(wall, held, q - jnp.asarray(chart.centre))
+    there = q + shift @ wall.along
+
+    # then by the motion, the little that was missed
+    x = parts.from_standard(structure, data, _split(structure, there)[1])
+    scale = friction_scale(structure, data, x)
+    velocities, slopes = reduced(structure, data, chart, there)
+
+    kept = lift(wall.kept * there[-1], wall.kept)[0]  # where that is sampled
+
+    def moved(motion: Float[Array, " v+1"]) -> Float[Array, " m"]:
+        faster = x | {"speed_a": x["speed_a"] + motion[-1]}
+        both = quotients(levels, scale * velocities + motion[:-1], faster)
+        return jnp.stack(edges(levels, wall.side, *both, kept=kept))[wall.order]
+
+    found = moved(jnp.zeros(velocities.size + 1))
+    units, slopes = jax.lax.stop_gradient((jnp.full(velocities.size, scale), slopes))
+    units = jnp.append(units, jnp.asarray(data.inputs["speed_a"])[1])
+    rate = jax.lax.stop_gradient(jax.vmap(moved)(units * wall.across) - found).T
+    rate, ways = _in_turn(rate)
+    by_q = _by_q(structure, wall, slopes) @ ways
+    linear = wall.slope @ by_q
+    own = jnp.diag(rate)
+    log_det, t, bends = -jnp.log(jnp.abs(own)).sum(), jnp.zeros(count), share < _UNBENT
+    for i in range(count):
+        found = found.at[i].add(rate[i] @ t)
+        if i >= held:  # from what the edge was before it was bent
+            above, log_slope = lift(first[i] + found[i] - aim[i], wall.softness[i])
+            aim, log_det = aim.at[i].set(above), log_det + log_slope
+            bends = bends.at[i].set(bends[i] | (log_slope < jnp.log(_UNBENT)))
+        t = t.at[i].set((aim[i] - found[i]) / own[i])
+    # nothing is missed now, but for derivatives: where a bound's divisor nears zero they count
+    missed = aim - moved(units * (ways @ t @ wall.across))
+    for i in range(count):
+        t = t.at[i].add(missed[i] / own[i])
+        missed -= rate[:, i] * missed[i] / own[i]
+    # of row i what changes t[:i] is left out: multiples of the rows before it
+    share = jax.lax.stop_gradient(share)[:, None]
+    turn = _determinant(share * jnp.diag(own) + (1 - share) * linear)
+    log_det += jnp.log(jnp.abs(turn))
+    # each is one at the centre; where they have turned, far out, points would be reached again. How
+    # an edge that bends nothing would be moved does not matter
+    turned = (bends & (own <= 0)).any() | (turn * jnp.sign(own).prod() <= 0)
+    log_det = jnp.where(turned, -jnp.inf, log_det)
+    in_place = jnp.zeros(count).at[wall.order].set(aim)
+    bounded = [level for level in levels if not level.held]
+    near, far = in_place[held : held + len(bounded)], in_place[held + len(bounded) :]
+    nearer, farther = (np.array([getattr(b, end) for b in bounded]) for end in ("near", "far"))
+    inside = (nearer * far + farther * near) / (near + far)
+    values = {level.name: inside[i] for i, level in enumerate(bounded)}
+    return Bent(there, units * (ways @ t @ wall.across), by_q @ t, values, log_det)
+
+
+def _bent_along_q(
+    wall: Wall, held: int, off: Q
+) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, " m"], Float[Array, " m"]]:
+    """How far to move q along `Wall.along`, were edges linear in it.
+
+    Args:
+        wall: the edges that are held first.
+        held: how many these are.
+        off: how far q is from the centre.
+
+    Returns:
+        Each edge before it is moved itself, and after; the slope of the one by the other; and the
+        lengths of the moves.
+    """
+    count = len(wall.edge)
+    before = jnp.asarray(wall.edge) + times(wall.slope, off)
+    moves = wall.slope @ wall.along.T
+    after, slope, shift = jnp.zeros((3, count))
+    for i in range(count):
+        before = before.at[i].add(moves[i] @ shift)
+        if i >= held:
+            above, log_slope = lift(before[i], wall.softness[i])
+            after, slope = after.at[i].set(above), slope.at[i].set(jnp.exp(log_slope))
+        shift = shift.at[i].set(after[i] - before[i])
+    return before, after, slope, shift
+
+
+def _in_turn(rate: Float[Array, "m m"]) -> tuple[Float[Array, "m m"], Float[Array, "m m"]]:
+    """Combine ways so that each leaves alone what those before it move.
+
+    Args:
+        rate: how fast each way (a column) moves each edge (a row), shape (m, m).
+
+    Returns:
+        The same of the combined ways, lower triangular; and of how much of each way each is made.
+    """
+    m = len(rate)
+    both = jnp.concatenate([rate, jnp.eye(m)])
+    for i in range(m - 1):
+        later = jnp.where(np.arange(m) > i, both[i] / both[i, i], 0.0)
+        both -= jnp.outer(both[:, i], later)
+    return both[:m], both[m:]
+
+
+def _determinant(m: Float[Array, "n n"]) -> Float[Array, ""]:
+    """By elimination: m is near triangular, and LAPACK's calls cannot be kept on disk."""
+    return jnp.prod(jnp.diag(_in_turn(m)[0]))
+
+
+def _by_q(structure: Structure, wall: Wall, slopes: Float[Array, "2 v v"]) -> Float[Array, "q m"]:
+    """What of q moves the motion along `Wall.across`."""
+    v, count = len(structure.rests), len(wall.across)
+    of_a, of_b = wall.across[:, :v].T, wall.across[:, v : 2 * v].T
+    by_q = jnp.zeros((length(structure), count))
+    by_q = by_q.at[: 2 * v].set(jnp.concatenate([_over(slopes[0], of_a), _over(slopes[1], of_b)]))
+    speed_a = place_of_speed_a(structure)
+    return by_q if speed_a is None else by_q.at[speed_a].set(wall.across[:, -1])
+
+
+def place_of_speed_a(structure: Structure) -> int | None:
+    """Which entry of q is the deviate of A's speed, where the speed is linear in it."""
+    if ("speed_a", "normal") not in structure.uncertain:
+        return None
+    return len(structure.aims) + structure.names.index("speed_a")
+
+
+def locate(
+    structure: Structure, data: Data, chart: Chart, w: Float[Array, " w"]
+) -> tuple[parts.Values, Float[Array, ""], Q]:
+    """The model's unknowns at w, and log |d unknowns / d w|.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        chart: the numbers of the bijection.
+        w: a point of the sampled space, shape (w,).
+
+    Returns:
+        A value for each of the model's sample sites, the log determinant, and q.
+    """
+    q = jnp.asarray(chart.centre) + times(chart.spread, w)
+    log_det = jnp.asarray(chart.log_volume)
+    if structure.unpinned:
+        sites, volume = velocity.locate(structure, data, q)
+        return sites, volume + log_det, q
+    if structure.offset:
+        sites, volume = _off_guess(structure, data, chart, q)
+        return sites, volume + log_det, q
+    v = len(structure.aims)
+    bent = Bent(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
+    if levels_of(structure):
+        bent = bend(structure, data, chart, q)
+    slopes = reduced(structure, data, chart, bent.q)[1]
+    separation, x = separation_at(structure, data, chart, bent.q)
+    log_det += bent.log_det + v * jnp.log(friction_scale(structure, data, x))
+    log_det += _log_det(slopes[0]) + _log_det(slopes[1])
+    x["speed_a"] += bent.motion[v]
+    q = bent.q + bent.by_q
+    sites, log_inverse = _sites(structure, data, q, separation + bent.motion[:v], x)
+    log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
+    if samples_sliding(structure):  # what is held at a share of a divisor moves with both
+        x = parts.from_standard(structure, data, _split(structure, q)[1])
+        free = quotients((SLIDING,), separation + bent.motion[:v], x)[1][0]
+        softness = jnp.asarray(chart.wall.kept)
+        log_det += jnp.log(jnp.abs(free) * softness) + lift(softness * q[-1], softness)[1]
+    return sites | bent.levels, log_det, q
+
+
+def _off_guess(
+    structure: Structure, data: Data, chart: Chart, q: Q
+) -> tuple[parts.Values, Float[Array, ""]]:
+    """`locate` where coordinates are offsets: unknowns at q, and log |d unknowns / d q|.
+
+    Bounds are no edges here: beyond them there is no density.
+    """
+    guess, impact = chart.guess, RUNGS[structure.rung].impact
+    assert guess is not None, "charts of offsets have one"
+    last, spun = len(structure.aims) - 1, jnp.asarray(guess.spun) > 0
+    deviate, q = q[last], q.at[last].set(jnp.where(spun, 0.0, q[last]))
+    x = parts.from_standard(structure, data, _split(structure, q)[1])
+    scale = friction_scale(structure, data, x)
+    velocities, slopes = reduced(structure, data, chart, q)
+    separation = scale * velocities.reshape(2, -1)
+    volumes = [_log_det(own) + len(own) * jnp.log(scale) for own in slopes]
+    # of B but for its yaw rate
+    flat = _log_det(slopes[1][:2, :2]) + 2 * jnp.log(scale)
+    for i, v in enumerate(VEHICLES):
+        if v not in structure.integrated or v not in data.ways:
+            continue
+        u, units = q[3 * i : 3 * i + 3], jnp.asarray(guess.off)[i]
+        off = dict(zip(roll.offsets(v), units * u, strict=True))
+        off[f"roll_speed_{v}"] = jnp.exp(off[f"roll_speed_{v}"])
+        end = jnp.nan_to_num(jnp.asarray(data.ways[v])[-1])
+        V = roll.inverse(structure, data, x | off, v)(end)
+        taken = jnp.asarray(guess.taken)[i] > 0
+        own = jnp.log(V[0] ** 2 + V[1] ** 2) + jnp.log(units[0] * units[1])
+        separation = separation.at[i].set(jnp.where(taken, V, separation[i]))
+        volumes[i] = jnp.where(taken, own + jnp.log(units[2]), volumes[i])
+        flat = jnp.where(taken, own, flat) if v == "b" else flat
+    if spins(structure):
+        middle, sd = data.inputs["omega_b"]
+        # both yaw rates of B go together one to one (SAE 770014, eq 21)
+        still = impact.unknowns(separation.at[1, 2].set(0.0).ravel(), x)[0]["omega_b"]
+        turned = separation.at[1, 2].set(middle + sd * deviate - still)
+        separation = jnp.where(spun, turned, separation)
+        volumes[1] = jnp.where(spun, flat + jnp.log(sd), volumes[1])
+    sites, log_inverse = _sites(structure, data, q, separation.ravel(), x)
+    log_det = log_inverse - jnp.log(sites["speed_b"]) + volumes[0] + volumes[1]
+    bounded, inside = levels_of(structure), jnp.array(True)
+    if bounded:
+        over, under = quotients(bounded, separation.ravel(), x)
+        low, high = (np.array([getattr(b, end) for b in bounded]) for end in ("low", "high"))
+        inside = ((over / under > low) & (over / under < high)).all()
+        # vehicles close in, each from its own side of the contact where it has one
+        to, closing = parts.bodies(x), under[bounded.index(E)]
+        inside &= (towards_b(to) * closing > 0) | ~either_side(to)
+    # no crash stands for those outside: one is put in their place whose run-outs are short
+    for name in [name for name in sites if name != "measured"]:
+        sites[name] = jnp.where(inside, sites[name], _NO_CRASH.get(name, 1.0))
+    return sites, jnp.where(inside, log_det, -jnp.inf)
+
+
+def spins(structure: Structure) -> bool:
+    """Whether B's yaw rate before the impact was measured, and follows from the motion after it."""
+    return "omega_b" in structure.known_of_b and bool(levels_of(structure))
+
+
+def likeness(
+    structure: Structure,
+    data: Data,
+    chart: Chart,
+    q: Q,
+    after: Float[Array, "2 v"],
+    name: str,
+) -> Float[Array, ""]:
+    """What run-outs end at or pass, by a surrogate: rest poses by sheets, all else by responses.
+
+    Args:
+        structure: of the scene.
+        data: its numbers.
+        chart: the bijection's.
+        q: a point.
+        after: velocities after the impact there.
+        name: of `Structure.surrogates`.
+    """
+    z, xi = _split(structure, q)
+    if name in structure.aims:
+        return parts.aimed(structure, data, z).ravel()[structure.aims.index(name)]
+    v = name[-1]
+    response = chart.responses[structure.responding.index(v)]
+    shaping = np.array(shaping_inputs(structure, v), dtype=int)
+    items = response(after[VEHICLES.index(v)], xi[shaping])
+    return items[structure.on_way_of(v).index(name)]
+
+
+def solve_back(structure: Structure, data: Data, chart: Chart, q: Q) -> parts.Values:
+    """The model's unknowns at q = (z, xi) by the sheets and the closed form, without bounds."""
+    return _sites(structure, data, q, *separation_at(structure, data, chart, q))[0]
+
+
+def _sites(
+    structure: Structure,
+    data: Data,
+    q: Q,
+    separation: Float[Array, " separation"],
+    x: parts.Values,
+) -> tuple[parts.Values, Float[Array, ""]]:
+    """A value for each of the model's sample sites, and log |d sites / d separation|."""
+    sites, log_det = RUNGS[structure.rung].impact.unknowns(separation, x)
+    v_bx, v_by = sites.pop("velocity_b")
+    direction = jnp.arctan2(v_by, v_bx)
+    if "direction_b" in structure.known_of_b:
+        middle = data.inputs["direction_b"][0]
+        direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
+    if structure.uncertain:
+        sites["measured"] = _split(structure, q)[1]
+    return sites | {"speed_b": jnp.sqrt(v_bx**2 + v_by**2), "direction_b": direction}, log_det
+
+
+def _over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k"]:
+    """m's inverse times b, of two or three rows, written out: LAPACK's calls cannot be kept on disk."""
+    if len(m) == 2:
+        adjugate = jnp.array([[m[1, 1], -m[0, 1]], [-m[1, 0], m[0, 0]]])
+    else:
+        u, v, w = m.T
+        adjugate = jnp.stack([jnp.cross(v, w), jnp.cross(w, u), jnp.cross(u, v)])
+    return (adjugate @ b) / _det(m)
+
+
+def _log_det(m: Any) -> Float[Array, ""]:
+    """log |det| of a matrix of two or three rows."""
+    return jnp.log(jnp.abs(_det(m)))
+
+
+def _det(m: Any) -> Float[Array, ""]:
+    """Determinant of a matrix of two or three rows, written out likewise."""
+    if len(m) == 2:
+        return m[0][0] * m[1][1] - m[0][1] * m[1][0]
+    a, b, c = jnp.asarray(m).T
+    return jnp.dot(a, jnp.cross(b, c))

@@ -1,0 +1,126 @@
+"""The density: exact in its value, near enough in its gradient to steer by; compiled once."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpyro.infer.util import log_density
+from retrodict.models import RUNGS
+from retrodict.models.arrays import steps_of
+
+from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.transforms import rest_pose
+from retrodict.studies.calibration import design
+from tests.scenes import at_rest, collision, rolls
+
+RUNG, HELD = "planar-moment+wheels", "planar+spin"
+
+
+@pytest.fixture(scope="module")
+def posterior() -> Posterior:
+    return prepare(collision(share=0.0, interlocked=True), RUNG)
+
+
+@pytest.fixture(scope="module")
+def wide() -> Posterior:
+    """Of a crash that leaves e open, from 0.3 to 0.9."""
+    rest = {"a": (-17.637, -0.541, 6.038), "b": (-28.639, -3.063, -1.607)}
+    return prepare(at_rest(design(), rest), HELD)
+
+
+@pytest.fixture(scope="module")
+def rolling() -> Posterior:
+    return prepare(rolls(collision(share=0.0), "b", (0.9, 0.3, 0.2, 0.2)), RUNG)
+
+
+@pytest.mark.parametrize(("named", "near"), [("posterior", 0.05), ("wide", 0.05), ("rolling", 0.1)])
+def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
+    named: str, near: float, request: pytest.FixtureRequest
+) -> None:
+    posterior: Posterior = request.getfixturevalue(named)
+    structure, data, chart = posterior.programs.structure, posterior.data, posterior.chart
+
+    @jax.jit
+    def potential(w: jax.Array) -> jax.Array:
+        """The model's own, its run-outs told by nobody."""
+        sites, log_det, _ = rest_pose.locate(structure, data, chart, w)
+        return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
+
+    steered = jax.jit(jax.value_and_grad(posterior.programs.target.potential))
+    rng, n = np.random.default_rng(0), chart.spread.shape[1]
+    apart, h = [], 0.02
+    for w in rng.normal(size=(20, n)):
+        value, gradient = steered(jnp.array(w), data, chart)
+        assert value == pytest.approx(float(potential(jnp.array(w))), abs=1e-9)
+        ends = [potential(jnp.array(w + h * step)) for step in (*np.eye(n), *-np.eye(n))]
+        slope = (np.array(ends[:n]) - np.array(ends[n:])) / (2 * h)
+        apart.append(np.linalg.norm(gradient - slope) / np.linalg.norm(slope))
+    assert np.median(apart) < near
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [
+        {"a": (-17.735, 1.225, 1.705), "b": (-33.768, 20.485, -7.207)},
+        {"a": (-13.992, 2.054, 3.736), "b": (-18.869, -2.354, -0.233)},
+    ],
+)
+def test_the_gradient_holds_where_the_closing_speed_vanishes(
+    rest: dict[str, tuple[float, float, float]],
+) -> None:
+    """Both bounds of e meet there. False by a hundredfold and more, it made NUTS diverge.
+
+    Five softnesses deep, up to nine standard deviations out, it is false by up to a quarter.
+    """
+    posterior = prepare(at_rest(design(), rest), RUNG)
+    steered = jax.jit(jax.grad(posterior.programs.target.potential))
+    wall, h, n = posterior.chart.wall, 1e-5, posterior.size
+    meeting = [list(wall.order).index(place) for place in (0, 2)]  # of e, in `rest_pose.edges`
+    for depth in (1.0, 2.0):  # within five standard deviations
+        short = -depth * wall.softness[meeting] - wall.edge[meeting]
+        away = np.linalg.lstsq(wall.slope[meeting], short)[0]
+        w = np.linalg.lstsq(posterior.chart.spread, away)[0]
+        ends = posterior.log_density(w + h * np.concatenate([np.eye(n), -np.eye(n)]))
+        slope = (ends[n:] - ends[:n]) / (2 * h)
+        gradient = steered(w, posterior.data, posterior.chart)
+        assert np.linalg.norm(gradient - slope) < 0.1 * np.linalg.norm(slope)
+
+
+def test_a_gradient_is_cut_only_where_it_is_steeper_than_at_draws(posterior: Posterior) -> None:
+    """NUTS leaps from where the potential is 50 to where it is thousands by a gradient that is not."""
+    target, n = posterior.programs.target, posterior.size
+    both = [jax.jit(jax.value_and_grad(f)) for f in (target.potential, target.steered)]
+    rng, longest = np.random.default_rng(0), 3.0 * n**0.5
+    for far, cut in ((1.0, False), (6.0, True)):
+        for w in far * rng.normal(size=(5, n)):
+            (value, slope), (same, shorter) = (f(w, posterior.data, posterior.chart) for f in both)
+            assert same == value
+            size = np.linalg.norm(slope)
+            assert (size > longest) == cut
+            np.testing.assert_allclose(shorter, slope * min(1.0, longest / size))
+
+
+def test_slopes_and_curvatures_by_differences_are_the_gradients(posterior: Posterior) -> None:
+    """A mode is sought by them, and chains and rivals start from them."""
+    gradient = jax.jit(jax.grad(posterior.programs.target.potential))
+    h, n = 0.02, posterior.size
+    for w in np.random.default_rng(2).normal(size=(3, n)):
+        exact = gradient(w, posterior.data, posterior.chart)
+        np.testing.assert_allclose(posterior.potential(w)[1], exact, atol=0.02 * n**0.5)
+        ends = [
+            [gradient(w + sign * h * step, posterior.data, posterior.chart) for step in np.eye(n)]
+            for sign in (1, -1)
+        ]
+        rows = (np.array(ends[0]) - np.array(ends[1])) / (2 * h)
+        np.testing.assert_allclose(posterior.potential.curvature(w), (rows + rows.T) / 2, atol=0.1)
+
+
+def test_a_scene_that_takes_more_steps_compiles_nothing(posterior: Posterior) -> None:
+    scene = collision(share=0.0, interlocked=True)
+    sharp = {v: replace(p, x=replace(p.x, sd=p.x.sd / 30)) for v, p in scene.rest.items()}
+    other = prepare(replace(scene, rest=sharp), RUNG)
+    steps = [steps_of(p.programs.structure, p.data) for p in (posterior, other)]
+    assert steps[0] < steps[1]
+    assert other.programs is posterior.programs

@@ -1,0 +1,177 @@
+"""The coordinates: a bijection whose determinant is exact, with e and e_m inside their bounds."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.impact import E_M, E, quotients
+
+from retrodict import load_scene
+from retrodict.inference.density.compiled import CHUNK
+from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.modes import rivals
+from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.inference.transforms.rest_pose import Chart, locate
+from retrodict.inference.transforms.soft_bounds import lift, softness_for, squash
+from tests.scenes import collision
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+OWN = ("speed_b", "direction_b", "omega_b", "e", "mu", "e_m")
+
+
+@pytest.fixture(scope="module")
+def posterior() -> Posterior:
+    return prepare(collision(share=0.0), "planar-moment+wheels")
+
+
+@partial(jax.jit, static_argnums=0)
+def _located(structure: Structure, data: Data, chart: Chart, w: jax.Array) -> Any:
+    return jax.vmap(lambda w: locate(structure, data, chart, w))(w)
+
+
+def located(posterior: Posterior, w: np.ndarray) -> Any:
+    """The unknowns at each row of w, the log determinants, and q."""
+    return _located(posterior.programs.structure, posterior.data, posterior.chart, w)
+
+
+def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
+    """By differences of order four: derivatives of the map are only near enough to steer by."""
+    n = posterior.chart.spread.shape[1]
+
+    def unknowns(w: np.ndarray) -> np.ndarray:
+        sites, _, _ = located(posterior, w)
+        return np.concatenate([sites["measured"].T, [sites[name] for name in OWN]])
+
+    h, rng = 1e-3, np.random.default_rng(0)
+    for w in 1.5 * rng.normal(size=(20, n)):
+        offsets = h * np.concatenate([k * np.eye(n) for k in (1, -1, 2, -2)] + [np.zeros((1, n))])
+        points = w + offsets[np.minimum(np.arange(CHUNK), 4 * n)]
+        ends = unknowns(points)[:, : 4 * n].reshape(n, 4, n)
+        near, far = ends[:, 0] - ends[:, 1], ends[:, 2] - ends[:, 3]
+        expected = np.linalg.slogdet((8 * near - far) / (12 * h))[1]
+        found = located(posterior, points)[1][-1]
+        assert float(found) == pytest.approx(expected, abs=1e-7)
+
+
+def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> None:
+    rng = np.random.default_rng(1)
+    w = jnp.array(rng.normal(size=(500, posterior.chart.spread.shape[1])) * 4)
+    sites, log_det, _ = located(posterior, w)
+    assert not np.isnan(np.array(log_det)).any()
+    for level in (E, E_M):
+        values = np.array(sites[level.name])
+        assert (values >= level.low).all()
+        assert (values <= level.high).all()
+
+
+@pytest.mark.parametrize(("which", "bound", "side"), [(0, 0.0, -1), (1, 1.0, 1)], ids=["e", "e_m"])
+def test_every_value_up_to_the_near_bound_is_reached(
+    posterior: Posterior, which: int, bound: float, side: int
+) -> None:
+    """A map that stops short of a bound cuts the posterior off there, and no check notices."""
+    chart, wall = posterior.chart, posterior.chart.wall
+    near, far = (list(wall.order).index(place) for place in (1 + which, 3 + which))
+    edges = np.linspace(wall.edge[near], -10 * wall.softness[near], 500)
+    away = np.outer(edges - wall.edge[near], wall.along[near])
+    w = np.linalg.lstsq(chart.spread, away.T)[0].T  # what the sliding is held at stays
+    sites, log_det, _ = located(posterior, w)
+    assert np.isfinite(np.array(log_det)).all()
+    reached = np.array(sites[("e", "e_m")[which]])
+    rises, tellable = side * np.diff(reached), abs(bound - reached[1:]) > 1e-12
+    assert (rises[tellable] > 0).all()
+    assert (rises > -1e-15).all()
+    across = wall.edge[near] + wall.edge[far]  # from bound to bound
+    assert abs(bound - reached[-1]) < wall.softness[near] / across / 100
+    found = solved_back(posterior, sites)[which]
+    np.testing.assert_allclose(found, reached, atol=1e-9)
+
+
+def test_every_point_is_bent_to_where_its_levels_are_reached(posterior: Posterior) -> None:
+    """Also the one in a million: density zero there would be a divergence of NUTS."""
+    w = np.random.default_rng(3).standard_normal((100_000, posterior.size))
+    worst = 0.0
+    for some in np.split(w, len(w) // CHUNK):
+        sites, log_det, _ = located(posterior, some)
+        assert np.isfinite(log_det).all()
+        for found, name in zip(solved_back(posterior, sites), ("e", "e_m"), strict=True):
+            worst = max(worst, float(np.abs(found - sites[name]).max()))
+    assert worst < 1e-11
+
+
+def test_no_crash_is_reached_twice() -> None:
+    """Far out the linear equations led back to the mode, which passed for a rival of it."""
+    posterior = prepare(load_scene(EXAMPLES / "brach-1977" / "scene.toml"), DEFAULT_RUNG)
+    assert rivals(posterior, 0) == []
+
+
+def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:
+    """e and e_m by the paper's inverse, from the motion that a forward impact gave."""
+    told = posterior.programs("simulate", posterior.data, sites)
+    after = jnp.stack([told[name] for of_one in parts.AFTER for name in of_one], axis=1)
+
+    @jax.jit
+    @jax.vmap
+    def quotient(after: jax.Array, deviates: jax.Array) -> jax.Array:
+        x = parts.from_standard(posterior.programs.structure, posterior.data, deviates)
+        over, under = quotients((E, E_M), after, x)
+        return over / under
+
+    return np.array(quotient(after, sites["measured"])).T
+
+
+def test_squash_is_the_identity_away_from_the_bounds() -> None:
+    inside = np.linspace(0.2, 0.8, 7)
+    np.testing.assert_allclose(squash(inside, 0.01, 0.0, 1.0)[0], inside, atol=1e-6)
+    below, above = (float(squash(x, 0.01, 0.0, 1.0)[0]) for x in (-0.05, 1.05))
+    assert 0 < below < 1e-3
+    assert 1 - 1e-3 < above < 1
+
+
+@pytest.mark.parametrize("way", [lambda x: squash(x, 0.02, 0.0, 1.0), lambda x: lift(x, 0.02)])
+@pytest.mark.parametrize("level", [-0.2, -0.03, 0.004, 0.5, 0.98, 1.02])
+def test_slopes_of_squash_and_lift_are_their_derivatives(
+    way: Callable[[Any], tuple[jax.Array, jax.Array]], level: float
+) -> None:
+    def both(x: float) -> np.ndarray:
+        return np.array(way(x))
+
+    h = 1e-5
+    _, log_slope = both(level)
+    slopes = np.array(jax.jacfwd(lambda x: jnp.stack(way(x)))(level))
+    differences = (both(level + h) - both(level - h)) / (2 * h)
+    np.testing.assert_allclose(slopes, differences, rtol=1e-5, atol=1e-8)
+    assert np.exp(log_slope) == pytest.approx(slopes[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("mean", [-4.0, -2.0, 0.0, 1.0, 2.0, 4.0])
+def test_a_normal_cut_off_at_zero_looks_like_a_normal_when_lifted(mean: float) -> None:
+    """By quadrature: how many draws of the normal about its mode importance sampling keeps."""
+    level = np.linspace(-12, 14, 4001)
+    step = level[1] - level[0]
+    sd, top = 1.0, max(mean, 1.0)
+    for _ in range(6):
+        lifted, log_slope = map(np.array, lift(level, softness_for(sd, top)))
+        log_density = log_slope - (lifted - mean) ** 2 / 2
+        mode = int(np.argmax(log_density))
+        sd, top = step / np.sqrt(-np.diff(log_density, 2)[mode - 1]), lifted[mode]
+    w = (level - level[mode]) / sd
+    density = np.exp(log_density - log_density[mode])[abs(w) < 5]
+    density /= density.sum() * step / sd
+    normal = np.exp(-(w[abs(w) < 5] ** 2) / 2) / np.sqrt(2 * np.pi)
+    assert np.sum(density**2 / normal) * step / sd < 1 / 0.97
+
+
+def test_the_posterior_is_near_a_standard_normal_in_its_coordinates(posterior: Posterior) -> None:
+    """Importance sampling from a standard normal wastes few draws: what makes NUTS quick."""
+    rng = np.random.default_rng(3)
+    w = rng.normal(size=(300, posterior.chart.spread.shape[1]))
+    log_weight = np.array([0.5 * (row**2).sum() - posterior.potential(row)[0] for row in w])
+    weight = np.exp(log_weight - log_weight.max())
+    assert weight.sum() ** 2 / (weight**2).sum() > 0.5 * len(w)

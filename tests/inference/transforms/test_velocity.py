@@ -1,0 +1,106 @@
+"""Coordinates where rest poses do not pin the motion: their determinants, and where they lead."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from retrodict.models import RUNGS
+from retrodict.models.arrays import in_steps
+
+from retrodict.inference.density.compiled import programs_for
+from retrodict.inference.fitting import whitening
+from retrodict.inference.fitting.pilot import scouted
+from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare, unresolved
+from retrodict.inference.transforms import velocity
+from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
+from tests.scenes import DEGREE, collision
+
+
+def departed(**changes) -> Scene:
+    """Motion after the impact in place of any rest pose, as it is under the paper's numbers."""
+    a = Departure(Measured(2.81, 0.05), Measured(7.4, 0.3), yaw_rate=Measured(0.61, 0.2))
+    b = Departure(Measured(-0.83, 0.05), Measured(8.0, 0.3), yaw_rate=Measured(9.9, 0.3))
+    scene = replace(collision(berm=False), rest={}, departure={"a": a, "b": b})
+    return replace(scene, **changes)
+
+
+def course_known() -> Scene:
+    scene = departed()
+    b = Approach(None, Measured(-0.2, DEGREE), Measured(0.0, DEGREE))
+    return replace(scene, approach=scene.approach | {"b": b})
+
+
+def rolled() -> Scene:
+    scene = collision(berm=False)
+    drag = [Measured(0.2, 0.05, "logitnormal")] * 4
+    wheels = Wheels(*drag, steer=Measured(0.0, 2 * DEGREE))
+    return replace(
+        scene, vehicles=scene.vehicles | {"b": replace(scene.vehicles["b"], wheels=wheels)}
+    )
+
+
+SCENES = {"departed": departed(), "course known": course_known(), "rolled": rolled()}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=list(SCENES))
+@pytest.mark.parametrize("rung", [name for name in RUNGS if not name.endswith("slide")])
+def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
+    structure, data = RUNGS[rung].of_scene(scene)
+    own = len(velocity.names(structure))
+    rng = np.random.default_rng(3)
+
+    def flat(q: jax.Array) -> tuple[jax.Array, tuple]:
+        sites, log_det = velocity.locate(structure, data, q)
+        values = jnp.concatenate([jnp.atleast_1d(value) for value in sites.values()])
+        return values, (sites.get("e", 0.5), log_det)
+
+    # where e is so near to a bound that it rounds to it, no difference can tell
+    candidates = rng.normal(size=(100, own + len(structure.uncertain)))
+    candidates[:, :4] *= 4
+    slopes, (e, log_det) = jax.jit(jax.vmap(jax.jacfwd(flat, has_aux=True)))(candidates)
+    chosen = np.flatnonzero((e > 1e-4) & (e < 1 - 1e-4))[:5]
+    assert len(chosen) == 5
+    np.testing.assert_allclose(
+        log_det[chosen], np.linalg.slogdet(slopes[chosen])[1], rtol=0, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("rung", ["momentum+spin", "planar-common+spin", "planar-moment+spin"])
+def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> None:
+    """By the model itself, forward, wherever e lies well inside its bounds."""
+    scene = departed()
+    posterior = prepare(scene, rung)
+    structure, data = posterior.programs.structure, posterior.data
+    q = np.asarray(posterior.chart.centre)
+    sites = jax.tree.map(np.asarray, velocity.locate(structure, data, jnp.asarray(q))[0])
+    rows = {name: np.tile(value, (500, *[1] * np.ndim(value))) for name, value in sites.items()}
+    told = {k: np.asarray(v)[0] for k, v in posterior.programs("simulate", data, rows).items()}
+    for name, value in zip(velocity.names(structure), q, strict=False):
+        if name in ("Vax", "Vay") and rung.startswith("momentum"):
+            assert told[name] == pytest.approx(value, abs=1e-9)
+    again = velocity.near(structure, data, sites | told)
+    moved = again - q
+    assert np.abs(moved[: len(velocity.names(structure))]).max() < (
+        1e-9 if rung.startswith("momentum") else 0.2
+    )
+
+
+@pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
+def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
+    """No rest pose was measured: only the mark's distance from the path can tell."""
+    scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
+    structure, data = in_steps(*RUNGS["planar-moment+spin"].of_scene(scene), steps)
+    centre = np.asarray(prepare(scene, "planar-moment+spin").chart.centre)
+    chart = whitening.plain(centre, 0.01 * np.eye(centre.size))
+    posterior = Posterior(programs_for(structure), data, chart, np.zeros(2), 0.0, 0.0)
+    assert (unresolved(posterior) > RESOLVED) is few
+
+
+def test_no_search_begins_from_vehicles_that_part() -> None:
+    structure, data = RUNGS["planar-moment+spin"].of_scene(departed())
+    score, told = scouted(programs_for(structure), data)
+    parting = told["closing_speed"] < 0
+    assert parting.any()
+    assert score[parting].max() < score[~parting].min()
