@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.modes import Whereabouts
+from retrodict.inference.modes import PosteriorModes
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
@@ -220,7 +220,7 @@ def reconstruct(
     """
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
-    climbed, known = None, dict[str, Whereabouts]()
+    climbed, known = None, dict[str, PosteriorModes]()
     # what the ladder draws of scenes in which wheels roll takes longest, and is kept
     kept: dict[str, Outcome] | None = None
     if method == AUTO:

@@ -119,8 +119,8 @@ def test_a_quantity_without_a_digit_fails() -> None:
 def test_coarse_quantities_are_named_until_there_are_draws_enough() -> None:
     """200 draws pin the limits of a normal to 0.19 sd: a unit of 0.3, not of 0.94."""
     draws = np.repeat(np.random.default_rng(6).normal(size=(4, 50)), 10, axis=1)
-    assert "e" not in judge(tree(e=0.3 * draws), collision()).coarse
-    assert "e" in judge(tree(e=0.94 * draws), collision()).coarse
+    assert "e" not in judge(tree(e=0.3 * draws), collision()).imprecise
+    assert "e" in judge(tree(e=0.94 * draws), collision()).imprecise
 
 
 def test_slow_energy_fails() -> None:

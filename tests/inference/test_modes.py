@@ -12,7 +12,7 @@ from retrodict.models import RUNGS
 
 from retrodict.inference import modes, reconstruct
 from retrodict.inference.density.compiled import Programs, programs_for
-from retrodict.inference.density.log_density import Target, Weighed
+from retrodict.inference.density.log_density import Evaluated, Target
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers import METHODS, Task
@@ -28,11 +28,11 @@ APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and what 
 class _TwoNormals(Target):
     """A density that is known: two standard normals, APART from each other."""
 
-    def weighed(self, w, data, chart, missed=None):
+    def weighed(self, w, data, transform, missed=None):
         squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
         told = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.aims}
         density = logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE])))
-        return Weighed(density, told, w, jnp.zeros(len(self.structure.aims)))
+        return Evaluated(density, told, w, jnp.zeros(len(self.structure.aims)))
 
 
 @pytest.fixture(scope="module")
@@ -97,19 +97,19 @@ def _turned_scene() -> Scene:
 
 
 def test_a_rival_is_found_and_weighed(two_normals: Posterior) -> None:
-    (odds, w), *more = modes.rivals(two_normals, seed=0)
+    (odds, w), *more = modes.unsampled(two_normals, seed=0)
     assert not more
     assert odds == pytest.approx(SHARE / (1 - SHARE), rel=0.02)
     np.testing.assert_allclose(w, [APART, *[0] * (w.size - 1)], atol=0.05)
 
 
 def test_one_mode_has_no_rivals() -> None:
-    assert modes.rivals(prepare(SCENE, reconstruct.DEFAULT_RUNG), seed=0) == []
+    assert modes.unsampled(prepare(SCENE, reconstruct.DEFAULT_RUNG), seed=0) == []
 
 
 @pytest.mark.parametrize("method", ["nuts", "smc"])
 def test_chains_and_populations_see_one_of_two_modes(method: str, two_normals: Posterior) -> None:
-    """Why a rival is a fault: chains, or populations, agree with one another."""
+    """Why a other is a fault: chains, or populations, agree with one another."""
     task = Task(two_normals, 4, 300, 150, 0, lambda *_: None)
     assert (METHODS[method].draw(task).w[..., 0] < APART / 2).all()
 
@@ -171,7 +171,7 @@ def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch)
     def one(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
         return [(0.25, np.full(posterior.size, 2.0))]
 
-    monkeypatch.setattr(modes, "rivals", one)
+    monkeypatch.setattr(modes, "unsampled", one)
     found = reconstruct.reconstruct(SCENE, draws=50, warmup=100)
     assert not found.checks.passed
     assert "the evidence fits another solution (weight 20.0%)" in found.checks.reasons[0]
@@ -181,12 +181,12 @@ def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch)
 
 def test_a_rival_that_the_draws_hold_is_none() -> None:
     """A third of the posterior at 6: a third of the draws there will do, one in fifty will not."""
-    rival = modes.Rival(0, 0.5, np.array([6.0, 0.0]))
+    other = modes.UnsampledMode(0, 0.5, np.array([6.0, 0.0]))
     rng = np.random.default_rng(0)
     for share, held in ((1 / 3, True), (0.02, False), (0.0, False)):
         draws = rng.normal(size=(3000, 2))
         draws[: int(share * 3000), 0] += 6.0
-        assert rival.reached(draws) is held
+        assert other.reached(draws) is held
 
 
 def test_turns_of_two_vehicles_are_sought_together(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,7 +221,7 @@ def test_numbers_of_turns_are_told_apart_by_rest_poses_that_are_not_too_sharp() 
 def test_a_rival_that_outweighs_all_has_a_weight(two_normals: Posterior) -> None:
     solution = modes.Solution(two_normals, SCENE, {}, False)
     first = Mode(1.0, 0.0, {}, {})
-    rival = modes.Rival(0, float(np.exp(modes._SURE)), np.zeros(two_normals.size))
-    kept, other = modes.beside([solution], [first], [rival])
+    other = modes.UnsampledMode(0, float(np.exp(modes._SURE)), np.zeros(two_normals.size))
+    kept, other = modes.beside([solution], [first], [other])
     assert kept.weight == pytest.approx(0.0)
     assert other.weight == pytest.approx(1.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from retrodict.inference import Interrupted, Unanswerable
+from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
@@ -77,7 +78,7 @@ def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
     rng = np.random.default_rng(7)
     w = rng.normal(size=(4000, n)) / np.sqrt(rng.chisquare(5, size=(4000, 1)) / 5)
     density = jax.jit(
-        jax.vmap(lambda w: programs.target.log_density(w, posterior.data, posterior.chart))
+        jax.vmap(lambda w: programs.target.log_density(w, posterior.data, posterior.transform))
     )
     log_weight = np.array(density(jnp.asarray(w)))
     log_weight += 0.5 * (5 + n) * np.log1p((w**2).sum(axis=1) / 5)  # less the t's log density

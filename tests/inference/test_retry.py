@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.modes import Whereabouts, solutions, weighed, whereabouts
+from retrodict.inference.modes import PosteriorModes, posterior_modes, solutions, weighed
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.retry import Sampling
 from retrodict.inference.samplers import METHODS, Draws, Method, Task
@@ -81,8 +81,8 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
 ) -> None:
     """Where weights do not settle tempering comes first; Ctrl-C is no reason to turn to NUTS."""
 
-    def unsettled(*arguments: object) -> Whereabouts:
-        return replace(whereabouts(*arguments), faults=("a weight is not settled",))  # type: ignore[arg-type]
+    def unsettled(*arguments: object) -> PosteriorModes:
+        return replace(posterior_modes(*arguments), faults=("a weight is not settled",))  # type: ignore[arg-type]
 
     def stopped(task: Task) -> Draws:
         raise Interrupted("stopped")
@@ -90,7 +90,7 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
     def begun(task: Task) -> Draws:
         pytest.fail("another method was begun")
 
-    monkeypatch.setattr("retrodict.inference.reconstruct.whereabouts", unsettled)
+    monkeypatch.setattr("retrodict.inference.reconstruct.posterior_modes", unsettled)
     monkeypatch.setitem(METHODS, "smc", replace(METHODS["smc"], draw=stopped))
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=begun))
     with pytest.raises(Interrupted):

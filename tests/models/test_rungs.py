@@ -161,7 +161,7 @@ def test_a_vehicle_that_rolls_beside_one_that_skids(v: str) -> None:
 
 @pytest.mark.slow
 def test_a_vehicle_that_rolls_along_its_way_beside_one_that_skids() -> None:
-    """Of the one the inverse in closed form gives coordinates, of the other a sheet."""
+    """Of the one the inverse in closed form gives coordinates, of the other a regression."""
     scene = rolled()
     agrees(replace(scene, vehicles=scene.vehicles | {"a": SCENE.vehicles["a"]}), "momentum+roll")
 
@@ -175,7 +175,7 @@ def test_marks_on_the_way_that_a_vehicle_rolled_along() -> None:
 def agrees(scene: Scene, name: str) -> None:
     """A Student-t in the model's unconstrained unknowns, weighed by NumPyro's density of it.
 
-    Neither the sheets nor the bend nor their determinants take part, so all of them must be right
+    Neither the regressions nor the constraints nor their determinants take part, so all of them must be right
     for the evidence to agree.
     """
     posterior = prepare(scene, name)

@@ -151,9 +151,11 @@ def test_too_little_warm_up_is_flagged_or_harmless(ordinary: Ordinary) -> None:
 
 def test_a_wrong_start_is_overcome_or_flagged(ordinary: Ordinary) -> None:
     posterior, sure, _ = ordinary
-    centre, spread = (np.asarray(a) for a in (posterior.chart.centre, posterior.chart.spread))
-    chart = posterior.chart._replace(centre=centre + 10 * spread.sum(1))
-    elsewhere = replace(posterior, chart=chart)
+    centre, spread = (
+        np.asarray(a) for a in (posterior.transform.centre, posterior.transform.spread)
+    )
+    shifted = posterior.transform._replace(centre=centre + 10 * spread.sum(1))
+    elsewhere = replace(posterior, transform=shifted)
     found = METHODS["nuts"].draw(Task(elsewhere, 4, 500, 150, 0, lambda *_: None))
     x = sites(elsewhere, found)
     assert faults(elsewhere, found, x) or off(x, sure) < 0.25

@@ -94,7 +94,9 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         reasons=tuple(found),
         failed=tuple(failed),
         flags=_flags(idata, scene),
-        coarse=tuple(n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)),
+        imprecise=tuple(
+            n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)
+        ),
     )
 
 
@@ -109,7 +111,7 @@ def _nothing_left(name: str, sd: float, error: float) -> bool:
 
 
 def _weights(idata: xr.DataTree) -> np.ndarray:
-    """What crashes of the prior weigh by the evidence; none where they were not told."""
+    """What crashes of the prior evaluate by the evidence; none where they were not told."""
     if "sample_stats_prior" not in idata.children:
         return np.zeros(0)
     return np.asarray(idata["sample_stats_prior"]["weight"]).ravel()

@@ -39,7 +39,7 @@ _MOST_TRIED = 18  # numbers of turns for each vehicle: about so many are, before
 _SHARPEST = 0.1, np.radians(2)  # standard deviations of a rest pose, m and rad
 _STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which modes are sought
 _APART = 3.0  # standard deviations: nearer than this it is the same mode
-_REACHED = 0.3  # of its share of the posterior: draws nearer a rival than the mode they began from
+_REACHED = 0.3  # of its share of the posterior: draws nearer a other than the mode they began from
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
 _SURE = 100.0  # log odds: more of them say no more, and would not be numbers
 _STILL = 1.0  # slope per standard deviation below which a search has arrived
@@ -192,7 +192,7 @@ def weighed(found: list[Solution], seed: int) -> tuple[list[Solution], list[Mode
     """
     middle = np.zeros(found[0].posterior.size)
     if len(found) == 1:
-        return found, [Mode(1.0, 0.0, _told_at(found[0].posterior, middle), found[0].turns)], ()
+        return found, [Mode(1.0, 0.0, _values_at(found[0].posterior, middle), found[0].turns)], ()
     known = [(s, _settled(s.posterior, seed)) for s in found]
     least = max(e.value for _, e in known) + np.log(RIVAL)
     known = [(s, e) for s, e in known if e.value > least or e.faults]
@@ -207,7 +207,7 @@ def weighed(found: list[Solution], seed: int) -> tuple[list[Solution], list[Mode
         for fault in e.faults
     )
     modes = [
-        Mode(float(w), float(w * r), _told_at(s.posterior, middle), s.turns)
+        Mode(float(w), float(w * r), _values_at(s.posterior, middle), s.turns)
         for s, w, r in zip(found, weights, relative, strict=True)
     ]
     return found, modes, faults
@@ -278,7 +278,7 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
 
 
 @dataclass(frozen=True)
-class Rival:
+class UnsampledMode:
     """Another mode beside that of a solution, at the same numbers of turns.
 
     Args:
@@ -291,11 +291,11 @@ class Rival:
     odds: float
     w: np.ndarray
 
-    def seen_from(self, before: Solution, after: Solution) -> Rival:
+    def converted_to(self, before: Solution, after: Solution) -> UnsampledMode:
         """The same where its solution has other coordinates than before."""
         if after.posterior is before.posterior:
             return self
-        w = before.posterior.seen_from(after.posterior, self.w[None])[0]
+        w = before.posterior.converted_to(after.posterior, self.w[None])[0]
         return replace(self, w=w)
 
     def reached(self, draws: np.ndarray) -> bool:
@@ -309,14 +309,14 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Whereabouts:
+class PosteriorModes:
     """Where a scene's posterior lies on a rung.
 
     Args:
         found: its solutions.
-        modes: what they weigh, in the same order.
+        modes: what they evaluate, in the same order.
         faults: for which no draws are to be relied on.
-        seed: that it was found by, and that rivals are sought by.
+        seed: that it was found by, and that unsampled are sought by.
     """
 
     found: list[Solution]
@@ -325,25 +325,25 @@ class Whereabouts:
     seed: int
 
     @cached_property
-    def rivals(self) -> list[Rival]:
+    def unsampled(self) -> list[UnsampledMode]:
         """Other modes than the solutions' own, of more weight than RIVAL: sought when first asked."""
         return [
-            Rival(i, odds, w)
+            UnsampledMode(i, odds, w)
             for i, (solution, mode) in enumerate(zip(self.found, self.modes, strict=True))
-            for odds, w in rivals(solution.posterior, self.seed)
+            for odds, w in unsampled(solution.posterior, self.seed)
             if odds * mode.weight > RIVAL
         ]
 
 
-def whereabouts(
+def posterior_modes(
     scene: Scene, rung: str, seed: int, method: str, progress: Progress | None = None
-) -> Whereabouts:
+) -> PosteriorModes:
     """Where a scene's posterior lies on a rung.
 
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
-        seed: of the draws that weigh solutions, and of the search for rivals.
+        seed: of the draws that evaluate solutions, and of the search for unsampled.
         method: by which it will be drawn from.
         progress: as of `solutions`.
 
@@ -356,7 +356,7 @@ def whereabouts(
     else:
         found = solutions(scene, rung, progress)
     found, modes, unsettled = weighed(found, seed)
-    return Whereabouts(found, modes, _unresolved(found) + unsettled, seed)
+    return PosteriorModes(found, modes, _unresolved(found) + unsettled, seed)
 
 
 def _unresolved(found: list[Solution]) -> tuple[str, ...]:
@@ -369,29 +369,29 @@ def _unresolved(found: list[Solution]) -> tuple[str, ...]:
     )
 
 
-def beside(found: list[Solution], modes: list[Mode], unreached: list[Rival]) -> list[Mode]:
-    """The modes of the solutions, then each rival that no draw holds.
+def beside(found: list[Solution], modes: list[Mode], unreached: list[UnsampledMode]) -> list[Mode]:
+    """The modes of the solutions, then each other that no draw holds.
 
     Args:
         found: the solutions.
-        modes: what they weigh, in the same order.
-        unreached: the rivals.
+        modes: what they evaluate, in the same order.
+        unreached: the unsampled.
 
     Returns:
-        Modes; a rival's weight, and what it takes from its solution's, are Laplace's.
+        Modes; a other's weight, and what it takes from its solution's, are Laplace's.
     """
     kept, others = [], []
     for i, (solution, mode) in enumerate(zip(found, modes, strict=True)):
-        near = [rival for rival in unreached if rival.of == i]
-        share = mode.weight / (1 + sum(rival.odds for rival in near))
+        near = [other for other in unreached if other.of == i]
+        share = mode.weight / (1 + sum(other.odds for other in near))
         kept.append(replace(mode, weight=share))
-        for rival in near:
-            told = _told_at(solution.posterior, rival.w)
-            others.append(Mode(rival.odds * share, np.nan, told, solution.turns, False))
+        for other in near:
+            told = _values_at(solution.posterior, other.w)
+            others.append(Mode(other.odds * share, np.nan, told, solution.turns, False))
     return kept + others
 
 
-def rivals(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
+def unsampled(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
     """Other modes of a posterior than that at w = 0, searched for from far-off starts.
 
     Args:
@@ -410,7 +410,7 @@ def rivals(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
     def arrived(w: np.ndarray) -> bool:
         return bool(np.linalg.norm(w) < _APART)
 
-    for end in posterior.potential.lowest_from(starts, arrived):
+    for end in posterior.potential.minimise_from(starts, arrived):
         known = [np.zeros(n), *(other for _, other in found)]
         if min(np.linalg.norm(end.w - other) for other in known) < _APART:
             continue
@@ -423,7 +423,7 @@ def rivals(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
         odds = np.exp(min(log_odds, _SURE))
         if odds > RIVAL:
             found.append((float(odds), end.w))
-    return sorted(found, key=lambda rival: -rival[0])
+    return sorted(found, key=lambda other: -other[0])
 
 
 def shares(log_evidence: np.ndarray) -> np.ndarray:
@@ -437,7 +437,7 @@ def _log_volume(posterior: Posterior, w: np.ndarray) -> float:
     return float(np.linalg.slogdet(spread(posterior.potential.curvature(w), FLAT))[1])
 
 
-def _told_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
+def _values_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
     """The reported quantities at a point, SI units and radians."""
     told = posterior.weighed(w[None])[1]
     return {name: float(told[name][0]) for name in REPORTED if name in told}

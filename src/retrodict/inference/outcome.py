@@ -32,7 +32,7 @@ class Checks:
         failed: reported quantities that failed a check of their own.
         flags: findings about the scene (energy gained, reversed sliding, a surprising item of
             evidence), which do not fail the draws.
-        coarse: reported quantities of which the draws do not bear out one whole digit of the
+        imprecise: reported quantities of which the draws do not bear out one whole digit of the
             standard deviation: more draws would print more.
     """
 
@@ -45,7 +45,7 @@ class Checks:
     failed: tuple[str, ...] = ()
     flags: tuple[str, ...] = ()
     pareto_k: float | None = None
-    coarse: tuple[str, ...] = ()
+    imprecise: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

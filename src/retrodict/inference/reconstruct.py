@@ -18,7 +18,7 @@ from retrodict.inference.datatree import prior_keys
 from retrodict.inference.density.compiled import BATCH, ROWS, Programs, programs_for
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting import rolling, whitening
-from retrodict.inference.modes import Solution, Whereabouts, whereabouts
+from retrodict.inference.modes import PosteriorModes, Solution, posterior_modes
 from retrodict.inference.outcome import Mode, Outcome
 from retrodict.inference.retry import Run, Sampling, has_failed
 from retrodict.inference.samplers import METHODS, Task
@@ -43,7 +43,7 @@ def reconstruct(
     progress: Progress | None = None,
     resume: Path | None = None,
     pictured: bool = True,
-    known: dict[str, Whereabouts] | None = None,
+    known: dict[str, PosteriorModes] | None = None,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
 
@@ -82,7 +82,7 @@ def reconstruct(
     compiled_before = Programs.compile_seconds
     known = {} if known is None else known
 
-    def find(method: str) -> Whereabouts:
+    def find(method: str) -> PosteriorModes:
         tell("compiling", 0, 1)
         compile_ahead(scene, model, method, warmup, pictured)
         finding = partial(tell, "finding where the posterior lies")
@@ -90,16 +90,16 @@ def reconstruct(
         tempered = rolling.tempered(scene, model, method)
         place = f"{model}, tempered" if tempered else model
         if place not in known:
-            known[place] = whereabouts(scene, model, seed, method, finding)
+            known[place] = posterior_modes(scene, model, seed, method, finding)
         finding(1, 1)
         return known[place]
 
-    def draw(method: str, where: Whereabouts, draws: int, resume: Path | None = None) -> Run:
+    def draw(method: str, where: PosteriorModes, draws: int, resume: Path | None = None) -> Run:
         # where no mode was sought, there is none beside it
         seeks = METHODS[method].exact and not rolling.tempered(scene, model, method)
         tell("looking for other solutions", 0, 1)
-        rivals = where.rivals if seeks else []
-        sampling = Sampling(where.found, where.modes, rivals, where.faults, pictured, tell)
+        unsampled = where.unsampled if seeks else []
+        sampling = Sampling(where.found, where.modes, unsampled, where.faults, pictured, tell)
         progress = partial(tell, "sampling")
         task = Task(where.found[0].posterior, chains, draws, warmup, seed, progress, resume)
         return sampling.or_by_another(sampling.by(method, task), task)
@@ -200,19 +200,23 @@ def compile_ahead(
         pinned, structure, data, _ = rolling.seen(scene, model)
         _expect_run_outs(programs_for(pinned), data)
     programs = programs_for(structure)
-    chart = whitening.blank(structure)
-    n = chart.spread.shape[1]
+    transform = whitening.blank(structure)
+    n = transform.spread.shape[1]
     if not (structure.unpinned or structure.offset):
         _expect_run_outs(programs, data)
         if programs.target.rung.impact.levels:
-            programs.expect("levels", data, chart, chart.centre)
+            programs.expect("levels", data, transform, transform.centre)
     if structure.unpinned:
-        programs.expect("potential", np.zeros(n), data, chart)
+        programs.expect("potential", np.zeros(n), data, transform)
     programs.expect(
-        "weigh", data, chart, np.zeros((ROWS, n)), np.zeros((ROWS, len(structure.surrogates)))
+        "evaluate",
+        data,
+        transform,
+        np.zeros((ROWS, n)),
+        np.zeros((ROWS, len(structure.surrogates))),
     )
     if method == "nuts":
-        programs.sampler(warmup, targets(structure)[0], data, chart)
+        programs.sampler(warmup, targets(structure)[0], data, transform)
     if pictured or structure.open:  # where a likely crash is sought among those of the prior
         prior = (prior_keys(0), data)
         programs.expect("prior", *prior)
@@ -223,7 +227,7 @@ def compile_ahead(
 
 
 def _expect_run_outs(programs: Programs, data: Data) -> None:
-    """What sheets are fitted by."""
+    """What regressions are fitted by."""
     structure = programs.structure
     if structure.inverted == VEHICLES:
         return

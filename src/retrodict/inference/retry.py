@@ -13,7 +13,7 @@ import numpy as np
 from retrodict.inference import diagnostics
 from retrodict.inference.datatree import crashes_of_prior, tree_of
 from retrodict.inference.density.compiled import Programs
-from retrodict.inference.modes import SLIGHT, Rival, Solution, beside, mixed
+from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, beside, mixed
 from retrodict.inference.outcome import Checks, Mode
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.progress import Progress
@@ -42,7 +42,7 @@ class Run:
         complete: False when interrupted.
         notes: how it helped itself.
         unfinished: interrupted chains as a file holds them.
-        modes: the solutions, then each rival that no draw holds.
+        modes: the solutions, then each other that no draw holds.
         drawn: what the method drew of each solution.
     """
 
@@ -65,8 +65,8 @@ class Sampling:
 
     Args:
         found: its solutions.
-        modes: what they weigh, in the same order.
-        rivals: other modes, which draws should reach.
+        modes: what they evaluate, in the same order.
+        unsampled: other modes, which draws should reach.
         faults: for which no draws are to be relied on.
         pictured: whether the prior and run-outs are told too, which figures show.
         tell: called as the work goes on.
@@ -74,7 +74,7 @@ class Sampling:
 
     found: list[Solution]
     modes: list[Mode]
-    rivals: list[Rival]
+    unsampled: list[UnsampledMode]
     faults: tuple[str, ...]
     pictured: bool
     tell: Progress
@@ -93,7 +93,9 @@ class Sampling:
         complete = all(each.complete for each in drawn)
         draws, times, lacking = task.draws, 1, self._lacking(checks)
         while (
-            complete and may_mend(checks, task, times, method) and all(each.more for each in drawn)
+            complete
+            and may_improve(checks, task, times, method)
+            and all(each.more for each in drawn)
         ):
             times *= 2
             drawn, further = self._timed(partial(_more, drawn))
@@ -123,8 +125,8 @@ class Sampling:
     def _lacking(self, checks: Checks) -> list[str]:
         """What of draws more of them may mend."""
         lacking = [*checks.reasons[len(self.faults) :]]
-        if checks.coarse:
-            names = ", ".join(describe(name)[0] for name in checks.coarse)
+        if checks.imprecise:
+            names = ", ".join(describe(name)[0] for name in checks.imprecise)
             lacking.append(f"not one digit of the 95 % limits was sure of {names}")
         return lacking
 
@@ -145,9 +147,11 @@ class Sampling:
             return replace(run, notes=(*run.notes, f"{missed}: no other method was tried"))
         # those draws say where the posterior lies, though they may not be told
         found = [s.about(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
-        rivals = [rival.seen_from(self.found[rival.of], found[rival.of]) for rival in self.rivals]
+        unsampled = [
+            other.converted_to(self.found[other.of], found[other.of]) for other in self.unsampled
+        ]
         draws = max(task.draws, METHODS[instead].draws)
-        other = replace(self, found=found, rivals=rivals).by(
+        other = replace(self, found=found, unsampled=unsampled).by(
             instead, replace(task, posterior=found[0].posterior, draws=draws, resume=None)
         )
         seconds = run.seconds + other.seconds
@@ -183,7 +187,7 @@ class Sampling:
         """The draws mixed, the verdict on them, and the modes in their light."""
         modes = self._modes(drawn)
         others = modes[len(self.found) :]
-        known = self.faults + tuple(_told_apart(mode, self.modes[0]) for mode in others)
+        known = self.faults + tuple(_conflicting(mode, self.modes[0]) for mode in others)
         trees = [
             tree_of(s, d, task.seed, self._prior(s, task.seed))
             for s, d in zip(self.found, drawn, strict=False)
@@ -212,12 +216,12 @@ class Sampling:
         return self._priors[key]
 
     def _modes(self, drawn: list[Draws]) -> list[Mode]:
-        """The solutions, then each rival that no draw of its solution holds."""
+        """The solutions, then each other that no draw of its solution holds."""
         unreached = [
-            rival
-            for rival in self.rivals
-            if rival.of >= len(drawn)
-            or not rival.reached(drawn[rival.of].w.reshape(-1, rival.w.size))
+            other
+            for other in self.unsampled
+            if other.of >= len(drawn)
+            or not other.reached(drawn[other.of].w.reshape(-1, other.w.size))
         ]
         return beside(self.found, self.modes, unreached)
 
@@ -233,7 +237,7 @@ def _more(drawn: list[Draws]) -> list[Draws]:
     return [each.more() for each in drawn if each.more]
 
 
-def may_mend(checks: Checks, task: Task, times: int, method: str) -> bool:
+def may_improve(checks: Checks, task: Task, times: int, method: str) -> bool:
     """Whether more draws may mend what these lack.
 
     Args:
@@ -242,7 +246,7 @@ def may_mend(checks: Checks, task: Task, times: int, method: str) -> bool:
         times: as many as it asked for were drawn already; for a digit alone they are doubled but once.
         method: a name in METHODS; populations of smc are all anew, so they need not be near.
     """
-    short = bool(checks.failed or (checks.coarse and times == 1))
+    short = bool(checks.failed or (checks.imprecise and times == 1))
     near = checks.max_rhat < _NEARLY or method == "smc"
     return short and near and task.draws >= _WORTH_MORE
 
@@ -277,10 +281,10 @@ def has_failed(run: Run | None, draws: int) -> bool:
     return failed and draws >= _WORTH_MORE
 
 
-def _told_apart(rival: Mode, sampled: Mode) -> str:
-    speeds = (f"{mode.values['speed_b']:.3g}" for mode in (rival, sampled))
+def _conflicting(other: Mode, sampled: Mode) -> str:
+    speeds = (f"{mode.values['speed_b']:.3g}" for mode in (other, sampled))
     return (
-        f"the evidence fits another solution (weight {rival.weight:.1%}), with a speed of B of "
+        f"the evidence fits another solution (weight {other.weight:.1%}), with a speed of B of "
         f"{' m/s instead of '.join(speeds)} m/s, that was not sampled: measurements may conflict; "
         "the method smc looks for all solutions"
     )

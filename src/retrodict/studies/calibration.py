@@ -22,9 +22,9 @@ from retrodict.inference import diagnostics
 from retrodict.inference.density.compiled import CHUNK, Programs, programs_for
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.modes import SLIGHT, Solution, Whereabouts, whereabouts
+from retrodict.inference.modes import SLIGHT, PosteriorModes, Solution, posterior_modes
 from retrodict.inference.outcome import Checks
-from retrodict.inference.retry import may_mend
+from retrodict.inference.retry import may_improve
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
@@ -229,7 +229,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         truth = {k: v[i] for k, v in sites.items()}
         seed = int(rng.integers(2**31))
         try:
-            where = whereabouts(scene, of.model, seed, of.method)
+            where = posterior_modes(scene, of.model, seed, of.method)
         except Unanswerable as error:
             rows.append(Row(number, {}, f"refused: {error}", closing[i]))
             continue
@@ -329,7 +329,7 @@ def _measured(scene: Scene, structure: Structure, told: Values, rng: np.random.G
 
 
 def _ranked(
-    where: Whereabouts, method: str, truth: Values, rng: np.random.Generator, row: Row
+    where: PosteriorModes, method: str, truth: Values, rng: np.random.Generator, row: Row
 ) -> Row:
     """A row with ranks of the truth among draws of a scene's solutions; or none, and why."""
     found, modes = where.found, where.modes
@@ -375,7 +375,10 @@ def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[st
     sites, checks = _checked(posterior, drawn, scene)
     # as a reconstruction does, but that a digit matters to no rank
     while (
-        checks.reasons and drawn.complete and drawn.more and may_mend(checks, task, times, method)
+        checks.reasons
+        and drawn.complete
+        and drawn.more
+        and may_improve(checks, task, times, method)
     ):
         drawn, times = drawn.more(), 2 * times
         sites, checks = _checked(posterior, drawn, scene)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.modes import Whereabouts
+from retrodict.inference.modes import PosteriorModes
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.rest_pose import size
@@ -122,7 +122,7 @@ def ladder(
     share: float = SHARE,
     factor: float = FACTOR,
     progress: Progress | None = None,
-    known: dict[str, Whereabouts] | None = None,
+    known: dict[str, PosteriorModes] | None = None,
     outcomes: dict[str, Outcome] | None = None,
 ) -> Ladder:
     """Reconstruct a scene on the rungs that it allows, and choose one.
@@ -195,7 +195,7 @@ def climb(
     name: str,
     question: tuple[str, ...],
     seed: int,
-    known: dict[str, Whereabouts] | None = None,
+    known: dict[str, PosteriorModes] | None = None,
     progress: Progress | None = None,
     outcomes: dict[str, Outcome] | None = None,
 ) -> Step:

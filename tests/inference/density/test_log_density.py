@@ -40,19 +40,19 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
     named: str, near: float, request: pytest.FixtureRequest
 ) -> None:
     posterior: Posterior = request.getfixturevalue(named)
-    structure, data, chart = posterior.programs.structure, posterior.data, posterior.chart
+    structure, data, transform = posterior.programs.structure, posterior.data, posterior.transform
 
     @jax.jit
     def potential(w: jax.Array) -> jax.Array:
         """The model's own, its run-outs told by nobody."""
-        sites, log_det, _ = rest_pose.locate(structure, data, chart, w)
+        sites, log_det, _ = rest_pose.locate(structure, data, transform, w)
         return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
 
     steered = jax.jit(jax.value_and_grad(posterior.programs.target.potential))
-    rng, n = np.random.default_rng(0), chart.spread.shape[1]
+    rng, n = np.random.default_rng(0), transform.spread.shape[1]
     apart, h = [], 0.02
     for w in rng.normal(size=(20, n)):
-        value, gradient = steered(jnp.array(w), data, chart)
+        value, gradient = steered(jnp.array(w), data, transform)
         assert value == pytest.approx(float(potential(jnp.array(w))), abs=1e-9)
         ends = [potential(jnp.array(w + h * step)) for step in (*np.eye(n), *-np.eye(n))]
         slope = (np.array(ends[:n]) - np.array(ends[n:])) / (2 * h)
@@ -76,15 +76,17 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
     """
     posterior = prepare(at_rest(design(), rest), RUNG)
     steered = jax.jit(jax.grad(posterior.programs.target.potential))
-    wall, h, n = posterior.chart.wall, 1e-5, posterior.size
-    meeting = [list(wall.order).index(place) for place in (0, 2)]  # of e, in `rest_pose.edges`
+    constraints, h, n = posterior.transform.constraints, 1e-5, posterior.size
+    meeting = [
+        list(constraints.order).index(place) for place in (0, 2)
+    ]  # of e, in `rest_pose.margins`
     for depth in (1.0, 2.0):  # within five standard deviations
-        short = -depth * wall.softness[meeting] - wall.edge[meeting]
-        away = np.linalg.lstsq(wall.slope[meeting], short)[0]
-        w = np.linalg.lstsq(posterior.chart.spread, away)[0]
+        short = -depth * constraints.softness[meeting] - constraints.margin[meeting]
+        away = np.linalg.lstsq(constraints.slope[meeting], short)[0]
+        w = np.linalg.lstsq(posterior.transform.spread, away)[0]
         ends = posterior.log_density(w + h * np.concatenate([np.eye(n), -np.eye(n)]))
         slope = (ends[n:] - ends[:n]) / (2 * h)
-        gradient = steered(w, posterior.data, posterior.chart)
+        gradient = steered(w, posterior.data, posterior.transform)
         assert np.linalg.norm(gradient - slope) < 0.1 * np.linalg.norm(slope)
 
 
@@ -95,7 +97,9 @@ def test_a_gradient_is_cut_only_where_it_is_steeper_than_at_draws(posterior: Pos
     rng, longest = np.random.default_rng(0), 3.0 * n**0.5
     for far, cut in ((1.0, False), (6.0, True)):
         for w in far * rng.normal(size=(5, n)):
-            (value, slope), (same, shorter) = (f(w, posterior.data, posterior.chart) for f in both)
+            (value, slope), (same, shorter) = (
+                f(w, posterior.data, posterior.transform) for f in both
+            )
             assert same == value
             size = np.linalg.norm(slope)
             assert (size > longest) == cut
@@ -103,14 +107,17 @@ def test_a_gradient_is_cut_only_where_it_is_steeper_than_at_draws(posterior: Pos
 
 
 def test_slopes_and_curvatures_by_differences_are_the_gradients(posterior: Posterior) -> None:
-    """A mode is sought by them, and chains and rivals start from them."""
+    """A mode is sought by them, and chains and unsampled start from them."""
     gradient = jax.jit(jax.grad(posterior.programs.target.potential))
     h, n = 0.02, posterior.size
     for w in np.random.default_rng(2).normal(size=(3, n)):
-        exact = gradient(w, posterior.data, posterior.chart)
+        exact = gradient(w, posterior.data, posterior.transform)
         np.testing.assert_allclose(posterior.potential(w)[1], exact, atol=0.02 * n**0.5)
         ends = [
-            [gradient(w + sign * h * step, posterior.data, posterior.chart) for step in np.eye(n)]
+            [
+                gradient(w + sign * h * step, posterior.data, posterior.transform)
+                for step in np.eye(n)
+            ]
             for sign in (1, -1)
         ]
         rows = (np.array(ends[0]) - np.array(ends[1])) / (2 * h)

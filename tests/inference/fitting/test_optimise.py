@@ -1,4 +1,4 @@
-"""The way down a potential, against ones whose lowest points are known."""
+"""The way down a potential, against ones whose minimise points are known."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def two_bowls(w: np.ndarray) -> np.ndarray:
 
 
 def differenced(values: object, *, cut: float = np.inf) -> Differenced:
-    """A likeness that misses by nothing; what lies beyond `cut` is outside."""
+    """A surrogate_value that misses by nothing; what lies beyond `cut` is outside."""
 
     def at(w: np.ndarray) -> np.ndarray:
         return np.where(np.linalg.norm(w, axis=-1) < cut, values(w), np.inf)  # type: ignore[operator]
@@ -43,19 +43,19 @@ def test_a_bowl_is_found_out(which: str) -> None:
     assert value == pytest.approx(bowl(w))
     np.testing.assert_allclose(slope, PRECISION @ (w - LOWEST), atol=1e-9)
     np.testing.assert_allclose(potential.curvature(w), PRECISION, atol=1e-9)
-    found = potential.lowest(w)
+    found = potential.minimise(w)
     np.testing.assert_allclose(found.w, LOWEST, atol=2e-3)
     assert found.value == pytest.approx(0, abs=1e-5)
 
 
 def test_a_search_from_outside_is_led_back() -> None:
     potential = differenced(bowl, cut=6.0)
-    found = potential.lowest(np.array([8.0, 1.0, 0.0]))
+    found = potential.minimise(np.array([8.0, 1.0, 0.0]))
     np.testing.assert_allclose(found.w, LOWEST, atol=2e-3)
 
 
 def test_nothing_is_found_where_nothing_is() -> None:
-    assert differenced(bowl, cut=0.0).lowest(np.ones(3)).value == np.inf
+    assert differenced(bowl, cut=0.0).minimise(np.ones(3)).value == np.inf
 
 
 def test_of_many_searches_each_ends_in_its_own_bowl() -> None:
@@ -63,7 +63,7 @@ def test_of_many_searches_each_ends_in_its_own_bowl() -> None:
     starts = np.array(
         [[4.0, 0, 0], [0, -20.0, 3.0], [12.0, 1.0, 0], [10.0, -8.0, 2.0], [31.0, 0, 0]]
     )
-    ends = potential.lowest_from(starts, lambda w: bool(np.linalg.norm(w) < 3))
+    ends = potential.minimise_from(starts, lambda w: bool(np.linalg.norm(w) < 3))
     here = [end for end in ends if np.linalg.norm(end.w - OTHER) < 1e-2]
     assert len(ends) < len(starts)  # two at least arrive about zero
     assert len(here) >= 2

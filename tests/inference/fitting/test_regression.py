@@ -34,11 +34,13 @@ def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: st
     structure, data = RUNGS["planar-moment+spin"].of_scene(in_part()[which])
     programs = programs_for(structure)
     likely = regression.shoot(programs, data)
-    sheets = regression.fit(programs, data, likely)[0]
-    chart = whitening.blank(structure)._replace(sheets=sheets)
-    q = np.random.default_rng(1).standard_normal((BATCH, rest_pose.length_for_sheets(structure)))
+    regressions = regression.fit(programs, data, likely)[0]
+    transform = whitening.blank(structure)._replace(regressions=regressions)
+    q = np.random.default_rng(1).standard_normal(
+        (BATCH, rest_pose.length_for_regressions(structure))
+    )
     z, xi = np.split(q, [len(structure.aims)], axis=1)
-    V = np.array([rest_pose.separation_at(structure, data, chart, row)[0] for row in q[:20]])
+    V = np.array([rest_pose.separation_at(structure, data, transform, row)[0] for row in q[:20]])
     ends = programs("reached", data, np.resize(V, (BATCH, 6)), np.resize(xi[:20], xi.shape))
     rests = np.reshape(ends, (BATCH, 6))[:20]
     for i, name in enumerate(structure.aims):

@@ -32,21 +32,23 @@ UNCOUNTED = replace(
 
 
 def guessed(posterior: Posterior) -> Posterior:
-    """The posterior with the guess of every vehicle taken, whatever the sheet's error."""
-    guess = posterior.chart.guess
+    """The posterior with the guess of every vehicle taken, whatever the regression's error."""
+    guess = posterior.transform.guess
     assert guess is not None
     rolled = np.array([v in dict(posterior.programs.structure.ways) for v in "ab"], float)
     known = rest_pose.spins(posterior.programs.structure)
     guess = guess._replace(taken=rolled, spun=np.array(float(known)))
-    return replace(posterior, chart=posterior.chart._replace(guess=guess))
+    return replace(posterior, transform=posterior.transform._replace(guess=guess))
 
 
 @pytest.mark.parametrize("rung", ["momentum+roll", "planar-moment+roll", "planar-moment+wheels"])
-@pytest.mark.parametrize("scene", [ROLLING, SPIN_KNOWN, UNCOUNTED], ids=["sheet", "spun", "turns"])
+@pytest.mark.parametrize(
+    "scene", [ROLLING, SPIN_KNOWN, UNCOUNTED], ids=["regression", "spun", "turns"]
+)
 def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
     posterior = guessed(rolling.prepare(scene, rung))
     structure, data = posterior.programs.structure, posterior.data
-    located = jax.jit(lambda w: rest_pose.locate(structure, data, posterior.chart, w)[:2])
+    located = jax.jit(lambda w: rest_pose.locate(structure, data, posterior.transform, w)[:2])
 
     def flat(w: np.ndarray) -> np.ndarray:
         sites = located(w)[0]
@@ -69,14 +71,16 @@ def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
 def test_sheets_stay_where_they_fit_and_no_other_velocity_ends() -> None:
     sharp, free = (rolling.prepare(scene, "planar-moment+wheels") for scene in (ROLLING, FREELY))
     assert sharp.sheet_error.max() < 0.5
-    assert sharp.chart.guess.taken.tolist() == [0, 0]
-    assert free.chart.guess.taken.tolist() == [0, float(free.sheet_error[1] > 0.5)]
+    assert sharp.transform.guess.taken.tolist() == [0, 0]
+    assert free.transform.guess.taken.tolist() == [0, float(free.sheet_error[1] > 0.5)]
     uncounted = rolling.prepare(UNCOUNTED, "planar-moment+wheels")
-    assert uncounted.chart.guess.taken.tolist() == [1, 1]
+    assert uncounted.transform.guess.taken.tolist() == [1, 1]
 
 
-def test_a_valley_that_the_rest_pose_does_not_quite_reach_is_no_reason_to_trust_a_sheet() -> None:
-    """A may have slid there at 20 m/s with a spin, or rolled there in a bend at 14.
+def test_a_valley_that_the_rest_pose_does_not_quite_reach_is_no_reason_to_trust_a_regression() -> (
+    None
+):
+    """A may have slid there at 20 m/s with a spin, or rolled there in a constrain at 14.
 
     The latter misses the rest pose by some three standard deviations with all inputs at their means,
     and by none with others. It is what happened.
@@ -84,9 +88,9 @@ def test_a_valley_that_the_rest_pose_does_not_quite_reach_is_no_reason_to_trust_
     scene = load_scene(Path(__file__).parents[1] / "data" / "valley.toml")
     fitted, _, data, _ = rolling.seen(scene, "planar-moment+wheels")
     shot = regression.nearest(programs_for(fitted), data, every=True)
-    sheets, error, _ = regression.fit(programs_for(fitted), data, shot.separation)
+    regressions, error, _ = regression.fit(programs_for(fitted), data, shot.separation)
     assert error.max() < 0.5  # where the one solution is
-    assert shot.folds(sheets).tolist() == [True, False]
+    assert shot.folds(regressions).tolist() == [True, False]
     spins = shot.near[0][:, 2]
     assert spins.min() < -1
     assert spins.max() > 0

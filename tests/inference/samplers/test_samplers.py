@@ -178,8 +178,8 @@ def test_importance_finds_back_from_a_poor_proposal_or_says_that_it_cannot() -> 
     posterior = prepare(SCENE, DEFAULT_RUNG)
 
     def drawn(factor: float) -> Draws:
-        spread = factor * np.asarray(posterior.chart.spread)
-        narrow = replace(posterior, chart=posterior.chart._replace(spread=spread))
+        spread = factor * np.asarray(posterior.transform.spread)
+        narrow = replace(posterior, transform=posterior.transform._replace(spread=spread))
         return METHODS["importance"].draw(Task(narrow, 4, 500, 0, 0, lambda *_: None))
 
     whole, found = drawn(1.0), drawn(0.2)

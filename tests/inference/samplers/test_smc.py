@@ -51,8 +51,8 @@ def test_a_ridge_that_bends_is_followed() -> None:
     """w_1 is normal about w_0²: its mean is 1, if it starts wide enough to reach to 9."""
 
     def density(w: np.ndarray) -> np.ndarray:
-        bent = stats.norm.logpdf(w[:, 1], w[:, 0] ** 2, 0.1)
-        return bent + stats.norm.logpdf(np.delete(w, 1, axis=1)).sum(axis=1)
+        constrained = stats.norm.logpdf(w[:, 1], w[:, 0] ** 2, 0.1)
+        return constrained + stats.norm.logpdf(np.delete(w, 1, axis=1)).sum(axis=1)
 
     w = drawn(density, reach=3.0).w
     assert w[..., 0].std() == pytest.approx(1, abs=0.15)

@@ -1,4 +1,4 @@
-"""Nothing is lost at the bounds: the posterior is that of coordinates without walls."""
+"""Nothing is lost at the bounds: the posterior is that of coordinates without constraints."""
 
 import jax
 import jax.numpy as jnp
@@ -22,15 +22,15 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
     crash, _ = scene(np.random.default_rng(seed))
     found = reconstruct(crash, draws=1500)
     posterior = prepare(crash, DEFAULT_RUNG)
-    structure, data, chart = posterior.programs.structure, posterior.data, posterior.chart
+    structure, data, transform = posterior.programs.structure, posterior.data, posterior.transform
 
     @jax.jit
     @jax.vmap
-    def weigh(q: jax.Array) -> tuple[jax.Array, parts.Values]:
-        sites = rest_pose.solve_back(structure, data, chart, q)
-        after, x = rest_pose.separation_at(structure, data, chart, q)
+    def evaluate(q: jax.Array) -> tuple[jax.Array, parts.Values]:
+        sites = rest_pose.solve_back(structure, data, transform, q)
+        after, x = rest_pose.separation_at(structure, data, transform, q)
         scale = rest_pose.friction_scale(structure, data, x)
-        slopes = rest_pose.reduced(structure, data, chart, q)[1]
+        slopes = rest_pose.reduced(structure, data, transform, q)[1]
         log_det = 6 * jnp.log(scale) + jnp.linalg.slogdet(slopes)[1].sum()
         bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
         log_det += inverse_log_det(after, approach_a, bodies)[2]
@@ -40,8 +40,8 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
         return jnp.where(inside, joint + log_det - jnp.log(sites["speed_b"]), -jnp.inf), sites
 
     wide, count = 1.15, 20_000
-    w = wide * np.random.default_rng(1).standard_normal((count, chart.spread.shape[1]))
-    log_weight, sites = weigh(jnp.array(chart.centre + w @ np.asarray(chart.spread).T))
+    w = wide * np.random.default_rng(1).standard_normal((count, transform.spread.shape[1]))
+    log_weight, sites = evaluate(jnp.array(transform.centre + w @ np.asarray(transform.spread).T))
     log_weight = np.asarray(log_weight) + (w**2).sum(axis=1) / (2 * wide**2)
     weight = np.exp(log_weight - log_weight.max())
     weight /= weight.sum()
@@ -85,7 +85,7 @@ def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     xi = np.zeros(len(structure.uncertain))
     x = parts.from_standard(structure, data, xi)
     sites = rest_pose.solve_back(
-        structure, data, posterior.chart, np.concatenate([np.zeros(len(structure.aims)), xi])
+        structure, data, posterior.transform, np.concatenate([np.zeros(len(structure.aims)), xi])
     )
     direction = jnp.stack([jnp.cos(sites["direction_b"]), jnp.sin(sites["direction_b"])])
     of_b = jnp.append(sites["speed_b"] * direction, sites["omega_b"])

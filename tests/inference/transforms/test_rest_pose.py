@@ -16,10 +16,10 @@ from retrodict.models.impact import E_M, E, quotients
 from retrodict import load_scene
 from retrodict.inference.density.compiled import CHUNK
 from retrodict.inference.fitting.posterior import Posterior, prepare
-from retrodict.inference.modes import rivals
+from retrodict.inference.modes import unsampled
 from retrodict.inference.reconstruct import DEFAULT_RUNG
-from retrodict.inference.transforms.rest_pose import Chart, locate
-from retrodict.inference.transforms.soft_bounds import lift, softness_for, squash
+from retrodict.inference.transforms.rest_pose import TransformParameters, locate
+from retrodict.inference.transforms.soft_bounds import soft_interval, soft_lower_bound, softness_for
 from tests.scenes import collision
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -32,18 +32,18 @@ def posterior() -> Posterior:
 
 
 @partial(jax.jit, static_argnums=0)
-def _located(structure: Structure, data: Data, chart: Chart, w: jax.Array) -> Any:
-    return jax.vmap(lambda w: locate(structure, data, chart, w))(w)
+def _located(structure: Structure, data: Data, transform: TransformParameters, w: jax.Array) -> Any:
+    return jax.vmap(lambda w: locate(structure, data, transform, w))(w)
 
 
 def located(posterior: Posterior, w: np.ndarray) -> Any:
     """The unknowns at each row of w, the log determinants, and q."""
-    return _located(posterior.programs.structure, posterior.data, posterior.chart, w)
+    return _located(posterior.programs.structure, posterior.data, posterior.transform, w)
 
 
 def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
     """By differences of order four: derivatives of the map are only near enough to steer by."""
-    n = posterior.chart.spread.shape[1]
+    n = posterior.transform.spread.shape[1]
 
     def unknowns(w: np.ndarray) -> np.ndarray:
         sites, _, _ = located(posterior, w)
@@ -62,7 +62,7 @@ def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
 
 def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> None:
     rng = np.random.default_rng(1)
-    w = jnp.array(rng.normal(size=(500, posterior.chart.spread.shape[1])) * 4)
+    w = jnp.array(rng.normal(size=(500, posterior.transform.spread.shape[1])) * 4)
     sites, log_det, _ = located(posterior, w)
     assert not np.isnan(np.array(log_det)).any()
     for level in (E, E_M):
@@ -76,19 +76,19 @@ def test_every_value_up_to_the_near_bound_is_reached(
     posterior: Posterior, which: int, bound: float, side: int
 ) -> None:
     """A map that stops short of a bound cuts the posterior off there, and no check notices."""
-    chart, wall = posterior.chart, posterior.chart.wall
-    near, far = (list(wall.order).index(place) for place in (1 + which, 3 + which))
-    edges = np.linspace(wall.edge[near], -10 * wall.softness[near], 500)
-    away = np.outer(edges - wall.edge[near], wall.along[near])
-    w = np.linalg.lstsq(chart.spread, away.T)[0].T  # what the sliding is held at stays
+    transform, constraints = posterior.transform, posterior.transform.constraints
+    near, far = (list(constraints.order).index(place) for place in (1 + which, 3 + which))
+    margins = np.linspace(constraints.margin[near], -10 * constraints.softness[near], 500)
+    away = np.outer(margins - constraints.margin[near], constraints.along[near])
+    w = np.linalg.lstsq(transform.spread, away.T)[0].T  # what the sliding is held at stays
     sites, log_det, _ = located(posterior, w)
     assert np.isfinite(np.array(log_det)).all()
     reached = np.array(sites[("e", "e_m")[which]])
     rises, tellable = side * np.diff(reached), abs(bound - reached[1:]) > 1e-12
     assert (rises[tellable] > 0).all()
     assert (rises > -1e-15).all()
-    across = wall.edge[near] + wall.edge[far]  # from bound to bound
-    assert abs(bound - reached[-1]) < wall.softness[near] / across / 100
+    across = constraints.margin[near] + constraints.margin[far]  # from bound to bound
+    assert abs(bound - reached[-1]) < constraints.softness[near] / across / 100
     found = solved_back(posterior, sites)[which]
     np.testing.assert_allclose(found, reached, atol=1e-9)
 
@@ -106,9 +106,9 @@ def test_every_point_is_bent_to_where_its_levels_are_reached(posterior: Posterio
 
 
 def test_no_crash_is_reached_twice() -> None:
-    """Far out the linear equations led back to the mode, which passed for a rival of it."""
+    """Far out the linear equations led back to the mode, which passed for a other of it."""
     posterior = prepare(load_scene(EXAMPLES / "brach-1977" / "scene.toml"), DEFAULT_RUNG)
-    assert rivals(posterior, 0) == []
+    assert unsampled(posterior, 0) == []
 
 
 def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:
@@ -128,13 +128,15 @@ def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray
 
 def test_squash_is_the_identity_away_from_the_bounds() -> None:
     inside = np.linspace(0.2, 0.8, 7)
-    np.testing.assert_allclose(squash(inside, 0.01, 0.0, 1.0)[0], inside, atol=1e-6)
-    below, above = (float(squash(x, 0.01, 0.0, 1.0)[0]) for x in (-0.05, 1.05))
+    np.testing.assert_allclose(soft_interval(inside, 0.01, 0.0, 1.0)[0], inside, atol=1e-6)
+    below, above = (float(soft_interval(x, 0.01, 0.0, 1.0)[0]) for x in (-0.05, 1.05))
     assert 0 < below < 1e-3
     assert 1 - 1e-3 < above < 1
 
 
-@pytest.mark.parametrize("way", [lambda x: squash(x, 0.02, 0.0, 1.0), lambda x: lift(x, 0.02)])
+@pytest.mark.parametrize(
+    "way", [lambda x: soft_interval(x, 0.02, 0.0, 1.0), lambda x: soft_lower_bound(x, 0.02)]
+)
 @pytest.mark.parametrize("level", [-0.2, -0.03, 0.004, 0.5, 0.98, 1.02])
 def test_slopes_of_squash_and_lift_are_their_derivatives(
     way: Callable[[Any], tuple[jax.Array, jax.Array]], level: float
@@ -157,10 +159,10 @@ def test_a_normal_cut_off_at_zero_looks_like_a_normal_when_lifted(mean: float) -
     step = level[1] - level[0]
     sd, top = 1.0, max(mean, 1.0)
     for _ in range(6):
-        lifted, log_slope = map(np.array, lift(level, softness_for(sd, top)))
-        log_density = log_slope - (lifted - mean) ** 2 / 2
+        bounded, log_slope = map(np.array, soft_lower_bound(level, softness_for(sd, top)))
+        log_density = log_slope - (bounded - mean) ** 2 / 2
         mode = int(np.argmax(log_density))
-        sd, top = step / np.sqrt(-np.diff(log_density, 2)[mode - 1]), lifted[mode]
+        sd, top = step / np.sqrt(-np.diff(log_density, 2)[mode - 1]), bounded[mode]
     w = (level - level[mode]) / sd
     density = np.exp(log_density - log_density[mode])[abs(w) < 5]
     density /= density.sum() * step / sd
@@ -171,7 +173,7 @@ def test_a_normal_cut_off_at_zero_looks_like_a_normal_when_lifted(mean: float) -
 def test_the_posterior_is_near_a_standard_normal_in_its_coordinates(posterior: Posterior) -> None:
     """Importance sampling from a standard normal wastes few draws: what makes NUTS quick."""
     rng = np.random.default_rng(3)
-    w = rng.normal(size=(300, posterior.chart.spread.shape[1]))
+    w = rng.normal(size=(300, posterior.transform.spread.shape[1]))
     log_weight = np.array([0.5 * (row**2).sum() - posterior.potential(row)[0] for row in w])
     weight = np.exp(log_weight - log_weight.max())
     assert weight.sum() ** 2 / (weight**2).sum() > 0.5 * len(w)

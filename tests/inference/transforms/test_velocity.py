@@ -11,7 +11,7 @@ from retrodict.models.arrays import in_steps
 
 from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.fitting import whitening
-from retrodict.inference.fitting.pilot import scouted
+from retrodict.inference.fitting.pilot import prior_pilot
 from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare, unresolved
 from retrodict.inference.transforms import velocity
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
@@ -73,7 +73,7 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
     scene = departed()
     posterior = prepare(scene, rung)
     structure, data = posterior.programs.structure, posterior.data
-    q = np.asarray(posterior.chart.centre)
+    q = np.asarray(posterior.transform.centre)
     sites = jax.tree.map(np.asarray, velocity.locate(structure, data, jnp.asarray(q))[0])
     rows = {name: np.tile(value, (500, *[1] * np.ndim(value))) for name, value in sites.items()}
     told = {k: np.asarray(v)[0] for k, v in posterior.programs("simulate", data, rows).items()}
@@ -92,15 +92,15 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     """No rest pose was measured: only the mark's distance from the path can tell."""
     scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
     structure, data = in_steps(*RUNGS["planar-moment+spin"].of_scene(scene), steps)
-    centre = np.asarray(prepare(scene, "planar-moment+spin").chart.centre)
-    chart = whitening.plain(centre, 0.01 * np.eye(centre.size))
-    posterior = Posterior(programs_for(structure), data, chart, np.zeros(2), 0.0, 0.0)
+    centre = np.asarray(prepare(scene, "planar-moment+spin").transform.centre)
+    transform = whitening.plain(centre, 0.01 * np.eye(centre.size))
+    posterior = Posterior(programs_for(structure), data, transform, np.zeros(2), 0.0, 0.0)
     assert (unresolved(posterior) > RESOLVED) is few
 
 
 def test_no_search_begins_from_vehicles_that_part() -> None:
     structure, data = RUNGS["planar-moment+spin"].of_scene(departed())
-    score, told = scouted(programs_for(structure), data)
+    score, told = prior_pilot(programs_for(structure), data)
     parting = told["closing_speed"] < 0
     assert parting.any()
     assert score[parting].max() < score[~parting].min()

@@ -29,7 +29,9 @@ from retrodict.models.arrays import Data, Structure
 
 BATCH = 512  # run-outs per call of `reached`
 CHUNK = 500  # draws per call of `simulate`
-ROWS = 256  # points per call of `weigh`: of fewer each takes longer, and a curvature takes some 400
+ROWS = (
+    256  # points per call of `evaluate`: of fewer each takes longer, and a curvature takes some 400
+)
 BLOCK = 50  # iterations per call of `advance`
 """Chains run in blocks: between them progress is told and an interrupt is heeded."""
 
@@ -40,7 +42,7 @@ _MAX_TREE_DEPTH = 6
 # Run a few times each: compiling them well would take longer than they do.
 _SELDOM = dict.fromkeys(("inputs", "levels", "solve_back", "propagate", "prior", "paths"), 0)
 # At the default level, 3, what runs through batches takes half as long again (measured).
-_LEVELS = _SELDOM | {"reached": 1, "weigh": 1, "simulate": 1}
+_LEVELS = _SELDOM | {"reached": 1, "evaluate": 1, "simulate": 1}
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
@@ -90,15 +92,17 @@ class Programs:
         Args:
             warmup: iterations that adapt the step size.
             target_accept: acceptance that they aim for.
-            example: data and chart, of which only the shapes matter.
+            example: data and transform, of which only the shapes matter.
 
         Returns:
-            start(key, w, potential, gradient, data, chart) -> state and
-            advance(state, data, chart) -> (state, records of BLOCK iterations).
+            start(key, w, potential, gradient, data, transform) -> state and
+            advance(state, data, transform) -> (state, records of BLOCK iterations).
         """
 
-        def potential_of(data: Data, chart: rest_pose.Chart) -> Callable[[Array], Array]:
-            return lambda w: self.target.steered(w, data, chart)
+        def potential_of(
+            data: Data, transform: rest_pose.TransformParameters
+        ) -> Callable[[Array], Array]:
+            return lambda w: self.target.steered(w, data, transform)
 
         initial, step = hmc(potential_fn_gen=potential_of, algo="NUTS")
 
@@ -113,9 +117,9 @@ class Programs:
                 rng_key=key,
             )
 
-        def advance(state: Any, data: Data, chart: rest_pose.Chart) -> Any:
+        def advance(state: Any, data: Data, transform: rest_pose.TransformParameters) -> Any:
             def iterate(state: Any, _: None) -> tuple[Any, dict[str, Array]]:
-                state = step(state, (data, chart))
+                state = step(state, (data, transform))
                 return state, {
                     "w": state.z,
                     "diverging": state.diverging,

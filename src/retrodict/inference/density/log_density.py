@@ -27,7 +27,7 @@ from retrodict.models.impact import quotients
 _STEEPEST = 3.0
 
 
-class Weighed[A](NamedTuple):
+class Evaluated[A](NamedTuple):
     """What points are known by, in arrays of JAX or of NumPy.
 
     Args:
@@ -55,42 +55,44 @@ class Target:
         self.rung = RUNGS[structure.rung]
 
     def log_density(
-        self, w: Float[Array, " q"], data: Data, chart: rest_pose.Chart
+        self, w: Float[Array, " q"], data: Data, transform: rest_pose.TransformParameters
     ) -> Float[Array, ""]:
         """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
 
-        The value is exact; the gradient takes the run-outs' slopes from sheets and responses. Leapfrogs
-        keep volume and reverse under any field of forces, and NUTS weighs its points by the value, so
-        it samples the same density; how good these are decides only how many draws it is worth.
+        The value is exact; the gradient takes the run-outs' slopes from surrogates (regressions and
+        response surfaces). Leapfrog steps keep volume and are reversible under any field of forces, and
+        NUTS weights its points by the value, so it samples the same density; how good these are decides only how many draws it is worth.
         A run-out then never has to be differentiated: a gradient costs little more than a value,
         and the sampler compiles in half the time. Only where rest poses do not pin the motion, and for
         what was measured on the way, run-outs are.
         """
-        return self.weighed(w, data, chart).log_density
+        return self.weighed(w, data, transform).log_density
 
     def weighed(
         self,
         w: Float[Array, " q"],
         data: Data,
-        chart: rest_pose.Chart,
+        transform: rest_pose.TransformParameters,
         missed: Float[Array, " surrogates"] | None = None,
-    ) -> Weighed[Array]:
+    ) -> Evaluated[Array]:
         """`log_density`, and what else a point is known by.
 
         Args:
             w: the point.
             data: the scene's numbers.
-            chart: its coordinates.
+            transform: its coordinates.
             missed: by what surrogates miss, so that no run-out is needed; where it is not given, or no
                 number, run-outs give it.
         """
-        sites, log_det, q = rest_pose.locate(self.structure, data, chart, w)
+        sites, log_det, q = rest_pose.locate(self.structure, data, transform, w)
         names = self.structure.surrogates
         off = jnp.zeros(len(names))
 
         def surrogate(name: str, after: Float[Array, " separation"], exact: Array) -> Array:
             nonlocal off
-            near = rest_pose.likeness(self.structure, data, chart, q, after.reshape(2, -1), name)
+            near = rest_pose.surrogate_value(
+                self.structure, data, transform, q, after.reshape(2, -1), name
+            )
             i, by = names.index(name), jax.lax.stop_gradient(exact - near)
             if missed is not None:
                 by = jnp.where(jnp.isnan(missed[i]), by, missed[i])
@@ -100,7 +102,7 @@ class Target:
         exact = self.structure.unpinned or self.structure.offset
         given = {} if exact else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
-        return Weighed(joint + log_det, sites | _told(trace), q, off)
+        return Evaluated(joint + log_det, sites | _told(trace), q, off)
 
     def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
@@ -123,15 +125,17 @@ class Target:
 
         return jax.vmap(one)(separation, xi)
 
-    def _levels(self, data: Data, chart: rest_pose.Chart, q: Array) -> tuple[Array, ...]:
-        """What the levels at q are quotients of by the sheets, their slopes by q, and the sheets'.
+    def _levels(
+        self, data: Data, transform: rest_pose.TransformParameters, q: Array
+    ) -> tuple[Array, ...]:
+        """Quotients of the levels at q by the regressions, their slopes by q, and the slopes by z.
 
         Then the normal's sense from A to B as measured, which tells where the vehicles close in; 0 where
         both stand on one side of the contact.
         """
 
         def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-            at = rest_pose.separation_at(self.structure, data, chart, q)
+            at = rest_pose.separation_at(self.structure, data, transform, q)
             both = quotients(rest_pose.levels_of(self.structure), *at)
             return both, both
 
@@ -139,37 +143,41 @@ class Target:
         as_measured = parts.from_standard(
             self.structure, data, jnp.zeros(len(self.structure.uncertain))
         )
-        by_z = rest_pose.reduced(self.structure, data, chart, q)[1]
+        by_z = rest_pose.reduced(self.structure, data, transform, q)[1]
         to = parts.bodies(as_measured)
         return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
 
-    def _solve_back(self, data: Data, chart: rest_pose.Chart, q: Array) -> parts.Values:
+    def _solve_back(
+        self, data: Data, transform: rest_pose.TransformParameters, q: Array
+    ) -> parts.Values:
         """The model's unknowns at each row of q, without priors or bounds."""
-        return jax.vmap(lambda q: rest_pose.solve_back(self.structure, data, chart, q))(q)
+        return jax.vmap(lambda q: rest_pose.solve_back(self.structure, data, transform, q))(q)
 
-    def _propagate(self, data: Data, chart: rest_pose.Chart, q: Array) -> parts.Values:
+    def _propagate(
+        self, data: Data, transform: rest_pose.TransformParameters, q: Array
+    ) -> parts.Values:
         """The same by first derivatives at the measured values."""
 
         def exact(q: Array) -> parts.Values:
-            return rest_pose.solve_back(self.structure, data, chart, q)
+            return rest_pose.solve_back(self.structure, data, transform, q)
 
         def to_first_order(q: Array) -> parts.Values:
             return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
 
         return jax.vmap(to_first_order)(q)
 
-    def potential(self, w: Array, data: Data, chart: rest_pose.Chart) -> Array:
+    def potential(self, w: Array, data: Data, transform: rest_pose.TransformParameters) -> Array:
         """Minus the log density."""
-        return -self.log_density(w, data, chart)
+        return -self.log_density(w, data, transform)
 
-    def steered(self, w: Array, data: Data, chart: rest_pose.Chart) -> Array:
+    def steered(self, w: Array, data: Data, transform: rest_pose.TransformParameters) -> Array:
         """`potential`, with a gradient that is cut where it is steeper than at draws of a posterior.
 
         NUTS samples the same density under any field of forces, and diverges where these grow faster
-        than its steps are short: at the foot of a wall that no draw climbs, or where the differentiated
-        steps of a vehicle that rolls blow up, though its value is smooth there.
+        than its steps are short: beside a steep bound that no draw reaches, or where the differentiated
+        steps of a rolling vehicle blow up, though the value is smooth there.
         """
-        value, slope = jax.value_and_grad(self.potential)(w, data, chart)
+        value, slope = jax.value_and_grad(self.potential)(w, data, transform)
         steepness = jnp.sqrt(jnp.mean(slope**2))
         shorter = slope * jnp.minimum(1.0, _STEEPEST / steepness)
         slope = jax.lax.stop_gradient(jnp.where(jnp.isfinite(steepness), shorter, 0.0))
@@ -213,8 +221,8 @@ class Target:
             "reached": self._reached,
             "levels": self._levels,
             "potential": jax.value_and_grad(self.potential),
-            "weigh": jax.vmap(
-                lambda data, chart, w, missed: self.weighed(w, data, chart, missed),
+            "evaluate": jax.vmap(
+                lambda data, transform, w, missed: self.weighed(w, data, transform, missed),
                 in_axes=(None, None, 0, 0),
             ),
             "solve_back": self._solve_back,

@@ -1,4 +1,4 @@
-"""The way down a potential: its slope, its curvature, and where it is lowest."""
+"""The way down a potential: its slope, its curvature, and where it is minimise."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class Potential(ABC):
         """The Hessian at w; zero where that is no number."""
 
     @abstractmethod
-    def lowest(self, start: Point, arrived: Arrived | None = None) -> Found:
-        """Where it is lowest near a start; or where a search from there arrived at what was known."""
+    def minimise(self, start: Point, arrived: Arrived | None = None) -> Found:
+        """Where it is minimise near a start; or where a search from there arrived at what was known."""
 
-    def lowest_from(self, starts: Points, arrived: Arrived) -> list[Found]:
+    def minimise_from(self, starts: Points, arrived: Arrived) -> list[Found]:
         """Where searches from many starts ended, but for those that arrived on the way."""
-        return [self.lowest(start, arrived) for start in starts]
+        return [self.minimise(start, arrived) for start in starts]
 
 
 class Found(NamedTuple):
@@ -77,19 +77,19 @@ class Differentiated(Potential):
         return _numbers((np.array(rows) + np.transpose(rows)) / (4 * _STEP))
 
     @override
-    def lowest(self, start: Point, arrived: Arrived | None = None) -> Found:
-        return _lowest(self, start, arrived, method="BFGS", jac=True)
+    def minimise(self, start: Point, arrived: Arrived | None = None) -> Found:
+        return _minimise(self, start, arrived, method="BFGS", jac=True)
 
 
 @dataclass(frozen=True)
 class Differenced(Potential):
-    """A potential with a near enough likeness about each point, whose values come by the batch.
+    """A potential with a near enough surrogate_value about each point, whose values come by the batch.
 
     A slope and all of the curvature then cost little more than a value, and no program for the slope
     has to be compiled, which takes as long as compiling that of the values.
 
     Args:
-        at: values at points, and what the likeness misses there.
+        at: values at points, and what the surrogate_value misses there.
         alike: values of likenesses at points, each of one that misses so much.
     """
 
@@ -106,7 +106,7 @@ class Differenced(Potential):
         return self._about(w).curvature
 
     @override
-    def lowest(self, start: Point, arrived: Arrived | None = None) -> Found:
+    def minimise(self, start: Point, arrived: Arrived | None = None) -> Found:
         known: dict[bytes, _Local] = {}
 
         def local(w: Point) -> _Local:
@@ -119,12 +119,12 @@ class Differenced(Potential):
 
         def ended(w: Point) -> bool:
             nonlocal before, idle
-            # a likeness's slope does not quite lead down, and in the end not at all
+            # a surrogate_value's slope does not quite lead down, and in the end not at all
             idle = idle + 1 if np.linalg.norm(w - before) < _IDLE else 0
             before = w.copy()
             return idle == _ENOUGH or bool(arrived and arrived(w))
 
-        return _lowest(
+        return _minimise(
             lambda w: local(w).value,
             start,
             ended,
@@ -134,7 +134,7 @@ class Differenced(Potential):
         )
 
     @override
-    def lowest_from(self, starts: Points, arrived: Arrived) -> list[Found]:
+    def minimise_from(self, starts: Points, arrived: Arrived) -> list[Found]:
         w, stride = starts.copy(), _STRIDE * np.linalg.norm(starts, axis=1)
         values, missed = map(np.array, self._at(w))
         # all downhill at once while that is quick: most arrive
@@ -150,7 +150,7 @@ class Differenced(Potential):
             stride[under_way[~lower]] /= 2
             w[under_way[lower]], values[under_way[lower]] = moved[lower], there[lower]
             missed[under_way[lower]] = missed_there[lower]
-        return [self.lowest(each, arrived) for each in w if not arrived(each)]
+        return [self.minimise(each, arrived) for each in w if not arrived(each)]
 
     def _at(self, w: Points) -> tuple[Values, Missed]:
         values, missed = self.at(w)
@@ -207,7 +207,7 @@ def _leading_back(w: Points, values: Values, slopes: Points) -> Points:
     return np.where((values < _OUTSIDE)[:, None], _numbers(slopes), 2 * _BACK * w)
 
 
-def _lowest(
+def _minimise(
     potential: Callable[[Point], Any],
     start: Point,
     arrived: Arrived | None,

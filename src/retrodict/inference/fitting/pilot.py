@@ -10,10 +10,10 @@ from retrodict.models.arrays import Data
 
 _ROUNDS = 20  # of CHUNK crashes from the prior
 
-Told = dict[str, np.ndarray]
+Values = dict[str, np.ndarray]
 
 
-def scouted(programs: Programs, data: Data) -> tuple[np.ndarray, Told]:
+def prior_pilot(programs: Programs, data: Data) -> tuple[np.ndarray, Values]:
     """How well many crashes from the prior explain the evidence, and what they are.
 
     Items of evidence count by Cauchy's law, so that one sharp item does not silence all others.

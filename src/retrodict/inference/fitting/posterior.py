@@ -17,13 +17,13 @@ from retrodict.inference.density.compiled import (
     in_chunks,
     programs_for,
 )
-from retrodict.inference.density.log_density import Weighed
+from retrodict.inference.density.log_density import Evaluated
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import regression, whitening
 from retrodict.inference.fitting.optimise import Differenced, Differentiated, Potential, spread
-from retrodict.inference.fitting.pilot import scouted
+from retrodict.inference.fitting.pilot import prior_pilot
 from retrodict.inference.transforms import rest_pose, velocity
-from retrodict.inference.transforms.rest_pose import Chart
+from retrodict.inference.transforms.rest_pose import TransformParameters
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
@@ -51,8 +51,8 @@ class Posterior:
     Args:
         programs: compiled functions, among them the density and its gradient.
         data: the scene's numbers.
-        chart: the coordinates, centred and whitened at the mode.
-        sheet_error: of the fitted sheets for A and B, in standard deviations of the rest pose.
+        transform: the coordinates, centred and whitened at the mode.
+        sheet_error: of the fitted regressions for A and B, in standard deviations of the rest pose.
         log_evidence: Laplace's approximation at the mode.
         unresolved: how far the rest poses may be out for want of steps, in standard deviations.
         spread: standard deviations of w from which tempering starts; None for `_FAR` in all.
@@ -60,7 +60,7 @@ class Posterior:
 
     programs: Programs
     data: Data
-    chart: Chart
+    transform: TransformParameters
     sheet_error: np.ndarray
     log_evidence: float
     unresolved: float
@@ -74,7 +74,7 @@ class Posterior:
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.chart.spread.shape[1]
+        return self.transform.spread.shape[1]
 
     @property
     def branch(self) -> dict[str, float]:
@@ -83,7 +83,7 @@ class Posterior:
         Of e_m: 1 where the force alone would turn B to the left of A.
         """
         levels = rest_pose.levels_of(self.programs.structure)
-        sides = zip(levels, self.chart.wall.side, strict=False)
+        sides = zip(levels, self.transform.constraints.side, strict=False)
         return {level.name: float(side) for level, side in sides if not level.held}
 
     @cached_property
@@ -99,15 +99,15 @@ class Posterior:
         return Differentiated(at)
 
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The potential at points, and by what its likeness misses the rest poses there."""
+        """The potential at points, and by what its surrogate_value misses the rest poses there."""
         there = self._located(w)
         return self._sought(there), there.missed
 
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
-        """The potential at points if its likeness missed by so much: no run-out is asked."""
+        """The potential at points if its surrogate_value missed by so much: no run-out is asked."""
         return self._sought(self._located(w, missed))
 
-    def _sought(self, there: Weighed[np.ndarray]) -> np.ndarray:
+    def _sought(self, there: Evaluated[np.ndarray]) -> np.ndarray:
         """What a mode is sought by: the potential, but for the spike where B stands.
 
         A speed with a course as likely any way has a density of one over the speed in the plane of
@@ -123,59 +123,63 @@ class Posterior:
         return self.weighed(w)[0]
 
     def about(self, w: np.ndarray) -> Posterior:
-        """The same posterior in coordinates whitened by draws of it; where charts are plain only.
+        """The same posterior in coordinates whitened by draws of it; where whitening are plain only.
 
         Args:
             w: the draws, shape (any, q).
         """
-        spread = np.asarray(self.chart.spread)
+        spread = np.asarray(self.transform.spread)
         # a little of the spread as it was, lest few draws should make it flat
         covariance = (w.shape[0] * np.cov(w.T) + _AS_DRAWS * np.eye(self.size)) / (
             w.shape[0] + _AS_DRAWS
         )
-        centre = np.asarray(self.chart.centre) + spread @ w.mean(axis=0)
-        return replace(self, chart=whitening.plain(centre, spread @ np.linalg.cholesky(covariance)))
+        centre = np.asarray(self.transform.centre) + spread @ w.mean(axis=0)
+        return replace(
+            self, transform=whitening.plain(centre, spread @ np.linalg.cholesky(covariance))
+        )
 
     def responding_by(self, w: np.ndarray) -> Posterior:
         """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
         structure, told = self.programs.structure, self.weighed(w)[1]
         predicted = {k: told[f"predicted/{k}"] for k in structure.surrogates[len(structure.aims) :]}
         responses = regression.responses(structure, self.data, run_outs_of(told), predicted)
-        return replace(self, chart=self.chart._replace(responses=responses))
+        return replace(self, transform=self.transform._replace(responses=responses))
 
-    def seen_from(self, other: Posterior, w: np.ndarray) -> np.ndarray:
-        """Points in the coordinates of the same posterior about elsewhere; plain charts only.
+    def converted_to(self, other: Posterior, w: np.ndarray) -> np.ndarray:
+        """Points in the coordinates of the same posterior about elsewhere; plain whitening only.
 
         Args:
             other: whose coordinates are asked for.
             w: points in these coordinates, shape (any, q).
         """
-        q = np.asarray(self.chart.centre) + w @ np.asarray(self.chart.spread).T
-        off = q - np.asarray(other.chart.centre)
-        return np.linalg.solve(np.asarray(other.chart.spread), off.T).T
+        q = np.asarray(self.transform.centre) + w @ np.asarray(self.transform.spread).T
+        off = q - np.asarray(other.transform.centre)
+        return np.linalg.solve(np.asarray(other.transform.spread), off.T).T
 
     def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """`log_density`; and the model's unknowns and what follows from them, at the same points."""
         there = self._located(w)
         return there.log_density, there.told
 
-    def bent(self, w: np.ndarray) -> np.ndarray:
-        """q at w, where walls have moved it to."""
+    def constrained(self, w: np.ndarray) -> np.ndarray:
+        """q at w, where constraints have moved it to."""
         return np.asarray(self._located(w[None]).q[0])
 
-    def _located(self, w: np.ndarray, missed: np.ndarray | None = None) -> Weighed[np.ndarray]:
-        """What points are known by; rest poses by their likeness if `missed` is given."""
-        data, chart = self._numbers
+    def _located(self, w: np.ndarray, missed: np.ndarray | None = None) -> Evaluated[np.ndarray]:
+        """What points are known by; rest poses by their surrogate_value if `missed` is given."""
+        data, transform = self._numbers
         if missed is None:
             missed = np.full((len(w), len(self.programs.structure.surrogates)), np.nan)
         elif self.programs.structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
-        return in_chunks(lambda at: self.programs("weigh", data, chart, *at), (w, missed), ROWS)
+        return in_chunks(
+            lambda at: self.programs("evaluate", data, transform, *at), (w, missed), ROWS
+        )
 
     @cached_property
-    def _numbers(self) -> tuple[Data, Chart]:
+    def _numbers(self) -> tuple[Data, TransformParameters]:
         """What programs take besides w, handed over to JAX once: it takes as long as a call does."""
-        return jax.device_put((self.data, self.chart))
+        return jax.device_put((self.data, self.transform))
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:
@@ -210,12 +214,12 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
     """
     structure, data = RUNGS[rung].of_scene(scene)
     if structure.unpinned:
-        return [_unpinned(structure, data)]
+        return [_by_velocity(structure, data)]
     while True:
         found = _whitened(structure, data)
         if not structure.followed:
             return found
-        # sheets were judged by rest poses alone
+        # regressions were judged by rest poses alone
         found = [replace(at, unresolved=max(at.unresolved, unresolved(at))) for at in found]
         structure, data = found[0].programs.structure, found[0].data
         steps = steps_of(structure, data)
@@ -224,39 +228,39 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
         structure, data = in_steps(structure, data, 2 * steps)
 
 
-def _unpinned(structure: Structure, data: Data) -> Posterior:
+def _by_velocity(structure: Structure, data: Data) -> Posterior:
     """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
-    score, told = scouted(programs_for(structure), data)
+    score, told = prior_pilot(programs_for(structure), data)
     starts = [
         velocity.near(structure, data, {name: values[i] for name, values in told.items()})
         for i in np.argsort(-score)[:_SCOUTS]
     ]
     while True:
         programs = programs_for(structure)
-        climbed = (_climbed(programs, data, q) for q in starts)
+        climbed = (_refined(programs, data, q) for q in starts)
         posterior = max(climbed, key=lambda found: found.log_evidence)
         posterior = replace(posterior, unresolved=unresolved(posterior))
         steps = steps_of(structure, data)
         if posterior.unresolved <= RESOLVED or steps >= MOST_STEPS:
             return posterior
         structure, data = in_steps(structure, data, 2 * steps)
-        starts = [np.asarray(posterior.chart.centre)]
+        starts = [np.asarray(posterior.transform.centre)]
 
 
-def _climbed(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
+def _refined(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
     """The posterior in coordinates whitened about the mode above q."""
     axes = np.eye(q.size)
     for _ in range(_CLIMBS):
         at = Posterior(programs, data, whitening.plain(q, axes), np.zeros(2), -np.inf, 0.0)
         axes = axes @ spread(at.potential.curvature(np.zeros(q.size)), _RIDGE)
-        at = replace(at, chart=whitening.plain(q, axes))
+        at = replace(at, transform=whitening.plain(q, axes))
         mode, value = _mode(at)
         q = q + axes @ mode
         if not (np.isfinite(axes).all() and np.isfinite(q).all()):
             raise _no_mode("curvature")
         if np.linalg.norm(mode) < _STILL:
             break
-    return replace(at, chart=whitening.plain(q, axes), log_evidence=-value)
+    return replace(at, transform=whitening.plain(q, axes), log_evidence=-value)
 
 
 def _no_mode(lacks: str) -> Unanswerable:
@@ -268,7 +272,7 @@ def _no_mode(lacks: str) -> Unanswerable:
 
 
 def _mode(posterior: Posterior) -> tuple[np.ndarray, float]:
-    found = posterior.potential.lowest(np.zeros(posterior.size))
+    found = posterior.potential.minimise(np.zeros(posterior.size))
     if not np.isfinite(found.value):
         raise _no_mode("density")
     return found.w, found.value
@@ -291,7 +295,7 @@ def unresolved(posterior: Posterior) -> float:
     told = likely(CHUNK)
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
     nowhere = np.zeros(posterior.size)
-    names = jax.eval_shape(partial(rest_pose.locate, s), data, posterior.chart, nowhere)[0]
+    names = jax.eval_shape(partial(rest_pose.locate, s), data, posterior.transform, nowhere)[0]
     again = programs_for(finer)("simulate", finely, {k: told[k] for k in names})
     moved = [
         (again[f"predicted/{k}"] - told[f"predicted/{k}"]) / data.evidence[k][1]
@@ -309,31 +313,31 @@ def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that may count, the likeliest first, in as many steps as it takes."""
-    sheets, error, unresolved = whitening.blank(structure).sheets, np.zeros(2), 0.0
+    regressions, error, unresolved = whitening.blank(structure).regressions, np.zeros(2), 0.0
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
         programs = programs_for(structure)
         if structure.inverted == VEHICLES:
             break
         separation = regression.shoot(programs, data)
-        sheets, error, run_outs = regression.fit(programs, data, separation)
+        regressions, error, run_outs = regression.fit(programs, data, separation)
         unresolved = regression.unresolved(programs, data, run_outs)
         steps = steps_of(structure, data)
         if unresolved <= RESOLVED or steps >= MOST_STEPS:
             break
         structure, data = in_steps(structure, data, 2 * steps)
     n = rest_pose.length(structure)
-    starts = [whitening.sliding(programs, data, sheets, q) for q in _starts(structure)]
-    tried = [whitening.about(programs, data, sheets, q, np.eye(n)) for q in starts]
-    chart = _likeliest(programs, data, tried)
-    first = Posterior(programs, data, chart, error, -np.inf, unresolved)
+    starts = [whitening.sliding(programs, data, regressions, q) for q in _starts(structure)]
+    tried = [whitening.about(programs, data, regressions, q, np.eye(n)) for q in starts]
+    transform = _likeliest(programs, data, tried)
+    first = Posterior(programs, data, transform, error, -np.inf, unresolved)
     found: list[Posterior] = []
     refusals = []
     for start in _starts_on_branches(first):
         if any(start.branch == other.branch for other in found):
             continue
         # the potential at a mode, whatever the volume that its coordinates count in
-        peaks = [float(at.chart.log_volume) - at.log_evidence for at in found]
+        peaks = [float(at.transform.log_volume) - at.log_evidence for at in found]
         try:
             mode = _about_mode(start, min(peaks, default=np.inf) + IMPROBABLE)
         except Unanswerable as refusal:
@@ -349,17 +353,25 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
 def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
     """As it is, then about where e_m is within its bounds on the other branch, if it is left open."""
     yield posterior
-    programs, data, chart = posterior.programs, posterior.data, posterior.chart
+    programs, data, transform = posterior.programs, posterior.data, posterior.transform
     levels = rest_pose.levels_of(programs.structure)
     if E_M not in levels:
         return
-    other = np.where([level == E_M for level in levels], -1, 1) * np.asarray(chart.wall.side)
-    centre, anyhow = np.asarray(chart.centre), np.eye(chart.centre.size)
-    wall = whitening.about(programs, data, chart.sheets, centre, anyhow, side=other).wall
-    # to where each edge is at least as far above zero as it is soft
-    move = np.linalg.pinv(wall.slope) @ np.maximum(wall.softness - wall.edge, 0)
-    about = whitening.about(programs, data, chart.sheets, centre + move, anyhow, side=other)
-    yield replace(posterior, chart=about)
+    other = np.where([level == E_M for level in levels], -1, 1) * np.asarray(
+        transform.constraints.side
+    )
+    centre, anyhow = np.asarray(transform.centre), np.eye(transform.centre.size)
+    constraints = whitening.about(
+        programs, data, transform.regressions, centre, anyhow, side=other
+    ).constraints
+    # to where each margin is at least as far above zero as it is soft
+    move = np.linalg.pinv(constraints.slope) @ np.maximum(
+        constraints.softness - constraints.margin, 0
+    )
+    about = whitening.about(
+        programs, data, transform.regressions, centre + move, anyhow, side=other
+    )
+    yield replace(posterior, transform=about)
 
 
 def _about_mode(posterior: Posterior, most: float) -> Posterior:
@@ -370,24 +382,31 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
     """
     programs, data = posterior.programs, posterior.data
     responding = bool(programs.structure.responding)
-    # walls and whitening depend on the mode and it on them: thrice is enough, but for responses
+    # constraints and whitening depend on the mode and it on them: thrice is enough, but for responses
     for _ in range(_CLIMBS if responding else 3):
         posterior = _responding(posterior)
-        chart = posterior.chart
+        transform = posterior.transform
         mode, value = _mode(posterior)
-        if value + chart.log_volume > most:
+        if value + transform.log_volume > most:
             raise Unanswerable("this mode is too improbable to count")
-        bent, centre = posterior.bent(mode), chart.centre + np.asarray(chart.spread) @ mode
-        axes = np.asarray(chart.spread) @ spread(
+        constrained, centre = (
+            posterior.constrained(mode),
+            transform.centre + np.asarray(transform.spread) @ mode,
+        )
+        axes = np.asarray(transform.spread) @ spread(
             posterior.potential.curvature(mode), _RIDGE if responding else FLAT
         )
-        if not (np.isfinite(axes).all() and np.isfinite(bent).all()):
+        if not (np.isfinite(axes).all() and np.isfinite(constrained).all()):
             raise _no_mode("curvature")
-        side, kept = np.asarray(chart.wall.side), float(chart.wall.kept)
+        side, kept = np.asarray(transform.constraints.side), float(transform.constraints.kept)
         if rest_pose.samples_sliding(programs.structure):
-            kept, (centre, bent, axes) = whitening.softened(chart, centre, bent, axes)
-        about = whitening.about(programs, data, chart.sheets, centre, axes, bent, side, kept)
-        posterior = replace(posterior, chart=about, log_evidence=-value)
+            kept, (centre, constrained, axes) = whitening.softened(
+                transform, centre, constrained, axes
+            )
+        about = whitening.about(
+            programs, data, transform.regressions, centre, axes, constrained, side, kept
+        )
+        posterior = replace(posterior, transform=about, log_evidence=-value)
         if responding and np.linalg.norm(mode) < _STILL:
             break
     return _responding(posterior)
@@ -410,11 +429,13 @@ def _starts(structure: Structure) -> list[np.ndarray]:
     return [middle + deviate * (np.arange(middle.size) == unknown) for deviate in _SPEEDS]
 
 
-def _likeliest(programs: Programs, data: Data, tried: list[Chart]) -> Chart:
-    """The chart at whose centre the density is the highest."""
+def _likeliest(
+    programs: Programs, data: Data, tried: list[TransformParameters]
+) -> TransformParameters:
+    """The transform at whose centre the density is the highest."""
     if len(tried) == 1:
         return tried[0]
     nowhere = np.zeros(rest_pose.size(programs.structure))
-    at = [Posterior(programs, data, chart, np.zeros(2), -np.inf, 0.0) for chart in tried]
+    at = [Posterior(programs, data, transform, np.zeros(2), -np.inf, 0.0) for transform in tried]
     heights = [posterior.log_density(nowhere[None])[0] for posterior in at]
     return tried[int(np.argmax(np.nan_to_num(heights, nan=-np.inf)))]

@@ -1,4 +1,4 @@
-"""Which velocities after the impact end at the measured rest poses, and how they bend with all else.
+"""Inverse regression: velocities after the impact from rest poses and inputs, found by multi-start.
 
 Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
 least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float
 
 from retrodict.inference.density.compiled import BATCH, Programs, programs_for
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.fitting.pilot import scouted
+from retrodict.inference.fitting.pilot import prior_pilot
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms import rest_pose
 from retrodict.mechanics.runout import GRAVITY
@@ -25,7 +25,8 @@ from retrodict.models.parts import AFTER
 from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
-_FAR = 4.0  # standard deviations of a rest pose, by a sheet, at which velocities that reach it lie apart
+# standard deviations of a rest pose, by a regression, at which velocities that reach it differ
+_FAR = 4.0
 _PLAUSIBLE = (
     3.5  # standard deviations that a run-out may miss a rest pose by, other inputs at their means
 )
@@ -42,7 +43,7 @@ def _grid(*axes: list[float]) -> np.ndarray:
 
 # Starts: shares of the speed and of the yaw rate that sliding so far and turning so much ask for, and
 # the angle from the chord to the first course, rad. A car that rolls may come there without a spin, or
-# in a bend with one the other way.
+# in a constrain with one the other way.
 _SLIDING = _grid(
     [0.5, 0.7, 0.85, 1.0], [0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2], [0.0, -0.15, 0.15, -0.4]
 )
@@ -93,10 +94,14 @@ class Shot(NamedTuple):
     missed: Float[np.ndarray, "2"]
     near: tuple[Float[np.ndarray, "any v"], Float[np.ndarray, "any v"]]
 
-    def folds(self, sheets: tuple[rest_pose.Sheet, rest_pose.Sheet]) -> Bool[np.ndarray, "2"]:
-        """Whether some of them lie far from the sheet of A and of B, which then holds not all."""
+    def folds(
+        self, regressions: tuple[rest_pose.Quadratic, rest_pose.Quadratic]
+    ) -> Bool[np.ndarray, "2"]:
+        """Whether some of them lie far from the regression of A and of B, which then holds not all."""
         apart = []
-        for V, near, fitted in zip(self.separation.reshape(2, -1), self.near, sheets, strict=True):
+        for V, near, fitted in zip(
+            self.separation.reshape(2, -1), self.near, regressions, strict=True
+        ):
             by_z = np.asarray(fitted.linear)[:, : V.size]
             z = (near[:, :-1] - V) @ np.linalg.pinv(by_z).T
             apart.append(bool((np.linalg.norm(z, axis=1) > _FAR * (1 + near[:, -1])).any()))
@@ -172,8 +177,10 @@ def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
 
 def fit(
     programs: Programs, data: Data, separation: np.ndarray
-) -> tuple[tuple[rest_pose.Sheet, rest_pose.Sheet], np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """The quadratic sheets about a solution of `shoot`.
+) -> tuple[
+    tuple[rest_pose.Quadratic, rest_pose.Quadratic], np.ndarray, tuple[np.ndarray, np.ndarray]
+]:
+    """The quadratic regressions about a solution of `shoot`.
 
     Args:
         programs: of the scene's structure.
@@ -181,24 +188,24 @@ def fit(
         separation: velocities that end at the measured rest poses.
 
     Returns:
-        The sheets for A and B; the root mean square error of each fit in standard deviations of
+        The regressions for A and B; the root mean square error of each fit in standard deviations of
         the rest pose (A, B): how curved a target is left for the sampler; and the run-outs of the
         last round: their velocities after the impact and deviates of the inputs.
     """
     structure = programs.structure
-    n, size = rest_pose.length_for_sheets(structure), len(structure.rests)
+    n, size = rest_pose.length_for_regressions(structure), len(structure.rests)
     sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
     xi = sample[:, 2 * size :]
     target, sd = _aims(programs, data, separation)
     mine = [slice(size * v, size * (v + 1)) for v in range(2)]
     scale = np.asarray(programs("inputs", data, xi)[3])
     shaping = [rest_pose.shaping_inputs(structure, v) for v in "ab"]
-    sheets = _linear(programs, data, separation)
+    regressions = _linear(programs, data, separation)
     error = np.full(2, np.inf)
     for _ in range(_ROUNDS):
         V = np.concatenate(
             [
-                scale[:, None] * _value(sheets[v], sample[:, mine[v]], xi[:, shaping[v]])
+                scale[:, None] * _value(regressions[v], sample[:, mine[v]], xi[:, shaping[v]])
                 for v in range(2)
             ],
             axis=1,
@@ -208,12 +215,14 @@ def fit(
             wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
             A = _terms(got, xi[:, shaping[v]])
-            # run-outs that miss by far say little of the sheet where the posterior lies
+            # run-outs that miss by far say little of the regression where the posterior lies
             weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / _NEAR) ** 2)
             weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
             if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
-                sheets[v] = _least_squares(A, velocity / scale[:, None], weight)
-    for_a, for_b = (_as_sheet(c, size + len(s)) for c, s in zip(sheets, shaping, strict=True))
+                regressions[v] = _least_squares(A, velocity / scale[:, None], weight)
+    for_a, for_b = (
+        _as_quadratic(c, size + len(s)) for c, s in zip(regressions, shaping, strict=True)
+    )
     return (for_a, for_b), error, (V, xi)
 
 
@@ -222,7 +231,7 @@ def responses(
     data: Data,
     run_outs: tuple[np.ndarray, np.ndarray],
     predicted: dict[str, np.ndarray],
-) -> tuple[rest_pose.Response, ...]:
+) -> tuple[rest_pose.ResponseSurface, ...]:
     """Of each vehicle of `Structure.responding`: what it passes on its way, fitted to run-outs.
 
     Args:
@@ -240,7 +249,7 @@ def _response(
     run_outs: tuple[np.ndarray, np.ndarray],
     predicted: dict[str, np.ndarray],
     v: str,
-) -> rest_pose.Response:
+) -> rest_pose.ResponseSurface:
     size, i = len(structure.rests), VEHICLES.index(v)
     names = structure.on_way_of(v)
     velocity, shape = run_outs[0].reshape(-1, 2, size)[:, i], run_outs[1]
@@ -257,7 +266,7 @@ def _response(
     # far from what was measured a run-out says little, but enough of them have to speak
     reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
     surface = _least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
-    return rest_pose.Response(centre, unit, _as_sheet(surface, size + shape.shape[1]))
+    return rest_pose.ResponseSurface(centre, unit, _as_quadratic(surface, size + shape.shape[1]))
 
 
 def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.ndarray]) -> float:
@@ -308,16 +317,16 @@ def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarr
         )[0]
 
 
-def _as_sheet(coefficients: np.ndarray, k: int) -> rest_pose.Sheet:
+def _as_quadratic(coefficients: np.ndarray, k: int) -> rest_pose.Quadratic:
     quadratic = np.zeros((coefficients.shape[1], k, k))
     rows, columns = np.triu_indices(k)
     quadratic[:, rows, columns] = coefficients[1 + k :].T
     quadratic = (quadratic + quadratic.swapaxes(1, 2)) / 2
-    return rest_pose.Sheet(coefficients[0], coefficients[1 : 1 + k].T, quadratic)
+    return rest_pose.Quadratic(coefficients[0], coefficients[1 : 1 + k].T, quadratic)
 
 
 def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.ndarray]:
-    """First sheets: linear in the rest pose and the inputs, by difference quotients."""
+    """First regressions: linear in the rest pose and the inputs, by difference quotients."""
     structure = programs.structure
     p, size = len(structure.uncertain), len(structure.rests)
     _, sd = _aims(programs, data, separation)
@@ -328,7 +337,7 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
     for j in range(p):
         xi[1 + size + j, j] = h
     ends = _reached(programs, data, V, xi)
-    sheets = []
+    regressions = []
     for v, vehicle in enumerate("ab"):
         shape = rest_pose.shaping_inputs(structure, vehicle)
         own = separation[size * v : size * (v + 1)]
@@ -336,18 +345,18 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
         J_xi = ((ends[1 + size : 1 + size + p, v] - ends[0, v]) / h).T[:, shape]
         back = np.linalg.pinv(J_V)
         k = size + len(shape)
-        sheet = np.zeros((1 + k + k * (k + 1) // 2, size))
-        sheet[0] = own
-        sheet[1 : 1 + size] = (back * sd[v]).T
-        sheet[1 + size : 1 + k] = -(back @ J_xi).T
-        # the friction's square root stands outside the sheet: take its slope out again
+        regression = np.zeros((1 + k + k * (k + 1) // 2, size))
+        regression[0] = own
+        regression[1 : 1 + size] = (back * sd[v]).T
+        regression[1 + size : 1 + k] = -(back @ J_xi).T
+        # the friction's square root stands outside the regression: take its slope out again
         name = f"friction_{structure.surfaces[0]}"
         if name in structure.names:
             i = structure.names.index(name)
             slope = 0.5 * float(data.inputs[name][1])
-            sheet[1 + size + shape.index(i)] -= slope * own
-        sheets.append(sheet)
-    return sheets
+            regression[1 + size + shape.index(i)] -= slope * own
+        regressions.append(regression)
+    return regressions
 
 
 def _open(programs: Programs) -> np.ndarray:
@@ -358,7 +367,7 @@ def _open(programs: Programs) -> np.ndarray:
 
 def _likely(programs: Programs, data: Data) -> np.ndarray:
     """Velocities after the impact of the crash from the prior that explains the evidence best."""
-    score, told = scouted(programs, data)
+    score, told = prior_pilot(programs, data)
     best, size = np.argmax(score), len(programs.structure.rests)
     return np.array([told[name][best] for names in AFTER for name in names[:size]])
 

@@ -1,8 +1,8 @@
 """A posterior ready to be tempered, of crashes whose vehicles roll above all: no mode is sought.
 
-Coordinates of a vehicle are by how many standard deviations it misses its rest pose, by a sheet fitted
-to run-outs, as elsewhere. Where the sheet does not fit, since a freely rolling car's rest pose bends or
-folds with its velocity, they are by what the velocity is off that of the measured way.
+Coordinates of a vehicle are the standard deviations by which it misses its rest pose, by a regression
+fitted to run-outs, as elsewhere. Where the regression does not fit, since the rest pose of a freely rolling
+car bends or folds with its velocity, they are offsets from the velocity of the measured path.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from retrodict.models import RUNGS, roll
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.scene.records import VEHICLES, Scene
 
-_FITS = 0.5  # standard deviations of the rest pose: a sheet's error that makes good coordinates
+_FITS = (
+    0.5  # standard deviations of the rest pose: a regression's error that makes good coordinates
+)
 # Of where particles start: coordinates beside inputs, in their own standard deviations. A velocity that
 # nothing pins may be off that of a likely crash by so much, m/s and rad/s.
 _WIDE, _OPEN = 1.5, np.array([10.0, 10.0, 3.0])
@@ -50,7 +52,7 @@ class Seen(NamedTuple):
     """A scene as it is tempered.
 
     Args:
-        pinned: structure that sheets are fitted by.
+        pinned: structure that regressions are fitted by.
         offset: structure that is tempered.
         data: the scene's numbers, with the ways from which velocities may be guessed.
         guess: how far off these may be.
@@ -110,9 +112,9 @@ def prepare(scene: Scene, rung: str) -> Posterior:
 
 
 def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Posterior:
-    """The posterior, each vehicle by its sheet where that fits, and else by the guess."""
+    """The posterior, each vehicle by its regression where that fits, and else by the guess."""
     structure = fitted.structure
-    sheets, error = whitening.blank(structure).sheets, np.zeros(2)
+    regressions, error = whitening.blank(structure).regressions, np.zeros(2)
     if structure.inverted != VEHICLES:
         shot = regression.nearest(fitted, data, every=True)
         for i, v in enumerate(VEHICLES):
@@ -122,9 +124,9 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
                 and not guess.taken[i]
             ):
                 raise regression.unreachable(v, shot.missed[i])
-        sheets, error, _ = regression.fit(fitted, data, shot.separation)
+        regressions, error, _ = regression.fit(fitted, data, shot.separation)
         turns_open = [f"rest_heading_{v}" in structure.around for v in VEHICLES]
-        astray = (shot.missed > regression.REACHED) | shot.folds(sheets) | turns_open
+        astray = (shot.missed > regression.REACHED) | shot.folds(regressions) | turns_open
         error = np.where(astray, np.inf, error)
     taken = np.where(error > _FITS, guess.taken, 0.0)
     n = rest_pose.length(sampled.structure)
@@ -133,8 +135,8 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
         # where its rest pose does not pin the yaw rate after it, and if that is the sharper of both
         sharper = data.inputs["omega_b"][1] < guess.off[1, 2]
         spun = np.array(float(taken[1] > 0 and sharper))
-    chart = whitening.off(sheets, guess._replace(taken=taken, spun=spun), n)
-    found = Posterior(sampled, data, chart, error, -np.inf, 0.0, _reach(structure, data, n))
+    transform = whitening.off(regressions, guess._replace(taken=taken, spun=spun), n)
+    found = Posterior(sampled, data, transform, error, -np.inf, 0.0, _reach(structure, data, n))
     w = np.random.default_rng(0).standard_normal((BATCH, n))
     told = found.weighed(w)[1]
     return replace(found, unresolved=regression.unresolved(fitted, data, run_outs_of(told)))

@@ -49,7 +49,7 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
         The chains; on KeyboardInterrupt with the draws that all of them have, marked incomplete.
     """
     posterior, chains, warmup = task.posterior, task.chains, task.warmup
-    arguments = (posterior.data, posterior.chart)
+    arguments = (posterior.data, posterior.transform)
     start, advance = posterior.programs.sampler(warmup, target_accept, *arguments)
     n = posterior.size
     records: list[list[dict[str, np.ndarray]]]
@@ -102,7 +102,7 @@ def settings(task: Task) -> dict[str, int | str]:
     """What chains must share for one to go on where the other stopped."""
     posterior = task.posterior
     print_ = hashlib.sha256()
-    for leaf in jax.tree.leaves((posterior.data, posterior.chart)):
+    for leaf in jax.tree.leaves((posterior.data, posterior.transform)):
         print_.update(np.asarray(leaf).tobytes())
     return {
         "seed": task.seed,
@@ -125,4 +125,4 @@ def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray)
         if near and np.isfinite(gradient).all():
             break
         w = w / 2
-    return start(key, w, potential, gradient, posterior.data, posterior.chart)
+    return start(key, w, potential, gradient, posterior.data, posterior.transform)

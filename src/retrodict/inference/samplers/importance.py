@@ -58,7 +58,7 @@ class Evidence:
 
 
 def draw(task: Task, times: int = 1) -> Draws:
-    """Draw from the proposal, weigh by the posterior, resample.
+    """Draw from the proposal, evaluate by the posterior, resample.
 
     Args:
         task: what is asked for.
@@ -226,9 +226,9 @@ class _Proposal:
     def outgrown(self, spread: np.ndarray, effective: float) -> float:
         """The largest ratio of a covariance to its own, over what chance makes of so many draws."""
         whitened = (self.axes / self.sd).T @ spread @ (self.axes / self.sd)
-        # the edge of the spectrum of a sample of the standard normal (Marchenko and Pastur 1967)
-        edge = (1 + np.sqrt(self.sd.size / effective)) ** 2
-        return float(np.linalg.eigvalsh(whitened)[-1] / edge)
+        # the margin of the spectrum of a sample of the standard normal (Marchenko and Pastur 1967)
+        margin = (1 + np.sqrt(self.sd.size / effective)) ** 2
+        return float(np.linalg.eigvalsh(whitened)[-1] / margin)
 
     def moved(self, mean: np.ndarray, spread: np.ndarray, effective: float) -> _Proposal:
         """Towards a mean and a covariance, the further the more draws tell of them."""

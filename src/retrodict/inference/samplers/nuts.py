@@ -18,7 +18,7 @@ _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective
 _SECOND_TRY = 0.8
 _CURVED = 0.8  # of a posterior that rest poses do not pin: shorter steps are slow and mend little
 _PILOT = 200  # draws of each chain by which such a posterior is whitened, or responses are fitted
-_MENDABLE = 0.05  # share of divergent draws up to which shorter steps may help
+_FEW = 0.05  # share of divergent draws up to which shorter steps may help
 
 
 def draw(task: Task) -> Draws:
@@ -39,7 +39,7 @@ def draw(task: Task) -> Draws:
     found, target_accept = sample(task, first), first
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
-    few = 0 < divergences <= _MENDABLE * found.w.shape[0] * found.w.shape[1]
+    few = 0 < divergences <= _FEW * found.w.shape[0] * found.w.shape[1]
     if found.complete and few and second > first:
         notes = (
             f"a first run had {divergences} divergent transitions; the run told of here took shorter "
@@ -71,5 +71,5 @@ def _told(
     unfinished = partial(checkpoint.packed, found, chains.settings(task)) if first else None
     w = found.w
     if original.programs.structure.unpinned:
-        w = task.posterior.seen_from(original, w.reshape(-1, original.size)).reshape(w.shape)
+        w = task.posterior.converted_to(original, w.reshape(-1, original.size)).reshape(w.shape)
     return Draws(w, found.stats, found.complete, notes, unfinished=unfinished)

@@ -12,7 +12,7 @@ from retrodict.inference.density.compiled import in_chunks
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.importance import apart
-from retrodict.inference.transforms.rest_pose import length_for_sheets
+from retrodict.inference.transforms.rest_pose import length_for_regressions
 
 
 def monte_carlo(task: Task) -> Draws:
@@ -34,7 +34,7 @@ def _compared(task: Task, way: str) -> Draws:
             "this method solves back from where both vehicles slid to rest, which this scene does not "
             "tell: use another method"
         )
-    n = length_for_sheets(structure)
+    n = length_for_regressions(structure)
     if n > posterior.size:
         raise Unanswerable(
             f"this method solves back as many unknowns as there are measurements, and the model "
@@ -44,7 +44,7 @@ def _compared(task: Task, way: str) -> Draws:
     programs, data = posterior.programs, posterior.data
 
     def follow(q: np.ndarray) -> dict[str, np.ndarray]:
-        sites = programs(way, data, posterior.chart, q)
+        sites = programs(way, data, posterior.transform, q)
         return sites | programs("simulate", data, sites)
 
     told = in_chunks(follow, q.reshape(-1, n))

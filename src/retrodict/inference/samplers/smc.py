@@ -130,7 +130,7 @@ class _Populations:
         w: where they are.
         height: log density of the posterior there.
         log_evidence: of the posterior by each population, once the temperature is one.
-        chart: coordinates in which they have no correlation.
+        transform: coordinates in which they have no correlation.
         temperature: power of the density over that of the start.
         evaluations: of the density.
         kept: where they were at the posterior, after each round of moves.
@@ -142,7 +142,7 @@ class _Populations:
     w: Points
     height: Values
     log_evidence: Float[np.ndarray, " chains"]
-    chart: _Whitened
+    transform: _Whitened
     temperature: float = 0.0
     evaluations: int = 0
     kept: list[Points] = field(default_factory=list)
@@ -153,8 +153,8 @@ class _Populations:
         rng = np.random.default_rng([task.seed, task.chains, count])
         wide = task.posterior.reach
         w = rng.standard_normal((task.chains, count, len(wide))) * wide
-        chart, none = _Whitened(np.zeros(len(wide)), np.diag(wide)), np.zeros(task.chains)
-        self = cls(task.posterior, rng, task.progress, w, np.zeros(w.shape[:2]), none, chart)
+        transform, none = _Whitened(np.zeros(len(wide)), np.diag(wide)), np.zeros(task.chains)
+        self = cls(task.posterior, rng, task.progress, w, np.zeros(w.shape[:2]), none, transform)
         self.height = self._density(w)
         return self
 
@@ -211,7 +211,7 @@ class _Populations:
         self.log_evidence += logsumexp(log_weight, axis=1) - np.log(gain.shape[1])
         self.temperature = high
         weights = softmax(log_weight, axis=1)
-        self.chart = self._whitened(self.w, weights)
+        self.transform = self._whitened(self.w, weights)
         for i, own in enumerate(weights):
             index = resampled(own, len(own), self.rng)
             self.w[i], self.height[i] = self.w[i][index], self.height[i][index]
@@ -222,11 +222,11 @@ class _Populations:
 
     def _move(self) -> None:
         """Move the particles, in coordinates that they are then whitened by anew."""
-        z, start = self.chart.seen(self.w), self._start(self.w)
+        z, start = self.transform.seen(self.w), self._start(self.w)
         for _ in range(_SWEEPS):
             z, start = self._sweep(z, start)
         lately = np.concatenate([self.w, *self.kept[-3:]], axis=1)
-        self.chart = self._whitened(lately, np.ones(lately.shape[:2]))
+        self.transform = self._whitened(lately, np.ones(lately.shape[:2]))
 
     def _sweep(self, z: Points, start: Values) -> tuple[Points, Values]:
         """One step of each particle, from its coordinates and log density at the start."""
@@ -236,7 +236,7 @@ class _Populations:
         keep = self.rng.choice(_KEEP, (*each, 1))
         fresh = keep * z + np.sqrt(1 - keep**2) * self.rng.standard_normal(z.shape)
         there = np.where(moved, fresh, z)
-        w = self.chart.at(there)
+        w = self.transform.at(there)
         height, start_there = self._density(w), self._start(w)
         rise = (1 - self.temperature) * (start_there - start)
         rise += self.temperature * (height - self.height)

@@ -1,16 +1,16 @@
 """The coordinates in which a posterior is sampled: a bijection beside the model, not inside it.
 
 A rest pose measured to a hand's breadth pins the velocities after the impact to a thin curved
-sheet, so neither the paper's unknowns nor their whitening makes an easy target. Sampled instead is
+regression, so neither the paper's unknowns nor their whitening makes an easy target. Sampled instead is
 q = (z_a, z_b, xi): how many standard deviations each rest pose misses its measurement by, and the
 measured inputs as standard normal deviates. A quadratic in q, fitted to run-outs beforehand, gives
 velocities after the impact; the impact model's closed-form inverse gives its unknowns. Any smooth
 bijection with its Jacobian keeps the density exact, however roughly the quadratic fits.
 
 e and e_m have hard bounds, and a posterior often leans on them (e near 0 is normal in hard
-crashes). Both are quotients of functions linear in the motion, so that each bound is an edge: such a
-function that stays above zero, as the opening velocity does. `bend` moves q along a direction for
-each, that changes it with the least change of all else, so that the edges lie at infinity and every
+crashes). Both are quotients of functions linear in the motion, so that each bound is a margin: such a
+function that stays above zero, as the opening velocity does. `constrain` moves q along a direction for
+each, that changes it with the least change of all else, so that the margins lie at infinity and every
 point within them is reached. A simpler impact model holds such functions at zero (no moment impulse,
 no sliding left): then q is moved to where they are, and its coordinates are fewer than its entries.
 The share of the sliding that friction leaves is an entry of q itself, and the motion is held at it.
@@ -30,7 +30,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from retrodict.inference.transforms import velocity
-from retrodict.inference.transforms.soft_bounds import lift
+from retrodict.inference.transforms.soft_bounds import soft_lower_bound
 from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts, roll
 from retrodict.models.arrays import Data, Structure
@@ -38,14 +38,14 @@ from retrodict.models.impact import SLIDING, E, Level, quotients
 from retrodict.scene.records import VEHICLES
 
 _NO_CRASH = {"e": 0.1, "e_m": 0.5, "mu": 0.1}
-_UNBENT = 1 - 1e-6  # slope of `lift` from which on an edge bends nothing
+_UNBENT = 1 - 1e-6  # slope of `soft_lower_bound` from which on a margin bends nothing
 REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
 
 Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
 
 
-class Sheet(NamedTuple):
+class Quadratic(NamedTuple):
     """A quadratic from (z, shaping inputs) to velocities over sqrt(friction).
 
     Args:
@@ -76,13 +76,14 @@ def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any
     return REACH * xp.tanh(x / REACH)
 
 
-class Wall(NamedTuple):
-    """How q is bent so that what the impact model bounds or holds is so.
+class Constraints(NamedTuple):
+    """How q is constrained so that what the impact model bounds or holds is so.
 
     Args:
         side: sign of each bounded level's denominator (1 for others): the branch, shape (levels,).
-        order: in which edges are bent, as places in `edges`; that of all that follows, shape (m,).
-        edge: at the centre, shape (m,).
+        order: in which margins are constrained, as places in `margins`; all that follows has this order,
+            shape (m,).
+        margin: at the centre, shape (m,).
         slope: by q there, shape (m, q).
         along: for each a direction of q that moves it at rate 1 there and none before it, shape (m, q).
         across: for each a direction of the motion (velocities after the impact over sqrt(friction), then
@@ -93,7 +94,7 @@ class Wall(NamedTuple):
 
     side: Float[Numbers, " levels"]
     order: Int[Numbers, " m"]
-    edge: Float[Numbers, " m"]
+    margin: Float[Numbers, " m"]
     slope: Float[Numbers, "m q"]
     along: Float[Numbers, "m q"]
     across: Float[Numbers, "m v+1"]
@@ -101,7 +102,7 @@ class Wall(NamedTuple):
     kept: Float[Numbers, ""]
 
 
-class Response(NamedTuple):
+class ResponseSurface(NamedTuple):
     """What a vehicle passes on its way to rest: a quadratic of its velocity and shaping inputs.
 
     Args:
@@ -112,7 +113,7 @@ class Response(NamedTuple):
 
     centre: Float[Numbers, " v"]
     unit: Float[Numbers, " v"]
-    surface: Sheet
+    surface: Quadratic
 
     def __call__(self, velocity: Float[Array, " v"], shape: Float[Array, " inputs"]) -> Array:
         """The items, shape (items,)."""
@@ -124,7 +125,7 @@ class Guess(NamedTuple):
     """Velocities after the impact of each vehicle that rolls, as the way to where it was found has them.
 
     Args:
-        taken: whether offsets from it are the vehicle's coordinates, and not its sheet's; shape (2,).
+        taken: whether the vehicle's coordinates are offsets from it, not its regression's; shape (2,).
         off: by what they may be off: the logarithm of the speed, the course, rad, and the yaw rate,
             rad/s, shape (2, 3).
         spun: whether the last coordinate of B is by what its yaw rate before the impact is off what was
@@ -136,12 +137,12 @@ class Guess(NamedTuple):
     spun: Float[Numbers, ""]
 
 
-class Chart(NamedTuple):
+class TransformParameters(NamedTuple):
     """The numbers of the bijection w -> q -> the model's unknowns, and of the slopes beside it.
 
     Args:
-        sheets: the quadratics for A and B.
-        wall: the bend.
+        regressions: the quadratics for A and B.
+        constraints: the constrain.
         centre: q at w = 0, shape (q,).
         spread: q's change per w, shape (q, w); no column changes what is held, to first order.
         log_volume: log |det| of the spread and the directions of what is held together.
@@ -149,12 +150,12 @@ class Chart(NamedTuple):
         guess: of the velocities from which coordinates are offsets, where they are.
     """
 
-    sheets: tuple[Sheet, Sheet]
-    wall: Wall
+    regressions: tuple[Quadratic, Quadratic]
+    constraints: Constraints
     centre: Float[Numbers, " q"]
     spread: Float[Numbers, "q w"]
     log_volume: Float[Numbers, ""]
-    responses: tuple[Response, ...]
+    responses: tuple[ResponseSurface, ...]
     guess: Guess | None = None
 
 
@@ -164,7 +165,7 @@ def levels_of(structure: Structure) -> tuple[Level, ...]:
     return tuple(b for b in levels if b != SLIDING or not structure.interlocked)
 
 
-def edges(
+def margins(
     levels: Sequence[Level],
     side: Numbers,
     over: Numbers,
@@ -194,12 +195,12 @@ def edges(
 
 
 def held_of(structure: Structure) -> int:
-    """How many levels are held: so many edges come first."""
+    """How many levels are held: so many margins come first."""
     return sum(level.held for level in levels_of(structure))
 
 
 def samples_sliding(structure: Structure) -> bool:
-    """Whether the last entry of q is the share of the sliding that is kept, before it is lifted."""
+    """Whether the last entry of q is the share of the sliding that is kept, before it is bounded."""
     return not (structure.unpinned or structure.offset) and SLIDING in levels_of(structure)
 
 
@@ -207,11 +208,11 @@ def length(structure: Structure) -> int:
     """Number of entries of q."""
     if structure.unpinned:
         return len(velocity.names(structure)) + len(structure.uncertain)
-    return length_for_sheets(structure) + samples_sliding(structure)
+    return length_for_regressions(structure) + samples_sliding(structure)
 
 
-def length_for_sheets(structure: Structure) -> int:
-    """Number of entries that sheets are fitted over: (z_a, z_b, xi)."""
+def length_for_regressions(structure: Structure) -> int:
+    """Number of entries that regressions are fitted over: (z_a, z_b, xi)."""
     return len(structure.aims) + len(structure.uncertain)
 
 
@@ -230,7 +231,7 @@ def shaping_inputs(structure: Structure, vehicle: str) -> list[int]:
 
 
 def friction_scale(structure: Structure, data: Data, x: parts.Values) -> Float[Array, ""]:
-    """sqrt(friction over its measured value): all speeds go with it, so the sheets need not."""
+    """sqrt(friction over its measured value): all speeds go with it, so the regressions need not."""
     name = f"friction_{structure.surfaces[0]}"
     value = data.inputs[name][0]
     if dict(structure.uncertain).get(name) == "lognormal":
@@ -239,21 +240,23 @@ def friction_scale(structure: Structure, data: Data, x: parts.Values) -> Float[A
 
 
 def reduced(
-    structure: Structure, data: Data, chart: Chart, q: Q
+    structure: Structure, data: Data, transform: TransformParameters, q: Q
 ) -> tuple[Float[Array, " separation"], Float[Array, "2 v v"]]:
     """Velocities after the impact over sqrt(friction) at q, and each vehicle's slopes by its z."""
     velocities, slopes = [], []
     v = len(structure.rests)
-    for name, sheet, x in zip(VEHICLES, chart.sheets, _sheet_arguments(structure, q), strict=True):
+    for name, regression, x in zip(
+        VEHICLES, transform.regressions, _regression_arguments(structure, q), strict=True
+    ):
         if name in structure.inverted:
             V, by_z = _inverted(structure, data, q, name)
             velocities.append(V)
             slopes.append(by_z)
             continue
-        velocities.append(sheet(x))
+        velocities.append(regression(x))
         tame = 1 - (saturated(x[:v]) / REACH) ** 2
-        bent = 2 * times(sheet.quadratic, saturated(x))[:, :v] * tame
-        slopes.append(jnp.asarray(sheet.linear)[:, :v] + bent)
+        constrained = 2 * times(regression.quadratic, saturated(x))[:, :v] * tame
+        slopes.append(jnp.asarray(regression.linear)[:, :v] + constrained)
     return jnp.concatenate(velocities), jnp.stack(slopes)
 
 
@@ -277,7 +280,7 @@ def _inverted(
     return V, by_z
 
 
-def _sheet_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]]:
+def _regression_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]]:
     """(z, shaping inputs) of each vehicle."""
     z, xi = _split(structure, q)
     shaping = [np.array(shaping_inputs(structure, v), dtype=int) for v in "ab"]
@@ -291,23 +294,23 @@ def _split(structure: Structure, q: Q) -> tuple[Array, Array]:
 
 
 def separation_at(
-    structure: Structure, data: Data, chart: Chart, q: Q
+    structure: Structure, data: Data, transform: TransformParameters, q: Q
 ) -> tuple[Float[Array, " separation"], parts.Values]:
     """Velocities after the impact, and measured inputs, at q."""
     x = parts.from_standard(structure, data, _split(structure, q)[1])
-    return friction_scale(structure, data, x) * reduced(structure, data, chart, q)[0], x
+    return friction_scale(structure, data, x) * reduced(structure, data, transform, q)[0], x
 
 
-class Bent(NamedTuple):
+class Constrained(NamedTuple):
     """Where a point is moved to so that its levels are within bounds, or where they are held.
 
     Args:
-        q: moved along `Wall.along`, shape (q,).
+        q: moved along `Constraints.along`, shape (q,).
         motion: how far the motion is moved besides, m/s and rad/s, shape (v + 1,).
         by_q: what of q would move it as far, shape (q,).
         levels: those that are bounded, by name.
         log_det: log |d (motion, inputs) / d q|, what is held in the place of the coordinate along its
-            direction, less that of the sheets at `q`; minus infinity where points would be reached
+            direction, less that of the regressions at `q`; minus infinity where points would be reached
             again.
     """
 
@@ -318,50 +321,61 @@ class Bent(NamedTuple):
     log_det: Float[Array, ""]
 
 
-def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
-    """Move q, and then the motion, to where each edge is what it was, softly above zero, or held there.
+def constrain(
+    structure: Structure, data: Data, transform: TransformParameters, q: Q
+) -> Constrained:
+    """Move q, then the motion, until each margin is what it was, softly above zero, or held there.
 
-    An edge that lies well above zero bends nothing, and nothing is spent on keeping it where it is: each
-    is moved along a way that leaves the edges before it alone, and moves those after it as it may.
-    Values are exact, and so are the edges' derivatives; others are those of the moves' lengths, near
+    A margin well above zero changes nothing, and nothing is spent on keeping it where it is: each
+    is moved along a way that leaves the margins before it alone, and moves those after it as it may.
+    Values are exact, and so are the margins' derivatives; others are those of the moves' lengths, near
     enough to steer by, and cheap.
     """
-    levels, wall = levels_of(structure), Wall(*map(jnp.asarray, chart.wall))
-    held, count = held_of(structure), len(chart.wall.edge)
+    levels, constraints = (
+        levels_of(structure),
+        Constraints(*map(jnp.asarray, transform.constraints)),
+    )
+    held, count = held_of(structure), len(transform.constraints.margin)
 
-    first, aim, share, shift = _bent_along_q(wall, held, q - jnp.asarray(chart.centre))
-    there = q + shift @ wall.along
+    first, aim, share, shift = _constrained_along_q(
+        constraints, held, q - jnp.asarray(transform.centre)
+    )
+    there = q + shift @ constraints.along
 
     # then by the motion, the little that was missed
     x = parts.from_standard(structure, data, _split(structure, there)[1])
     scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, data, chart, there)
+    velocities, slopes = reduced(structure, data, transform, there)
 
-    kept = lift(wall.kept * there[-1], wall.kept)[0]  # where that is sampled
+    kept = soft_lower_bound(constraints.kept * there[-1], constraints.kept)[
+        0
+    ]  # where that is sampled
 
     def moved(motion: Float[Array, " v+1"]) -> Float[Array, " m"]:
         faster = x | {"speed_a": x["speed_a"] + motion[-1]}
         both = quotients(levels, scale * velocities + motion[:-1], faster)
-        return jnp.stack(edges(levels, wall.side, *both, kept=kept))[wall.order]
+        return jnp.stack(margins(levels, constraints.side, *both, kept=kept))[constraints.order]
 
     found = moved(jnp.zeros(velocities.size + 1))
     units, slopes = jax.lax.stop_gradient((jnp.full(velocities.size, scale), slopes))
     units = jnp.append(units, jnp.asarray(data.inputs["speed_a"])[1])
-    rate = jax.lax.stop_gradient(jax.vmap(moved)(units * wall.across) - found).T
-    rate, ways = _in_turn(rate)
-    by_q = _by_q(structure, wall, slopes) @ ways
-    linear = wall.slope @ by_q
+    rate = jax.lax.stop_gradient(jax.vmap(moved)(units * constraints.across) - found).T
+    rate, ways = _lower_triangular(rate)
+    by_q = _by_q(structure, constraints, slopes) @ ways
+    linear = constraints.slope @ by_q
     own = jnp.diag(rate)
     log_det, t, bends = -jnp.log(jnp.abs(own)).sum(), jnp.zeros(count), share < _UNBENT
     for i in range(count):
         found = found.at[i].add(rate[i] @ t)
-        if i >= held:  # from what the edge was before it was bent
-            above, log_slope = lift(first[i] + found[i] - aim[i], wall.softness[i])
+        if i >= held:  # from what the margin was before it was constrained
+            above, log_slope = soft_lower_bound(
+                first[i] + found[i] - aim[i], constraints.softness[i]
+            )
             aim, log_det = aim.at[i].set(above), log_det + log_slope
             bends = bends.at[i].set(bends[i] | (log_slope < jnp.log(_UNBENT)))
         t = t.at[i].set((aim[i] - found[i]) / own[i])
     # nothing is missed now, but for derivatives: where a bound's divisor nears zero they count
-    missed = aim - moved(units * (ways @ t @ wall.across))
+    missed = aim - moved(units * (ways @ t @ constraints.across))
     for i in range(count):
         t = t.at[i].add(missed[i] / own[i])
         missed -= rate[:, i] * missed[i] / own[i]
@@ -370,50 +384,50 @@ def bend(structure: Structure, data: Data, chart: Chart, q: Q) -> Bent:
     turn = _determinant(share * jnp.diag(own) + (1 - share) * linear)
     log_det += jnp.log(jnp.abs(turn))
     # each is one at the centre; where they have turned, far out, points would be reached again. How
-    # an edge that bends nothing would be moved does not matter
+    # a margin that bends nothing would be moved does not matter
     turned = (bends & (own <= 0)).any() | (turn * jnp.sign(own).prod() <= 0)
     log_det = jnp.where(turned, -jnp.inf, log_det)
-    in_place = jnp.zeros(count).at[wall.order].set(aim)
+    in_place = jnp.zeros(count).at[constraints.order].set(aim)
     bounded = [level for level in levels if not level.held]
     near, far = in_place[held : held + len(bounded)], in_place[held + len(bounded) :]
     nearer, farther = (np.array([getattr(b, end) for b in bounded]) for end in ("near", "far"))
     inside = (nearer * far + farther * near) / (near + far)
     values = {level.name: inside[i] for i, level in enumerate(bounded)}
-    return Bent(there, units * (ways @ t @ wall.across), by_q @ t, values, log_det)
+    return Constrained(there, units * (ways @ t @ constraints.across), by_q @ t, values, log_det)
 
 
-def _bent_along_q(
-    wall: Wall, held: int, off: Q
+def _constrained_along_q(
+    constraints: Constraints, held: int, off: Q
 ) -> tuple[Float[Array, " m"], Float[Array, " m"], Float[Array, " m"], Float[Array, " m"]]:
-    """How far to move q along `Wall.along`, were edges linear in it.
+    """How far to move q along `Constraints.along`, were margins linear in it.
 
     Args:
-        wall: the edges that are held first.
+        constraints: the margins that are held first.
         held: how many these are.
         off: how far q is from the centre.
 
     Returns:
-        Each edge before it is moved itself, and after; the slope of the one by the other; and the
+        Each margin before it is moved itself, and after; the slope of the one by the other; and the
         lengths of the moves.
     """
-    count = len(wall.edge)
-    before = jnp.asarray(wall.edge) + times(wall.slope, off)
-    moves = wall.slope @ wall.along.T
+    count = len(constraints.margin)
+    before = jnp.asarray(constraints.margin) + times(constraints.slope, off)
+    moves = constraints.slope @ constraints.along.T
     after, slope, shift = jnp.zeros((3, count))
     for i in range(count):
         before = before.at[i].add(moves[i] @ shift)
         if i >= held:
-            above, log_slope = lift(before[i], wall.softness[i])
+            above, log_slope = soft_lower_bound(before[i], constraints.softness[i])
             after, slope = after.at[i].set(above), slope.at[i].set(jnp.exp(log_slope))
         shift = shift.at[i].set(after[i] - before[i])
     return before, after, slope, shift
 
 
-def _in_turn(rate: Float[Array, "m m"]) -> tuple[Float[Array, "m m"], Float[Array, "m m"]]:
+def _lower_triangular(rate: Float[Array, "m m"]) -> tuple[Float[Array, "m m"], Float[Array, "m m"]]:
     """Combine ways so that each leaves alone what those before it move.
 
     Args:
-        rate: how fast each way (a column) moves each edge (a row), shape (m, m).
+        rate: how fast each way (a column) moves each margin (a row), shape (m, m).
 
     Returns:
         The same of the combined ways, lower triangular; and of how much of each way each is made.
@@ -428,17 +442,19 @@ def _in_turn(rate: Float[Array, "m m"]) -> tuple[Float[Array, "m m"], Float[Arra
 
 def _determinant(m: Float[Array, "n n"]) -> Float[Array, ""]:
     """By elimination: m is near triangular, and LAPACK's calls cannot be kept on disk."""
-    return jnp.prod(jnp.diag(_in_turn(m)[0]))
+    return jnp.prod(jnp.diag(_lower_triangular(m)[0]))
 
 
-def _by_q(structure: Structure, wall: Wall, slopes: Float[Array, "2 v v"]) -> Float[Array, "q m"]:
-    """What of q moves the motion along `Wall.across`."""
-    v, count = len(structure.rests), len(wall.across)
-    of_a, of_b = wall.across[:, :v].T, wall.across[:, v : 2 * v].T
+def _by_q(
+    structure: Structure, constraints: Constraints, slopes: Float[Array, "2 v v"]
+) -> Float[Array, "q m"]:
+    """What of q moves the motion along `Constraints.across`."""
+    v, count = len(structure.rests), len(constraints.across)
+    of_a, of_b = constraints.across[:, :v].T, constraints.across[:, v : 2 * v].T
     by_q = jnp.zeros((length(structure), count))
     by_q = by_q.at[: 2 * v].set(jnp.concatenate([_over(slopes[0], of_a), _over(slopes[1], of_b)]))
     speed_a = place_of_speed_a(structure)
-    return by_q if speed_a is None else by_q.at[speed_a].set(wall.across[:, -1])
+    return by_q if speed_a is None else by_q.at[speed_a].set(constraints.across[:, -1])
 
 
 def place_of_speed_a(structure: Structure) -> int | None:
@@ -449,61 +465,63 @@ def place_of_speed_a(structure: Structure) -> int | None:
 
 
 def locate(
-    structure: Structure, data: Data, chart: Chart, w: Float[Array, " w"]
+    structure: Structure, data: Data, transform: TransformParameters, w: Float[Array, " w"]
 ) -> tuple[parts.Values, Float[Array, ""], Q]:
     """The model's unknowns at w, and log |d unknowns / d w|.
 
     Args:
         structure: of the scene.
         data: its numbers.
-        chart: the numbers of the bijection.
+        transform: the numbers of the bijection.
         w: a point of the sampled space, shape (w,).
 
     Returns:
         A value for each of the model's sample sites, the log determinant, and q.
     """
-    q = jnp.asarray(chart.centre) + times(chart.spread, w)
-    log_det = jnp.asarray(chart.log_volume)
+    q = jnp.asarray(transform.centre) + times(transform.spread, w)
+    log_det = jnp.asarray(transform.log_volume)
     if structure.unpinned:
         sites, volume = velocity.locate(structure, data, q)
         return sites, volume + log_det, q
     if structure.offset:
-        sites, volume = _off_guess(structure, data, chart, q)
+        sites, volume = _off_guess(structure, data, transform, q)
         return sites, volume + log_det, q
     v = len(structure.aims)
-    bent = Bent(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
+    constrained = Constrained(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
     if levels_of(structure):
-        bent = bend(structure, data, chart, q)
-    slopes = reduced(structure, data, chart, bent.q)[1]
-    separation, x = separation_at(structure, data, chart, bent.q)
-    log_det += bent.log_det + v * jnp.log(friction_scale(structure, data, x))
+        constrained = constrain(structure, data, transform, q)
+    slopes = reduced(structure, data, transform, constrained.q)[1]
+    separation, x = separation_at(structure, data, transform, constrained.q)
+    log_det += constrained.log_det + v * jnp.log(friction_scale(structure, data, x))
     log_det += _log_det(slopes[0]) + _log_det(slopes[1])
-    x["speed_a"] += bent.motion[v]
-    q = bent.q + bent.by_q
-    sites, log_inverse = _sites(structure, data, q, separation + bent.motion[:v], x)
+    x["speed_a"] += constrained.motion[v]
+    q = constrained.q + constrained.by_q
+    sites, log_inverse = _sites(structure, data, q, separation + constrained.motion[:v], x)
     log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
     if samples_sliding(structure):  # what is held at a share of a divisor moves with both
         x = parts.from_standard(structure, data, _split(structure, q)[1])
-        free = quotients((SLIDING,), separation + bent.motion[:v], x)[1][0]
-        softness = jnp.asarray(chart.wall.kept)
-        log_det += jnp.log(jnp.abs(free) * softness) + lift(softness * q[-1], softness)[1]
-    return sites | bent.levels, log_det, q
+        free = quotients((SLIDING,), separation + constrained.motion[:v], x)[1][0]
+        softness = jnp.asarray(transform.constraints.kept)
+        log_det += (
+            jnp.log(jnp.abs(free) * softness) + soft_lower_bound(softness * q[-1], softness)[1]
+        )
+    return sites | constrained.levels, log_det, q
 
 
 def _off_guess(
-    structure: Structure, data: Data, chart: Chart, q: Q
+    structure: Structure, data: Data, transform: TransformParameters, q: Q
 ) -> tuple[parts.Values, Float[Array, ""]]:
     """`locate` where coordinates are offsets: unknowns at q, and log |d unknowns / d q|.
 
-    Bounds are no edges here: beyond them there is no density.
+    Bounds are no margins here: beyond them there is no density.
     """
-    guess, impact = chart.guess, RUNGS[structure.rung].impact
-    assert guess is not None, "charts of offsets have one"
+    guess, impact = transform.guess, RUNGS[structure.rung].impact
+    assert guess is not None, "whitening of offsets have one"
     last, spun = len(structure.aims) - 1, jnp.asarray(guess.spun) > 0
     deviate, q = q[last], q.at[last].set(jnp.where(spun, 0.0, q[last]))
     x = parts.from_standard(structure, data, _split(structure, q)[1])
     scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, data, chart, q)
+    velocities, slopes = reduced(structure, data, transform, q)
     separation = scale * velocities.reshape(2, -1)
     volumes = [_log_det(own) + len(own) * jnp.log(scale) for own in slopes]
     # of B but for its yaw rate
@@ -549,20 +567,20 @@ def spins(structure: Structure) -> bool:
     return "omega_b" in structure.known_of_b and bool(levels_of(structure))
 
 
-def likeness(
+def surrogate_value(
     structure: Structure,
     data: Data,
-    chart: Chart,
+    transform: TransformParameters,
     q: Q,
     after: Float[Array, "2 v"],
     name: str,
 ) -> Float[Array, ""]:
-    """What run-outs end at or pass, by a surrogate: rest poses by sheets, all else by responses.
+    """What run-outs end at or pass, by a surrogate: rest poses by regressions, all else by responses.
 
     Args:
         structure: of the scene.
         data: its numbers.
-        chart: the bijection's.
+        transform: the bijection's.
         q: a point.
         after: velocities after the impact there.
         name: of `Structure.surrogates`.
@@ -571,15 +589,17 @@ def likeness(
     if name in structure.aims:
         return parts.aimed(structure, data, z).ravel()[structure.aims.index(name)]
     v = name[-1]
-    response = chart.responses[structure.responding.index(v)]
+    response = transform.responses[structure.responding.index(v)]
     shaping = np.array(shaping_inputs(structure, v), dtype=int)
     items = response(after[VEHICLES.index(v)], xi[shaping])
     return items[structure.on_way_of(v).index(name)]
 
 
-def solve_back(structure: Structure, data: Data, chart: Chart, q: Q) -> parts.Values:
-    """The model's unknowns at q = (z, xi) by the sheets and the closed form, without bounds."""
-    return _sites(structure, data, q, *separation_at(structure, data, chart, q))[0]
+def solve_back(
+    structure: Structure, data: Data, transform: TransformParameters, q: Q
+) -> parts.Values:
+    """The model's unknowns at q = (z, xi) by the regressions and the closed form, without bounds."""
+    return _sites(structure, data, q, *separation_at(structure, data, transform, q))[0]
 
 
 def _sites(

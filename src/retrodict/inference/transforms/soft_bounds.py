@@ -21,25 +21,25 @@ Levels = Array | np.ndarray | float
 _FAR = -8.0  # where the normal distribution function's integral goes over into its series
 
 
-def lift(level: Levels, softness: Levels) -> tuple[Array, Array]:
+def soft_lower_bound(level: Levels, softness: Levels) -> tuple[Array, Array]:
     """From the whole line to above zero, the identity away from it; and the log of its slope."""
     rise, log_slope = _ramp(jnp.asarray(level / softness))
     return jnp.asarray(softness * rise), log_slope
 
 
-def unlift(level: float, softness: float) -> float:
-    """What `lift` takes to a level; the last decimals, and what lies far off, are not kept."""
+def soft_lower_bound_inverse(level: float, softness: float) -> float:
+    """What `soft_lower_bound` takes to a level; approximate, and limited to 60 softnesses."""
     before = np.linspace(-6.0, 60.0, 2000)
     return softness * float(np.interp(level / softness, raised(before), before))
 
 
 def raised(level: float | np.ndarray) -> Any:
-    """`lift` of a softness of one, in NumPy."""
+    """`soft_lower_bound` of a softness of one, in NumPy."""
     return norm.pdf(level) + level * norm.cdf(level)
 
 
 def softness_for(sd: Levels, level: Levels) -> Levels:
-    """How softly to lift what is `sd` wide, and at `level` when lifted.
+    """How softly to soft_lower_bound what is `sd` wide, and at `level` when bounded.
 
     A normal cut off at zero, wherever, then looks like one again: importance sampling from that wastes
     3 % of its draws at most. As soft as wide would waste 40 % where it is cut far above its mean.
@@ -47,7 +47,9 @@ def softness_for(sd: Levels, level: Levels) -> Levels:
     return sd * np.clip(1.3 - 0.3 * level / sd, 0.6, 1.25)
 
 
-def squash(level: Levels, softness: Levels, low: Levels, high: Levels) -> tuple[Array, Array]:
+def soft_interval(
+    level: Levels, softness: Levels, low: Levels, high: Levels
+) -> tuple[Array, Array]:
     """From the whole line into (low, high), the identity away from them; and the log of its slope."""
     above, below = jnp.asarray((level - low) / softness), jnp.asarray((level - high) / softness)
     rise, log_slope = _between(jnp.stack([above, below]))

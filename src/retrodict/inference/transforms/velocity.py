@@ -9,7 +9,7 @@ only the part along a course that is known stands in q, beside the deviate of th
 
 The force impulse along the normal follows from A's change of velocity, that along the tangent from the
 share, and with both e and mu, and B's approach. The normal part is moved to where e is within bounds,
-softly in m/s: in e itself that wall would be the steeper the slower the vehicles close. All of it is
+softly in m/s: in e itself that bound would be the steeper the slower the vehicles close. All of it is
 smooth, in closed form, and differentiated as it stands.
 """
 
@@ -21,7 +21,11 @@ import numpy as np
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 
-from retrodict.inference.transforms.soft_bounds import lift, squash, unlift
+from retrodict.inference.transforms.soft_bounds import (
+    soft_interval,
+    soft_lower_bound,
+    soft_lower_bound_inverse,
+)
 from retrodict.mechanics import (
     axes,
     contact_velocity,
@@ -84,7 +88,7 @@ def locate(
     if "V_along" in u:
         middle, sd = data.inputs["direction_b"]
         raw = scale_b * u["V_along"] + _unit(middle) @ P / m_b
-        speed, log_slope = lift(raw, _SLOWLY)
+        speed, log_slope = soft_lower_bound(raw, _SLOWLY)
         direction = middle + sd * u["direction_b"]
         v_b = speed * _unit(direction)
         sites |= {"speed_b": speed, "direction_b": direction}
@@ -109,7 +113,7 @@ def locate(
         if "kept" in u:
             log_det += np.log(KEPT)
             if not structure.interlocked:
-                kept, log_slope = lift(kept, KEPT)
+                kept, log_slope = soft_lower_bound(kept, KEPT)
                 log_det += log_slope
 
         def restitution_by(P_n: Array) -> Array:
@@ -123,7 +127,7 @@ def locate(
         # the normal impulse, moved to where e is within bounds
         softness = _SOFTNESS / jnp.abs(contact_velocity(before, to) @ normal)
         raw_e, slope = jax.jvp(restitution_by, (raw_P_n,), (jnp.ones(()),))
-        e, log_slope = squash(raw_e, softness, E.low, E.high)
+        e, log_slope = soft_interval(raw_e, softness, E.low, E.high)
         log_det += jnp.log(jnp.abs(slope)) + log_slope
         if "kept" in u:
             sites["mu"], slope = jax.jvp(friction_by, (kept,), (jnp.ones(()),))
@@ -171,7 +175,11 @@ def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndar
             q.append((crash["direction_b"] - middle) / sd)
         elif name == "kept":
             kept = 1 - crash["mu"] / crash["mu_critical"]  # near enough
-            raw = float(kept) if structure.interlocked else unlift(float(kept), KEPT)
+            raw = (
+                float(kept)
+                if structure.interlocked
+                else soft_lower_bound_inverse(float(kept), KEPT)
+            )
             q.append(jnp.asarray(raw / KEPT))
         elif name == "V_along":
             q.append(of_b @ _unit(data.inputs["direction_b"][0]) / scale["b"])
