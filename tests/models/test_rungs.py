@@ -175,8 +175,8 @@ def test_marks_on_the_way_that_a_vehicle_rolled_along() -> None:
 def agrees(scene: Scene, name: str) -> None:
     """A Student-t in the model's unconstrained unknowns, weighed by NumPyro's density of it.
 
-    Neither the regressions nor the constraints nor their determinants take part, so all of them must be right
-    for the evidence to agree.
+    Neither the regressions nor the constraints nor their determinants take part, so all of them must
+    be right for the evidence to agree.
     """
     posterior = prepare(scene, name)
     structure, data = posterior.programs.structure, posterior.data

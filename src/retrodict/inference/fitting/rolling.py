@@ -1,8 +1,8 @@
 """A posterior ready to be tempered, of crashes whose vehicles roll above all: no mode is sought.
 
 Coordinates of a vehicle are the standard deviations by which it misses its rest pose, by a regression
-fitted to run-outs, as elsewhere. Where the regression does not fit, since the rest pose of a freely rolling
-car bends or folds with its velocity, they are offsets from the velocity of the measured path.
+fitted to run-outs, as elsewhere. Where it does not fit, since the rest pose of a freely rolling car bends
+or folds with its velocity, they are offsets from the velocity of the measured path.
 """
 
 from __future__ import annotations
