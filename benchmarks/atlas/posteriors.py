@@ -34,7 +34,7 @@ def told(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]
     if not checks.passed:
         return f"withheld ({_short(checks.reasons[0])})", outcome
     flags = [_short(flag) for flag in checks.flags]
-    return "passed" + (f", told: {'; '.join(flags)}" if flags else ""), outcome
+    return "passed" + (f", flagged: {'; '.join(flags)}" if flags else ""), outcome
 
 
 def _short(reason: str) -> str:
@@ -247,7 +247,7 @@ def stiffness(posterior: Posterior, w: Array) -> tuple[float, float]:
         posterior: that was drawn from.
         w: draws in the sampled coordinates, shape (any, q).
     """
-    told = posterior.weighed(w)[1]
-    forward = competitors.Forward(posterior.programs.structure, posterior.data, told)
+    quantities = posterior.evaluate(w)[1]
+    forward = competitors.Forward(posterior.programs.structure, posterior.data, quantities)
     naive, ours = (np.linalg.cond(np.corrcoef(u.T)) for u in (forward.starts, w))
     return float(naive), float(ours)

@@ -9,7 +9,7 @@ from retrodict.inference.datatree import _weights
 @pytest.mark.parametrize(
     ("fits", "closing", "kept"),
     [
-        (np.full(500, -3.0), 5.0, 1.0),  # nothing was told apart
+        (np.full(500, -3.0), 5.0, 1.0),  # no difference was detected
         (np.where(np.arange(500) < 100, 0.0, -np.inf), 5.0, 0.2),
         (np.where(np.arange(500) < 1, 0.0, -900.0), 5.0, 1 / 500),
         (np.full(500, np.nan), 5.0, 0.0),  # none fits: that is not little

@@ -1,4 +1,4 @@
-"""The gate: what fails the draws, and what is told about the scene without failing them."""
+"""Diagnostics: what fails the draws, and what is flagged about the scene without failing them."""
 
 import numpy as np
 import pytest
@@ -52,11 +52,11 @@ def of_prior(draws: xr.DataTree, left: int, **values: np.ndarray) -> xr.DataTree
     return draws
 
 
-def test_evidence_that_says_little_is_told() -> None:
-    for left, told in ((150, 1), (25, 0)):
+def test_weak_evidence_is_flagged() -> None:
+    for left, flagged in ((150, 1), (25, 0)):
         checks = judge(of_prior(tree(), left), collision())
         assert checks.passed
-        assert ["leaves 30% of crashes" in flag for flag in checks.flags] == [True] * told
+        assert ["leaves 30% of crashes" in flag for flag in checks.flags] == [True] * flagged
 
 
 def test_draws_of_a_part_of_the_posterior_fail_where_crashes_of_the_prior_show_the_rest() -> None:

@@ -37,8 +37,8 @@ def test_monte_carlo_error_is_the_spread_over_repetitions(level, most):
     draws = np.random.default_rng(0).normal(size=(300, 4, 500))
     spread = np.quantile(draws, [0.5 - level / 2, 0.5 + level / 2], axis=(1, 2)).std(axis=1).max()
     sets = [xr.Dataset({"x": (("chain", "draw"), each)}) for each in draws[:40]]
-    told = np.mean([float(monte_carlo_error(each, level)["x"]) for each in sets])
-    assert 0.9 < told / spread < most
+    estimate = np.mean([float(monte_carlo_error(each, level)["x"]) for each in sets])
+    assert 0.9 < estimate / spread < most
 
 
 def test_rhat_of_chains_that_stand_still_is_no_long_number() -> None:

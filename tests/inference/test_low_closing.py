@@ -29,7 +29,7 @@ def test_tempering_agrees_with_importance_sampling_over_both_branches(
     w, known = drawn.w.reshape(-1, posterior.size), drawn.known(posterior)
     proposal = stats.multivariate_t(w.mean(axis=0), np.cov(w.T), df=8, seed=1)
     points = proposal.rvs(200_000)
-    density, told = posterior.weighed(points)
+    density, quantities = posterior.evaluate(points)
     log_weight = np.where(np.isfinite(density), density, -np.inf) - proposal.logpdf(points)
     weight = np.exp(log_weight - log_weight.max())
     assert effective(weight / weight.sum()) > 2000
@@ -39,7 +39,7 @@ def test_tempering_agrees_with_importance_sampling_over_both_branches(
     # prior of mu; draws of those posteriors, weighed by the present prior over that one, give these
     assert abs(evidence - log_evidence) < 0.2
     for quantity in ("speed_b", "e", "e_m", "mu"):
-        values = np.asarray(told[quantity])
+        values = np.asarray(quantities[quantity])
         order = np.argsort(values)
         share = np.cumsum(weight[order]) / weight.sum()
         for level in SHARES:  # of the probability, below the quantiles of what was drawn

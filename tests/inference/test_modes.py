@@ -28,11 +28,11 @@ APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and what 
 class _TwoNormals(Target):
     """A density that is known: two standard normals, APART from each other."""
 
-    def weighed(self, w, data, transform, missed=None):
+    def evaluate(self, w, data, transform, missed=None):
         squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
-        told = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.aims}
+        quantities = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.aims}
         density = logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE])))
-        return Evaluated(density, told, w, jnp.zeros(len(self.structure.aims)))
+        return Evaluated(density, quantities, w, jnp.zeros(len(self.structure.aims)))
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +49,11 @@ def _simulated(number: int) -> tuple[Scene, dict]:
     structure, data = RUNGS[reconstruct.DEFAULT_RUNG].of_scene(design)
     batch, i = divmod(number, calibration._BATCH)
     chance = np.random.default_rng([0, batch])
-    sites, told = calibration._truths(programs_for(structure), data, chance)
+    sites, quantities = calibration._truths(programs_for(structure), data, chance)
     measured = np.random.default_rng([0, number, 1])
-    scene = calibration._measured(design, structure, {k: v[i] for k, v in told.items()}, measured)
+    scene = calibration._measured(
+        design, structure, {k: v[i] for k, v in quantities.items()}, measured
+    )
     return scene, {k: v[i] for k, v in sites.items()}
 
 
@@ -59,7 +61,7 @@ def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() ->
     """Simulation 1: where all is as measured e_m lies below 0, a part that weighs next to nothing."""
     scene, truth = _simulated(1)
     both = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
-    _, (only,), faults = modes.weighed(both, seed=0)
+    _, (only,), faults = modes.weigh_by_evidence(both, seed=0)
     assert not faults
     assert truth["e_m"] == pytest.approx(0.76, abs=0.01)
     assert only.values["e_m"] > 0.5
@@ -69,19 +71,19 @@ def test_where_both_branches_count_each_is_a_solution() -> None:
     """Simulation 6: the force alone may have turned B either way against A."""
     scene, truth = _simulated(6)
     found = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
-    assert {s.told() for s in found} == {
+    assert {s.label() for s in found} == {
         f"B turned {side} against A by the force alone" for side in ("left", "right")
     }
-    _, weights, faults = modes.weighed(found, seed=0)
+    _, weights, faults = modes.weigh_by_evidence(found, seed=0)
     assert not faults
     assert sum(mode.weight for mode in weights) == pytest.approx(1)
     for solution in found:
         drawn = METHODS["importance"].draw(Task(solution.posterior, 4, 125, 0, 0, lambda *_: None))
         assert not drawn.faults
-        told = drawn.known(solution.posterior)
-        divisor = (told["Omega_b"] - told["Omega_a"]) / told["e_m"]
+        quantities = drawn.known(solution.posterior)
+        divisor = (quantities["Omega_b"] - quantities["Omega_a"]) / quantities["e_m"]
         assert (np.sign(divisor) == solution.posterior.branch["e_m"]).all()
-        low, high = np.quantile(told["speed_b"], [0.005, 0.995])
+        low, high = np.quantile(quantities["speed_b"], [0.005, 0.995])
         assert low < truth["speed_b"] < high
 
 
@@ -96,7 +98,7 @@ def _turned_scene() -> Scene:
     return replace(SCENE, rest=rest, contact=replace(SCENE.contact, interlocked=True))
 
 
-def test_a_rival_is_found_and_weighed(two_normals: Posterior) -> None:
+def test_an_unsampled_mode_is_found_and_its_weight_is_right(two_normals: Posterior) -> None:
     (odds, w), *more = modes.unsampled(two_normals, seed=0)
     assert not more
     assert odds == pytest.approx(SHARE / (1 - SHARE), rel=0.02)

@@ -86,9 +86,9 @@ def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
     weight /= weight.sum()
     effective = 1 / (weight**2).sum()
     assert effective > 400
-    told = posterior.weighed(w)[1]
+    quantities = posterior.evaluate(w)[1]
     for name in ("speed_b", "e", "e_m", "mu", "omega_b"):
-        values = told[name]
+        values = quantities[name]
         mean = (weight * values).sum()
         sd = np.sqrt((weight * (values - mean) ** 2).sum())
         nuts = outcome.idata["posterior"][name].values

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.modes import PosteriorModes, posterior_modes, solutions, weighed
+from retrodict.inference.modes import PosteriorModes, posterior_modes, solutions, weigh_by_evidence
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.retry import Sampling
 from retrodict.inference.samplers import METHODS, Draws, Method, Task
@@ -53,7 +53,7 @@ def test_where_both_that_need_a_mode_fail_tempering_stands_in(
     assert found.settings["method"] == "smc"
     assert found.checks.passed
     assert found.notes[0].startswith(
-        "the method nuts failed: nuts is stuck; the run told of here is"
+        "the method nuts failed: nuts is stuck; the run reported here is"
     )
     usual = reconstruct(SCENE, method="importance", pictured=False)
     for name in ("speed_b", "e", "e_m", "mu"):
@@ -118,7 +118,7 @@ def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
 def test_only_a_solution_that_counts_is_judged_by_itself(
     monkeypatch: pytest.MonkeyPatch, weight: float, reasons: int
 ) -> None:
-    found, (mode,), _ = weighed(solutions(SCENE, DEFAULT_RUNG), 0)
+    found, (mode,), _ = weigh_by_evidence(solutions(SCENE, DEFAULT_RUNG), 0)
     (solution,) = found
     modes = [replace(mode, weight=1 - weight), replace(mode, weight=weight)]
     faults = iter([(), ("the second is stuck",)])

@@ -46,7 +46,7 @@ def tree_of(
     programs = posterior.programs
     rng = np.random.default_rng([seed, 1])
 
-    told = drawn.known(posterior)
+    quantities = drawn.known(posterior)
 
     def group(values: dict[str, np.ndarray], prefix: str, shape: tuple[int, int]) -> xr.Dataset:
         chosen = {
@@ -68,9 +68,9 @@ def tree_of(
 
     shape, once = drawn.w.shape[:2], (1, CHUNK)
     groups = {
-        "posterior": group(told, "", shape),
-        "posterior_predictive": group(noisy(told), "predicted/", shape),
-        "log_likelihood": group(told, "log_likelihood/", shape),
+        "posterior": group(quantities, "", shape),
+        "posterior_predictive": group(noisy(quantities), "predicted/", shape),
+        "log_likelihood": group(quantities, "log_likelihood/", shape),
         "sample_stats": xr.Dataset(
             {k: (("chain", "draw"), v) for k, v in drawn.stats.items()}, attrs=drawn.attributes
         ),
@@ -82,7 +82,7 @@ def tree_of(
         weight = _weights(prior, evidence).reshape(once)
         groups["sample_stats_prior"] = xr.Dataset({"weight": (("chain", "draw"), weight)})
         groups["prior_predictive"] = group(noisy(prior), "predicted/", once)
-        groups["trajectories"] = _trajectories(posterior, told)
+        groups["trajectories"] = _trajectories(posterior, quantities)
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
 
 
@@ -111,12 +111,12 @@ def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Datase
     return xr.Dataset(variables, coords=coords)
 
 
-def _trajectories(posterior: Posterior, told: dict[str, np.ndarray]) -> xr.Dataset:
+def _trajectories(posterior: Posterior, quantities: dict[str, np.ndarray]) -> xr.Dataset:
     """Run-outs of draws taken evenly along the chains."""
     import xarray as xr
 
-    index = np.linspace(0, len(told["speed_b"]) - 1, PATHS).astype(int)
-    V, xi = run_outs_of(told)
+    index = np.linspace(0, len(quantities["speed_b"]) - 1, PATHS).astype(int)
+    V, xi = run_outs_of(quantities)
     path = posterior.programs("paths", posterior.data, V[index], xi[index])
     return xr.Dataset(
         {"path": (("run", "vehicle", "step", "pose"), np.asarray(path))},

@@ -1,4 +1,4 @@
-"""The verdict on draws: which numbers may be told, and what about the scene must be told with them."""
+"""Diagnostics of draws: which numbers are reliable, and which warnings about the scene go with them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SURPRISE = 2.5  # standard deviations from what was measured
 _LITTLE = 0.1  # share of the prior's crashes that evidence leaves: from there on it says little
 _CRASHES = 40.0  # effective ones of the prior, weighed by the evidence: so many can refute draws
 _REFUTED = 5.0  # standard errors between their means
-_OFTEN = 0.01  # share of draws from which on an odd outcome is told
+_OFTEN = 0.01  # share of draws from which on an unusual outcome is flagged
 _ROUNDING = 1e-6  # of the critical mu, where sliding just ends
 
 
@@ -35,7 +35,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
 
     Args:
         idata: with groups posterior, posterior_predictive, observed_data, constant_data and
-            sample_stats; and prior, where it is told.
+            sample_stats; and prior, where it was drawn.
         scene: what was measured.
         reasons: faults already known; any makes the verdict negative.
 
@@ -45,7 +45,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     import arviz_stats  # slow to import; `reconstruct` does it while programs compile
 
     everything = idata["posterior"].to_dataset()
-    # a simpler rung tells of fewer
+    # a simpler model infers fewer
     names = [name for name in scene.reported() if name in everything]
     posterior = everything[names]
     stats = idata["sample_stats"].to_dataset()
@@ -111,7 +111,7 @@ def _nothing_left(name: str, sd: float, error: float) -> bool:
 
 
 def _weights(idata: xr.DataTree) -> np.ndarray:
-    """What crashes of the prior evaluate by the evidence; none where they were not told."""
+    """Weights of crashes of the prior by the evidence; none where they were not drawn."""
     if "sample_stats_prior" not in idata.children:
         return np.zeros(0)
     return np.asarray(idata["sample_stats_prior"]["weight"]).ravel()
@@ -188,10 +188,10 @@ def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
         gained = float(np.mean(_draws(idata, "energy_lost") < 0))
         if gained > _OFTEN:
             flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
-    told = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]
+    items = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]
     predicted = idata["posterior_predictive"]
-    told += [(n, m, predicted[n]) for n, m in scene.evidence().items() if n in predicted]
-    for name, m, draws in told:
+    items += [(n, m, predicted[n]) for n, m in scene.evidence().items() if n in predicted]
+    for name, m, draws in items:
         shift = (float(draws.mean()) - m.value) / m.sd
         if abs(shift) > _SURPRISE:
             flags.append(

@@ -69,18 +69,18 @@ class Solution:
             return self
         return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
 
-    def told(self) -> str:
+    def label(self) -> str:
         """What sets it apart, in words: the total rotations to rest, and the branch."""
-        told = []
+        labels = []
         for v in self.turns:
             heading = self.scene.rest[v].heading
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
-            told.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
+            labels.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
         if "e_m" in self.apart:
             way = "left" if self.posterior.branch["e_m"] > 0 else "right"
-            told.append(f"B turned {way} against A by the force alone")
-        return ", ".join(told)
+            labels.append(f"B turned {way} against A by the force alone")
+        return ", ".join(labels)
 
 
 def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list[Solution]:
@@ -97,8 +97,10 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
     Raises:
         Unanswerable: no number of turns leads to the rest poses, or none has a finite mode.
     """
-    told = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
-    unknown = [v for v in VEHICLES if f"rest_heading_{v}" in told and not scene.rest[v].turns_known]
+    evidence = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
+    unknown = [
+        v for v in VEHICLES if f"rest_heading_{v}" in evidence and not scene.rest[v].turns_known
+    ]
     if not unknown:
         return _on_branches(scene, rung, {})
     tried: dict[tuple[int, ...], list[Solution]] = {}
@@ -179,7 +181,9 @@ def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solutio
     return [Solution(posterior, scene, turns, apart) for posterior in found]
 
 
-def weighed(found: list[Solution], seed: int) -> tuple[list[Solution], list[Mode], tuple[str, ...]]:
+def weigh_by_evidence(
+    found: list[Solution], seed: int
+) -> tuple[list[Solution], list[Mode], tuple[str, ...]]:
     """What each solution weighs among all, by the evidence that importance sampling finds.
 
     Args:
@@ -202,7 +206,7 @@ def weighed(found: list[Solution], seed: int) -> tuple[list[Solution], list[Mode
     # of log w_i = log Z_i - log sum Z_j, to first order
     relative = np.sqrt((1 - 2 * weights) * variances + weights**2 @ variances)
     faults = tuple(
-        f"{s.told()}: its weight is not settled: {fault}"
+        f"{s.label()}: its weight is not settled: {fault}"
         for s, e in zip(found, evidence, strict=True)
         for fault in e.faults
     )
@@ -355,7 +359,7 @@ def posterior_modes(
         found = [Solution(whole, RUNGS[rung].with_approximations(scene), {}, ())]
     else:
         found = solutions(scene, rung, progress)
-    found, modes, unsettled = weighed(found, seed)
+    found, modes, unsettled = weigh_by_evidence(found, seed)
     return PosteriorModes(found, modes, _unresolved(found) + unsettled, seed)
 
 
@@ -386,8 +390,8 @@ def beside(found: list[Solution], modes: list[Mode], unreached: list[UnsampledMo
         share = mode.weight / (1 + sum(other.odds for other in near))
         kept.append(replace(mode, weight=share))
         for other in near:
-            told = _values_at(solution.posterior, other.w)
-            others.append(Mode(other.odds * share, np.nan, told, solution.turns, False))
+            quantities = _values_at(solution.posterior, other.w)
+            others.append(Mode(other.odds * share, np.nan, quantities, solution.turns, False))
     return kept + others
 
 
@@ -439,8 +443,8 @@ def _log_volume(posterior: Posterior, w: np.ndarray) -> float:
 
 def _values_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
     """The reported quantities at a point, SI units and radians."""
-    told = posterior.weighed(w[None])[1]
-    return {name: float(told[name][0]) for name in REPORTED if name in told}
+    quantities = posterior.evaluate(w[None])[1]
+    return {name: float(quantities[name][0]) for name in REPORTED if name in quantities}
 
 
 def _turned(scene: Scene, turns: dict[str, int]) -> Scene:

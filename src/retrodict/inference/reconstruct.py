@@ -57,7 +57,7 @@ def reconstruct(
         seed: of every random number.
         progress: called with (stage, done, of all) as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
-        pictured: whether the prior and run-outs are told too, which figures show.
+        pictured: whether the prior and run-outs are recorded too, which figures show.
         known: by model, where this scene's posteriors lie by this seed; what is found is added.
 
     Returns:
@@ -136,7 +136,7 @@ def reconstruct(
         else:
             if other.checks.passed or where is None:
                 notes.append(
-                    f"the method {method} failed: {failed}; the run told of here is by smc"
+                    f"the method {method} failed: {failed}; the run reported here is by smc"
                 )
                 where, run = elsewhere, other
             else:
@@ -147,7 +147,7 @@ def reconstruct(
     found, modes = where.found, where.modes
     notes = [*notes, *run.notes]
     if len(found) > 1:
-        notes.append(_told_several(found, modes))
+        notes.append(_several_modes_note(found, modes))
     if not METHODS[run.method].exact:
         title = METHODS[run.method].title
         notes.append(f"{title}: an approximation; compare it with the method nuts")
@@ -172,15 +172,15 @@ def reconstruct(
     )
 
 
-def _told_several(found: list[Solution], modes: list[Mode]) -> str:
+def _several_modes_note(found: list[Solution], modes: list[Mode]) -> str:
     listed = "; ".join(
-        f"{s.told()} (weight {m.weight:.1%} ± {m.error:.1%})"
+        f"{s.label()} (weight {m.weight:.1%} ± {m.error:.1%})"
         for s, m in zip(found, modes, strict=False)
     )
-    told = f"the evidence fits several ways: {listed}; draws of each are mixed by their weights"
+    note = f"the evidence fits several ways: {listed}; draws of each are mixed by their weights"
     if any(s.turns != found[0].turns for s in found):
-        told += ": write each vehicle's rotation into its [vehicles.X.rest] where it is known"
-    return told
+        note += ": write each vehicle's rotation into its [vehicles.X.rest] where it is known"
+    return note
 
 
 def compile_ahead(
@@ -193,7 +193,7 @@ def compile_ahead(
         model: a name in `retrodict.models.RUNGS`.
         method: a name in `retrodict.inference.methods.METHODS`.
         warmup: iterations before the draws.
-        pictured: whether the prior and run-outs are told too.
+        pictured: whether the prior and run-outs are recorded too.
     """
     structure, data = RUNGS[model].of_scene(scene)
     if rolling.tempered(scene, model, method):

@@ -68,7 +68,7 @@ class Sampling:
         modes: what they evaluate, in the same order.
         unsampled: other modes, which draws should reach.
         faults: for which no draws are to be relied on.
-        pictured: whether the prior and run-outs are told too, which figures show.
+        pictured: whether the prior and run-outs are recorded too, which figures show.
         tell: called as the work goes on.
     """
 
@@ -105,7 +105,7 @@ class Sampling:
             idata, checks, modes = self._judged(drawn, replace(task, draws=draws))
         if times > 1:
             notes.append(
-                f"after {task.draws} draws a chain {'; '.join(lacking)}; the run told of here went on "
+                f"after {task.draws} draws a chain {'; '.join(lacking)}; the run reported here went on "
                 f"to {'twice' if times == 2 else f'{times} times'} as many"
             )
         return Run(
@@ -145,7 +145,7 @@ class Sampling:
             return replace(run, notes=(*run.notes, note))
         if missed := _missed(self.found):
             return replace(run, notes=(*run.notes, f"{missed}: no other method was tried"))
-        # those draws say where the posterior lies, though they may not be told
+        # those draws say where the posterior lies, though they are not reported
         found = [s.about(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
         unsampled = [
             other.converted_to(self.found[other.of], found[other.of]) for other in self.unsampled
@@ -160,7 +160,7 @@ class Sampling:
             note = f"the method {instead} was tried too, and failed: {failed}"
             return replace(run, notes=(*run.notes, note), seconds=seconds)
         why = f"the method {run.method} failed: {'; '.join(run.failed)}"
-        note = f"{why}; the run told of here is by {instead}"
+        note = f"{why}; the run reported here is by {instead}"
         return replace(other, notes=(note, *other.notes), seconds=seconds)
 
     def _timed(self, draw: Callable[[], list[Draws]]) -> tuple[list[Draws], float]:
@@ -199,7 +199,7 @@ class Sampling:
             known += each.faults
             if len(trees) > 1:
                 own = diagnostics.judge(tree, solution.scene).reasons
-                known += tuple(f"{solution.told()}: {reason}" for reason in own)
+                known += tuple(f"{solution.label()}: {reason}" for reason in own)
         if not all(each.complete for each in drawn):
             kept = min(each.w.shape[1] for each in drawn)
             known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
@@ -263,7 +263,7 @@ def _missed(found: list[Solution]) -> str:
     squares = []
     for solution in found:
         posterior, evidence = solution.posterior, solution.scene.evidence()
-        at_mode = posterior.weighed(np.zeros((1, posterior.size)))[1]
+        at_mode = posterior.evaluate(np.zeros((1, posterior.size)))[1]
         items = posterior.programs.structure.evidence
         off = [(at_mode[f"predicted/{k}"][0] - evidence[k].value) / evidence[k].sd for k in items]
         squares.append(float(np.square(off).sum()))

@@ -220,12 +220,14 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
     """Some simulations of one batch, whose truths are drawn together."""
     structure, data = RUNGS[of.model].of_scene(of.scene)
     programs = programs_for(structure)
-    sites, told = _truths(programs, data, np.random.default_rng([of.seed, numbers[0] // _BATCH]))
-    closing = _closing_speeds(structure, data, sites, told)
+    sites, quantities = _truths(
+        programs, data, np.random.default_rng([of.seed, numbers[0] // _BATCH])
+    )
+    closing = _closing_speeds(structure, data, sites, quantities)
     rows = []
     for number in numbers:
         i, rng = number % _BATCH, np.random.default_rng([of.seed, number, 1])
-        scene = _measured(of.scene, structure, {k: v[i] for k, v in told.items()}, rng)
+        scene = _measured(of.scene, structure, {k: v[i] for k, v in quantities.items()}, rng)
         truth = {k: v[i] for k, v in sites.items()}
         seed = int(rng.integers(2**31))
         try:
@@ -245,9 +247,9 @@ def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[V
         # as inference draws the prior, whose compiled program this shares
         key = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
         sites = programs("prior", jax.random.split(key, CHUNK), data)
-        told = _simulated(programs, data, sites)
-        good = np.flatnonzero(plausible(programs.structure, data, sites, told))
-        found.append(jax.tree.map(lambda v, good=good: np.asarray(v)[good], (sites, told)))
+        quantities = _simulated(programs, data, sites)
+        good = np.flatnonzero(plausible(programs.structure, data, sites, quantities))
+        found.append(jax.tree.map(lambda v, good=good: np.asarray(v)[good], (sites, quantities)))
         count += good.size
         if count >= _BATCH:
             return jax.tree.map(lambda *v: np.concatenate(v)[:_BATCH], *found)
@@ -263,7 +265,7 @@ def _simulated(programs: Programs, data: Data, sites: Values) -> Values:
 
 
 def plausible(
-    structure: Structure, data: Data, sites: Values, told: Values
+    structure: Structure, data: Data, sites: Values, quantities: Values
 ) -> Bool[np.ndarray, " draws"]:
     """Which crashes have B driving, close in, lose energy, and neither spin nor travel too far.
 
@@ -273,11 +275,11 @@ def plausible(
         structure: which unknowns there are.
         data: the scene's numbers, of which only those of the inputs and priors count.
         sites: unknowns, a row each.
-        told: what follows from them.
+        quantities: what follows from them.
     """
-    known = sites | told
+    known = sites | quantities
     none = np.zeros(len(known["speed_b"]))
-    good = _closing_speeds(structure, data, sites, told) > CLOSING
+    good = _closing_speeds(structure, data, sites, quantities) > CLOSING
     good &= np.asarray(known["speed_b"]) > DRIVING
     good &= np.asarray(known.get("energy_lost", none + 1)) > 0
     for v in VEHICLES:
@@ -288,10 +290,10 @@ def plausible(
 
 
 def _closing_speeds(
-    structure: Structure, data: Data, sites: Values, told: Values
+    structure: Structure, data: Data, sites: Values, quantities: Values
 ) -> Float[np.ndarray, " draws"]:
     """How fast the vehicles of crashes come together, m/s."""
-    known = sites | told
+    known = sites | quantities
     none = np.zeros(len(known["speed_b"]))
     xi = known.get("measured", none[:, None][:, :0])
     motion = jnp.stack([known["vbx"], known["vby"], known.get("omega_b", none)], axis=1)
@@ -314,13 +316,15 @@ def _closing(
     return jax.vmap(one)(xi, motion)
 
 
-def _measured(scene: Scene, structure: Structure, told: Values, rng: np.random.Generator) -> Scene:
+def _measured(
+    scene: Scene, structure: Structure, quantities: Values, rng: np.random.Generator
+) -> Scene:
     """The design with the rest poses of a crash, read off with errors."""
     rest, evidence = dict(scene.rest), scene.evidence()
     for name in structure.evidence:
         _, part, v = name.split("_")
         sd = evidence[name].sd
-        value = float(told[f"predicted/{name}"]) + sd * rng.standard_normal()
+        value = float(quantities[f"predicted/{name}"]) + sd * rng.standard_normal()
         m = replace(getattr(rest[v], part), value=value, sd=sd)
         rest[v] = replace(rest[v], **{part: m}, turns_known=True)
     # the design's errors stand, however far a crash's way is: the run-out's is in them by now
@@ -347,14 +351,14 @@ def _ranked(
         taken = [np.asarray(s[name])[at] for (s, _), at in zip(every, along, strict=True)]
         mixed = np.stack(taken)[which, np.arange(CHUNK - 1)]
         chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
-    told = jax.tree.map(np.asarray, programs("simulate", data, chosen))
-    good = np.flatnonzero(plausible(programs.structure, data, chosen, told)[:-1])
+    quantities = jax.tree.map(np.asarray, programs("simulate", data, chosen))
+    good = np.flatnonzero(plausible(programs.structure, data, chosen, quantities)[:-1])
     if good.size < DRAWS:
         few = f"implausible: {good.size} of {CHUNK - 1} draws are plausible, not {DRAWS}"
         return replace(row, reason=few)
     kept = good[np.linspace(0, good.size - 1, DRAWS).round().astype(int)]
-    known = chosen | told
-    items = [v for k, v in told.items() if k.startswith("log_likelihood/")]
+    known = chosen | quantities
+    items = [v for k, v in quantities.items() if k.startswith("log_likelihood/")]
     known["log_likelihood"] = np.sum(items, axis=0)
     ranks = {}
     for name in QUANTITIES:
@@ -362,7 +366,7 @@ def _ranked(
             others, own = known[name][kept], known[name][-1]
             ties = rng.integers(np.sum(others == own) + 1)
             ranks[name] = int(np.sum(others < own) + ties)
-    closing = np.median(_closing_speeds(programs.structure, data, chosen, told)[good])
+    closing = np.median(_closing_speeds(programs.structure, data, chosen, quantities)[good])
     return replace(row, ranks=ranks, closing=float(closing))
 
 

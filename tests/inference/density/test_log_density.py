@@ -44,7 +44,7 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
 
     @jax.jit
     def potential(w: jax.Array) -> jax.Array:
-        """The model's own, its run-outs told by nobody."""
+        """The model's own, its run-outs without surrogates."""
         sites, log_det, _ = rest_pose.locate(structure, data, transform, w)
         return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
 

@@ -96,11 +96,11 @@ def test_without_headings_at_rest_less_is_known_and_told() -> None:
     """The impact says most of how the cars spun, so that little is lost with them."""
     scene = collision()
     without = {v: replace(pose, heading=None) for v, pose in scene.rest.items()}
-    told = [
+    quantities = [
         reconstruct(replace(scene, rest=rest), model="planar-moment+wheels")
         for rest in (scene.rest, without)
     ]
-    assert all(each.checks.passed for each in told)
-    whole, partly = (each.idata["posterior"]["speed_b"].to_numpy() for each in told)
+    assert all(each.checks.passed for each in quantities)
+    whole, partly = (each.idata["posterior"]["speed_b"].to_numpy() for each in quantities)
     assert abs(partly.mean() - whole.mean()) < partly.std()
     assert 0.95 * whole.std() < partly.std() < 3 * whole.std()

@@ -102,7 +102,7 @@ def test_tempering_agrees_with_weights_in_other_coordinates() -> None:
     assert found.checks.passed, found.checks.reasons
     pinned = branches(ROLLING, rung)[0]
     w = np.random.default_rng(0).standard_normal((8000, pinned.size)) * 1.1
-    height, told = pinned.weighed(w)
+    height, quantities = pinned.evaluate(w)
     log_weight = height - stats.norm.logpdf(w, 0, 1.1).sum(axis=1)
     evidence, error = log_mean(log_weight)
     assert error < 0.2
@@ -110,7 +110,7 @@ def test_tempering_agrees_with_weights_in_other_coordinates() -> None:
     sure = np.hypot(error, attributes["log_evidence_sd"])
     assert attributes["log_evidence"] == pytest.approx(evidence, abs=4 * sure)
     weights = np.exp(log_weight - log_weight.max())
-    mean = weights @ told["speed_b"] / weights.sum()
+    mean = weights @ quantities["speed_b"] / weights.sum()
     draws = found.idata["posterior"]["speed_b"].values
     assert draws.mean() == pytest.approx(mean, abs=0.2 * draws.std())
 

@@ -85,7 +85,7 @@ def test_an_approximation_is_held_against_the_weighted_posterior(
     wide = rng.normal(0, 2, 20_000)
     log_weight = stats.norm.logpdf(wide) - stats.norm.logpdf(wide, 0, 2)
     drawn = (wide, log_weight, {"speed_b": wide, "e": wide, "measured": wide}, wide.size)
-    monkeypatch.setattr(importance, "weighed", lambda *_: drawn)
+    monkeypatch.setattr(importance, "weighted_points", lambda *_: drawn)
     steady = rng.normal(0, 1, 20_000)
     of_e = {"speed_b": steady, "e": shift + spread * steady, "measured": steady}
     task = Task(None, 1, steady.size, 0, 0, lambda *_: None)  # type: ignore[arg-type]
@@ -111,9 +111,9 @@ def test_weights_of_a_narrow_proposal_are_refused() -> None:
     """A normal half as wide as its target: the weights have no variance, and k tells."""
     w = np.random.default_rng(1).normal(0, 0.5, (4000, 5))
     log_weight = stats.norm.logpdf(w).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
-    told = psis.judged(psis.smoothed(log_weight)[1])
-    assert told["attributes"]["pareto_k"] > psis.MAX_PARETO_K
-    assert "Pareto k" in told["faults"][0]
+    quantities = psis.judged(psis.smoothed(log_weight)[1])
+    assert quantities["attributes"]["pareto_k"] > psis.MAX_PARETO_K
+    assert "Pareto k" in quantities["faults"][0]
     for sd in (0.4, 0.5):  # narrower than the proposal, and the proposal itself
         wide = stats.norm.logpdf(w, 0, sd).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
         assert psis.judged(psis.smoothed(wide)[1])["faults"] == ()
@@ -157,15 +157,15 @@ def test_a_skew_that_the_mode_does_not_show_is_found(wide: float) -> None:
     off by 0.1 sd.
     """
 
-    def weighed(w: np.ndarray) -> tuple[np.ndarray, dict]:
+    def evaluate(w: np.ndarray) -> tuple[np.ndarray, dict]:
         first = np.where(w[:, 0] > 0, w[:, 0] / wide, w[:, 0])
         return -(first**2 + (w[:, 1:] ** 2).sum(axis=1)) / 2, {}
 
-    toy = SimpleNamespace(size=25, weighed=weighed)
+    toy = SimpleNamespace(size=25, evaluate=evaluate)
     mean, sd = (wide - 1) * np.sqrt(2 / np.pi), np.sqrt((1 - 2 / np.pi) * (wide - 1) ** 2 + wide)
     off = []
     for seed in range(10):
-        w, log_weight, _, _ = importance.weighed(toy, 2000, np.random.default_rng(seed))
+        w, log_weight, _, _ = importance.weighted_points(toy, 2000, np.random.default_rng(seed))
         share, k = psis.smoothed(log_weight)
         assert k < psis.MAX_PARETO_K
         off.append((share @ w[:, 0] - mean) / sd)
@@ -200,8 +200,10 @@ def test_importance_goes_on_to_more_points_and_then_ends() -> None:
         before, drawn = drawn, drawn.more()
         kept.append(drawn.w.shape[1])
         assert drawn.attributes["log_evidence_sd"] < before.attributes["log_evidence_sd"]
-        assert drawn.told is not None
-        assert all(len(values) == drawn.w.shape[0] * kept[-1] for values in drawn.told.values())
+        assert drawn.quantities is not None
+        assert all(
+            len(values) == drawn.w.shape[0] * kept[-1] for values in drawn.quantities.values()
+        )
     assert kept == [100, 200, 200, 200, 200, 200]
 
 

@@ -113,8 +113,8 @@ def test_no_crash_is_reached_twice() -> None:
 
 def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:
     """e and e_m by the paper's inverse, from the motion that a forward impact gave."""
-    told = posterior.programs("simulate", posterior.data, sites)
-    after = jnp.stack([told[name] for of_one in parts.AFTER for name in of_one], axis=1)
+    quantities = posterior.programs("simulate", posterior.data, sites)
+    after = jnp.stack([quantities[name] for of_one in parts.AFTER for name in of_one], axis=1)
 
     @jax.jit
     @jax.vmap

@@ -76,11 +76,13 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
     q = np.asarray(posterior.transform.centre)
     sites = jax.tree.map(np.asarray, velocity.locate(structure, data, jnp.asarray(q))[0])
     rows = {name: np.tile(value, (500, *[1] * np.ndim(value))) for name, value in sites.items()}
-    told = {k: np.asarray(v)[0] for k, v in posterior.programs("simulate", data, rows).items()}
+    quantities = {
+        k: np.asarray(v)[0] for k, v in posterior.programs("simulate", data, rows).items()
+    }
     for name, value in zip(velocity.names(structure), q, strict=False):
         if name in ("Vax", "Vay") and rung.startswith("momentum"):
-            assert told[name] == pytest.approx(value, abs=1e-9)
-    again = velocity.near(structure, data, sites | told)
+            assert quantities[name] == pytest.approx(value, abs=1e-9)
+    again = velocity.near(structure, data, sites | quantities)
     moved = again - q
     assert np.abs(moved[: len(velocity.names(structure))]).max() < (
         1e-9 if rung.startswith("momentum") else 0.2
@@ -100,7 +102,7 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
 
 def test_no_search_begins_from_vehicles_that_part() -> None:
     structure, data = RUNGS["planar-moment+spin"].of_scene(departed())
-    score, told = prior_pilot(programs_for(structure), data)
-    parting = told["closing_speed"] < 0
+    score, quantities = prior_pilot(programs_for(structure), data)
+    parting = quantities["closing_speed"] < 0
     assert parting.any()
     assert score[parting].max() < score[~parting].min()

@@ -33,7 +33,7 @@ _GENERATIONS = 3  # of folders kept: one for each state of the code and machine 
 
 
 def path_of(*what: object) -> Path | None:
-    """Where the program that this describes is kept; None where JAX is told to keep nothing."""
+    """Where the program that this describes is kept; None where JAX is set to keep nothing."""
     if not jax.config.jax_enable_compilation_cache:
         return None
     name = hashlib.sha256(repr(what).encode()).hexdigest()[:32]

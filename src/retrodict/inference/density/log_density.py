@@ -32,13 +32,13 @@ class Evaluated[A](NamedTuple):
 
     Args:
         log_density: posterior, in w.
-        told: the model's unknowns, and what follows from them.
+        quantities: the model's unknowns, and what follows from them.
         q: where coordinates take it.
         missed: by what surrogates miss `Structure.surrogates`.
     """
 
     log_density: A
-    told: dict[str, A]
+    quantities: dict[str, A]
     q: A
     missed: A
 
@@ -61,14 +61,14 @@ class Target:
 
         The value is exact; the gradient takes the run-outs' slopes from surrogates (regressions and
         response surfaces). Leapfrog steps keep volume and are reversible under any field of forces, and
-        NUTS weights its points by the value, so it samples the same density; how good these are decides only how many draws it is worth.
-        A run-out then never has to be differentiated: a gradient costs little more than a value,
-        and the sampler compiles in half the time. Only where rest poses do not pin the motion, and for
-        what was measured on the way, run-outs are.
+        NUTS weights its points by the value, so it samples the same density; the quality of surrogates
+        changes only the effective sample size. Run-outs need not be differentiated: a gradient costs
+        little more than a value, and the sampler compiles in half the time. Only where rest poses do not
+        determine the motion, and for what was measured on the way, run-outs are differentiated.
         """
-        return self.weighed(w, data, transform).log_density
+        return self.evaluate(w, data, transform).log_density
 
-    def weighed(
+    def evaluate(
         self,
         w: Float[Array, " q"],
         data: Data,
@@ -222,7 +222,7 @@ class Target:
             "levels": self._levels,
             "potential": jax.value_and_grad(self.potential),
             "evaluate": jax.vmap(
-                lambda data, transform, w, missed: self.weighed(w, data, transform, missed),
+                lambda data, transform, w, missed: self.evaluate(w, data, transform, missed),
                 in_axes=(None, None, 0, 0),
             ),
             "solve_back": self._solve_back,
@@ -235,9 +235,9 @@ class Target:
 
 def _told(trace: dict[str, Any]) -> dict[str, Array]:
     """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
-    told = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
+    quantities = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
     for k, s in trace.items():
         if s["type"] == "sample" and s["is_observed"]:
-            told[f"predicted/{k}"] = s["fn"].mean
-            told[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
-    return told
+            quantities[f"predicted/{k}"] = s["fn"].mean
+            quantities[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
+    return quantities

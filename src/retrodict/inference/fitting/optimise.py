@@ -21,7 +21,7 @@ Arrived = Callable[[Point], bool]
 _STEP = 0.05  # of differences, in standard deviations
 _STILL, _MOST = 1e-3, 400  # slope at which a search ends, and steps that it may take
 _IDLE, _ENOUGH = 1e-2, 3  # by likenesses it ends too where so many steps have been so short
-_OUTSIDE, _BACK = 1e10, 1e8  # what is told where there is no potential, and how it rises outwards
+_OUTSIDE, _BACK = 1e10, 1e8  # the value where there is no potential, and how it rises outwards
 _STRIDE, _ROUNDS = 0.25, 30  # of many searches at once: share of the way to w = 0, and how many
 _LEVEL = 1e-300  # least slope that is divided by
 
@@ -218,10 +218,10 @@ def _minimise(
 ) -> Found:
     from scipy.optimize import minimize  # slow to import, and compilers are at work by now
 
-    def told(intermediate_result: Any) -> None:
+    def report(intermediate_result: Any) -> None:
         if arrived and arrived(intermediate_result.x):
             raise StopIteration
 
     options = {"gtol": _STILL, "maxiter": _MOST}
-    end = minimize(potential, start, (), method, jac, hess, callback=told, options=options)
+    end = minimize(potential, start, (), method, jac, hess, callback=report, options=options)
     return Found(end.x, np.inf if end.fun >= _OUTSIDE else float(end.fun), end.jac)

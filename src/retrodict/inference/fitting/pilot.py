@@ -30,13 +30,15 @@ def prior_pilot(programs: Programs, data: Data) -> tuple[np.ndarray, Values]:
     for seed in range(_ROUNDS):
         keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
         sites = programs("prior", keys, data)
-        told = sites | programs("simulate", data, sites)
+        quantities = sites | programs("simulate", data, sites)
         score = np.zeros(CHUNK)
         for name in programs.structure.evidence:
             value, sd = data.evidence[name]
-            score -= np.log1p(((np.asarray(told[f"predicted/{name}"]) - value) / sd) ** 2)
-        if "closing_speed" in told:  # vehicles that part would have been held back by the impulse
-            score[np.asarray(told["closing_speed"]) < 0] = -np.inf
+            score -= np.log1p(((np.asarray(quantities[f"predicted/{name}"]) - value) / sd) ** 2)
+        if (
+            "closing_speed" in quantities
+        ):  # vehicles that part would have been held back by the impulse
+            score[np.asarray(quantities["closing_speed"]) < 0] = -np.inf
         scores.append(np.nan_to_num(score, nan=-np.inf))
-        crashes.append({name: np.asarray(values) for name, values in told.items()})
+        crashes.append({name: np.asarray(values) for name, values in quantities.items()})
     return np.concatenate(scores), {k: np.concatenate([c[k] for c in crashes]) for k in crashes[0]}

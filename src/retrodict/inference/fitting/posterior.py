@@ -115,12 +115,12 @@ class Posterior:
         """
         if not self.programs.structure.inverted:
             return -there.log_density
-        speed = there.told["speed_b"]
+        speed = there.quantities["speed_b"]
         return -there.log_density + np.log(np.hypot(speed, _SLOW) / speed)
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
         """The log density at many points at once; w has shape (any, q)."""
-        return self.weighed(w)[0]
+        return self.evaluate(w)[0]
 
     def about(self, w: np.ndarray) -> Posterior:
         """The same posterior in coordinates whitened by draws of it; where whitening are plain only.
@@ -140,9 +140,11 @@ class Posterior:
 
     def responding_by(self, w: np.ndarray) -> Posterior:
         """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
-        structure, told = self.programs.structure, self.weighed(w)[1]
-        predicted = {k: told[f"predicted/{k}"] for k in structure.surrogates[len(structure.aims) :]}
-        responses = regression.responses(structure, self.data, run_outs_of(told), predicted)
+        structure, quantities = self.programs.structure, self.evaluate(w)[1]
+        predicted = {
+            k: quantities[f"predicted/{k}"] for k in structure.surrogates[len(structure.aims) :]
+        }
+        responses = regression.responses(structure, self.data, run_outs_of(quantities), predicted)
         return replace(self, transform=self.transform._replace(responses=responses))
 
     def converted_to(self, other: Posterior, w: np.ndarray) -> np.ndarray:
@@ -156,10 +158,10 @@ class Posterior:
         off = q - np.asarray(other.transform.centre)
         return np.linalg.solve(np.asarray(other.transform.spread), off.T).T
 
-    def weighed(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    def evaluate(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """`log_density`; and the model's unknowns and what follows from them, at the same points."""
         there = self._located(w)
-        return there.log_density, there.told
+        return there.log_density, there.quantities
 
     def constrained(self, w: np.ndarray) -> np.ndarray:
         """q at w, where constraints have moved it to."""
@@ -230,9 +232,9 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
 
 def _by_velocity(structure: Structure, data: Data) -> Posterior:
     """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
-    score, told = prior_pilot(programs_for(structure), data)
+    score, quantities = prior_pilot(programs_for(structure), data)
     starts = [
-        velocity.near(structure, data, {name: values[i] for name, values in told.items()})
+        velocity.near(structure, data, {name: values[i] for name, values in quantities.items()})
         for i in np.argsort(-score)[:_SCOUTS]
     ]
     while True:
@@ -284,7 +286,7 @@ def unresolved(posterior: Posterior) -> float:
 
     def likely(count: int) -> dict[str, np.ndarray]:
         w = np.random.default_rng(0).standard_normal((count, posterior.size))
-        return posterior.weighed(w)[1]
+        return posterior.evaluate(w)[1]
 
     if not s.integrated:
         return 0.0
@@ -292,23 +294,25 @@ def unresolved(posterior: Posterior) -> float:
         return (
             regression.unresolved(programs, data, run_outs_of(likely(BATCH))) if s.rested else 0.0
         )
-    told = likely(CHUNK)
+    quantities = likely(CHUNK)
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
     nowhere = np.zeros(posterior.size)
     names = jax.eval_shape(partial(rest_pose.locate, s), data, posterior.transform, nowhere)[0]
-    again = programs_for(finer)("simulate", finely, {k: told[k] for k in names})
+    again = programs_for(finer)("simulate", finely, {k: quantities[k] for k in names})
     moved = [
-        (again[f"predicted/{k}"] - told[f"predicted/{k}"]) / data.evidence[k][1]
+        (again[f"predicted/{k}"] - quantities[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
         if k.startswith(("rest_", "mark_", "end_"))
     ]
     return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
 
 
-def run_outs_of(told: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def run_outs_of(quantities: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Velocities after the impact, and deviates of the inputs, of crashes; a row for each."""
-    V = np.stack([told[k] for of_one in parts.AFTER for k in of_one if k in told], axis=1)
-    return V, told.get("measured", np.zeros((len(V), 0)))
+    V = np.stack(
+        [quantities[k] for of_one in parts.AFTER for k in of_one if k in quantities], axis=1
+    )
+    return V, quantities.get("measured", np.zeros((len(V), 0)))
 
 
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:

@@ -367,9 +367,9 @@ def _open(programs: Programs) -> np.ndarray:
 
 def _likely(programs: Programs, data: Data) -> np.ndarray:
     """Velocities after the impact of the crash from the prior that explains the evidence best."""
-    score, told = prior_pilot(programs, data)
+    score, quantities = prior_pilot(programs, data)
     best, size = np.argmax(score), len(programs.structure.rests)
-    return np.array([told[name][best] for names in AFTER for name in names[:size]])
+    return np.array([quantities[name][best] for names in AFTER for name in names[:size]])
 
 
 def _aims(programs: Programs, data: Data, separation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,9 @@
 """A posterior ready to be tempered, of crashes whose vehicles roll above all: no mode is sought.
 
-Coordinates of a vehicle are the standard deviations by which it misses its rest pose, by a regression
-fitted to run-outs, as elsewhere. Where it does not fit, since the rest pose of a freely rolling car bends
-or folds with its velocity, they are offsets from the velocity of the measured path.
+Coordinates of a vehicle are the standard deviations by which it misses its rest pose, by a
+regression fitted to run-outs, as elsewhere. Where the regression does not fit, since the rest pose of a
+freely rolling car bends or folds with its velocity, they are offsets from the velocity of the
+measured path.
 """
 
 from __future__ import annotations
@@ -138,8 +139,8 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
     transform = whitening.off(regressions, guess._replace(taken=taken, spun=spun), n)
     found = Posterior(sampled, data, transform, error, -np.inf, 0.0, _reach(structure, data, n))
     w = np.random.default_rng(0).standard_normal((BATCH, n))
-    told = found.weighed(w)[1]
-    return replace(found, unresolved=regression.unresolved(fitted, data, run_outs_of(told)))
+    quantities = found.evaluate(w)[1]
+    return replace(found, unresolved=regression.unresolved(fitted, data, run_outs_of(quantities)))
 
 
 def _reach(structure: Structure, data: Data, n: int) -> Float[np.ndarray, " w"]:

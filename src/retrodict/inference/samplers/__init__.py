@@ -17,7 +17,7 @@ class Method:
         title: what it is, in words.
         exact: whether its draws tend to the posterior as they grow in number; others are
             approximations, of which the report says so.
-        draws: kept of each chain unless told otherwise.
+        draws: kept of each chain unless set otherwise.
         draw: does it.
         resumes: whether it has chains that an interrupted run can go on with.
     """

@@ -113,7 +113,7 @@ def _numbers(leaf: Any) -> np.ndarray:
 
 
 def _as(leaves: Sequence[Any], arrays: Sequence[np.ndarray]) -> list[Any]:
-    """Arrays with the types of leaves; random keys are told apart by theirs."""
+    """Arrays with the types of leaves; random keys are recognised by theirs."""
     return [
         jax.random.wrap_key_data(jax.numpy.asarray(array))
         if jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)

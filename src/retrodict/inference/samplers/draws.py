@@ -48,7 +48,7 @@ class Draws:
         notes: how the method helped itself.
         faults: for which the draws must not be relied on.
         attributes: the method's own diagnostics: pareto_k, log_evidence.
-        told: the model's unknowns at w and what follows from them, a row for each draw; None of a
+        quantities: the model's unknowns at w and what follows from them, a row for each draw; None of a
             method that has not come by them.
         unfinished: interrupted chains as a file holds them; None where there is nothing to go on with.
         more: goes on to twice as many, of draws or of the points that they are chosen from; None where
@@ -61,12 +61,12 @@ class Draws:
     notes: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
     attributes: dict[str, float] = field(default_factory=dict)
-    told: dict[str, np.ndarray] | None = field(default=None, repr=False)
+    quantities: dict[str, np.ndarray] | None = field(default=None, repr=False)
     unfinished: Callable[[], bytes] | None = field(default=None, repr=False)
     more: Callable[[], Draws] | None = field(default=None, repr=False)
 
     def known(self, posterior: Posterior) -> dict[str, np.ndarray]:
         """The model's unknowns and what follows from them, a row for each draw of `posterior`."""
-        if self.told is not None:
-            return self.told
-        return posterior.weighed(self.w.reshape(-1, posterior.size))[1]
+        if self.quantities is not None:
+            return self.quantities
+        return posterior.evaluate(self.w.reshape(-1, posterior.size))[1]

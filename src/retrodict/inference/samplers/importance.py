@@ -66,7 +66,9 @@ def draw(task: Task, times: int = 1) -> Draws:
     """
     posterior, chains, draws = task.posterior, task.chains, task.draws * min(times, 2)
     rng = np.random.default_rng(task.seed)
-    w, log_weight, told, evaluations = weighed(posterior, chains * task.draws * times, rng)
+    w, log_weight, quantities, evaluations = weighted_points(
+        posterior, chains * task.draws * times, rng
+    )
     weights, k = smoothed(log_weight)
     # each chain is a replicate of its own, so that R-hat has something to compare
     places = np.arange(weights.size).reshape(chains, -1)
@@ -82,7 +84,7 @@ def draw(task: Task, times: int = 1) -> Draws:
         w[index].reshape(chains, draws, -1),
         {"log_weight": log_weight[index].reshape(chains, draws)},
         **verdict,
-        told={name: values[index] for name, values in told.items()},
+        quantities={name: values[index] for name, values in quantities.items()},
         more=partial(draw, task, 2 * times) if times < most else None,
     )
 
@@ -100,7 +102,7 @@ def log_evidence(
     Returns:
         The evidence; at fault where the weights have no variance to judge it by.
     """
-    _, log_weight, _, _ = weighed(posterior, draws, rng)
+    _, log_weight, _, _ = weighted_points(posterior, draws, rng)
     return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
 
 
@@ -116,17 +118,17 @@ def apart(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
 
     Returns:
         Of the reported quantities the one whose mean or spread is off by the most, if by too much; or
-        why that cannot be told.
+        why that cannot be computed.
     """
     chance = np.random.default_rng([task.seed, 5])
-    _, log_weight, told, _ = weighed(task.posterior, _HELD_AGAINST, chance)
+    _, log_weight, quantities, _ = weighted_points(task.posterior, _HELD_AGAINST, chance)
     weights, k = smoothed(log_weight)
     if faults := judged(k)["faults"]:
         return faults
     off, inside = {}, weights > 0
     weights = weights[inside]  # the others may lie where nothing is a number
     for name in [name for name in REPORTED if name in draws]:
-        sure = told[name][inside]
+        sure = quantities[name][inside]
         mean = float(weights @ sure)
         sd = float(np.sqrt(weights @ (sure - mean) ** 2))
         errors = [abs(draws[name].mean() - mean), abs(draws[name].std() - sd)]
@@ -140,7 +142,7 @@ def apart(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
     )
 
 
-def weighed(
+def weighted_points(
     posterior: Posterior, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], int]:
     """Draws from the last of the proposals, not yet resampled.
@@ -151,7 +153,7 @@ def weighed(
         rng: of the draws.
 
     Returns:
-        w, shape (count, q), the logs of their weights, what is told there, and how many points all
+        w, shape (count, q), the logs of their weights, the quantities there, and how many points all
         rounds weighed.
     """
     n = posterior.size
@@ -161,12 +163,12 @@ def weighed(
         while True:
             last = proposals[-1]
             w = last.draw(count, rng)
-            heights, told = posterior.weighed(w)
+            heights, quantities = posterior.evaluate(w)
             heights = np.where(np.isfinite(heights), heights, -np.inf)  # nothing lies there
             log_weight = heights - last.log_density(w)
             weights, k = smoothed(log_weight)
             if len(proposals) == _ROUNDS:
-                return w, log_weight, told, len(proposals) * count
+                return w, log_weight, quantities, len(proposals) * count
             even = k <= _EVEN and effective(weights) >= _SHARE * count
             every, log_densities = np.concatenate([every, w]), np.append(log_densities, heights)
             if len(proposals) > 1:
@@ -175,7 +177,7 @@ def weighed(
             mean, worth = weights @ every, effective(weights)
             spread = (every - mean).T @ ((every - mean) * weights[:, None])
             if even and last.outgrown(spread, worth) <= _OUTGROWN:
-                return w, log_weight, told, len(proposals) * count
+                return w, log_weight, quantities, len(proposals) * count
             proposals.append(last.moved(mean, spread, worth))
 
 

@@ -18,8 +18,10 @@ def draw(task: Task) -> Draws:
     rng = np.random.default_rng(task.seed)
     n = task.posterior.size
     w = rng.standard_normal((task.chains, task.draws, n))
-    log_density, told = task.posterior.weighed(w.reshape(-1, n))
+    log_density, quantities = task.posterior.evaluate(w.reshape(-1, n))
     log_weight = log_density + np.sum(w.reshape(-1, n) ** 2, 1) / 2
     verdict = judged(smoothed(log_weight)[1])
-    verdict["faults"] = verdict["faults"] or apart(told, task)
-    return Draws(w, {"log_weight": log_weight.reshape(w.shape[:2])}, **verdict, told=told)
+    verdict["faults"] = verdict["faults"] or apart(quantities, task)
+    return Draws(
+        w, {"log_weight": log_weight.reshape(w.shape[:2])}, **verdict, quantities=quantities
+    )

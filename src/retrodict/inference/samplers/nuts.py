@@ -42,7 +42,7 @@ def draw(task: Task) -> Draws:
     few = 0 < divergences <= _FEW * found.w.shape[0] * found.w.shape[1]
     if found.complete and few and second > first:
         notes = (
-            f"a first run had {divergences} divergent transitions; the run told of here took shorter "
+            f"a first run had {divergences} divergent transitions; the run reported here took shorter "
             f"steps (target acceptance {second}) and twice the warm-up",
         )
         task = replace(task, warmup=2 * task.warmup, resume=None)

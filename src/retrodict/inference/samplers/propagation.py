@@ -47,5 +47,5 @@ def _compared(task: Task, way: str) -> Draws:
         sites = programs(way, data, posterior.transform, q)
         return sites | programs("simulate", data, sites)
 
-    told = in_chunks(follow, q.reshape(-1, n))
-    return Draws(q, {}, faults=apart(told, task), told=told)
+    quantities = in_chunks(follow, q.reshape(-1, n))
+    return Draws(q, {}, faults=apart(quantities, task), quantities=quantities)
