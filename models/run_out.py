@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 
 from retrodict.scene.records import VEHICLES, Measured, Scene
 
@@ -34,12 +34,12 @@ class RunOut:
     """A run-out model.
 
     Args:
-        card: what it is, in words.
+        description: the model in words.
         rests: what of a rest pose it explains.
         seen: the scene with what this model leaves out taken out.
         rest_poses: structure, data, inputs and velocities after the impact -> rests of A and B.
         paths: likewise, stacked, each from impact to rest.
-        fullness: what it holds beyond a sliding point.
+        nesting: what it models beyond a sliding point; as of `Impact`.
         integrated: vehicles of a scene whose motion it integrates.
         ways: vehicles of a scene that it follows along where they were seen: x, y, heading at each
             point.
@@ -49,12 +49,12 @@ class RunOut:
         refusal: why it is not for a scene; empty where it is.
     """
 
-    card: Card
+    description: Description
     rests: tuple[str, ...]
     seen: Callable[[Scene], Scene]
     rest_poses: parts.RestPoses
     paths: parts.Paths
-    fullness: frozenset[str]
+    nesting: frozenset[str]
     integrated: Callable[[Scene], tuple[str, ...]] = lambda scene: VEHICLES
     ways: Callable[[Scene], dict[str, Float[Array | np.ndarray, "points 3"]]] = lambda scene: {}
     approximations: Callable[[Scene], dict[str, Measured]] = lambda scene: {}

@@ -17,8 +17,9 @@ from retrodict.inference import charts, coordinates, sheet
 from retrodict.inference.coordinates import Guess
 from retrodict.inference.posterior import MOST_STEPS, RESOLVED, Posterior, run_outs_of
 from retrodict.inference.programs import BATCH, Programs, programs_for
-from retrodict.models import RUNGS, roll
+from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.models.runouts import roll
 from retrodict.scene.records import VEHICLES, Scene
 
 _FITS = 0.5  # standard deviations of the rest pose: a sheet's error that makes good coordinates

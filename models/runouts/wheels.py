@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import STEPS, Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import Car, Ground, Path, rest, run_out
@@ -62,7 +62,7 @@ def _both[T](
 
 
 RUN_OUT = RunOut(
-    card=Card(
+    description=Description(
         name="wheels",
         title="a skid to rest on four wheels over the surfaces of the scene",
         equations=(
@@ -82,5 +82,5 @@ RUN_OUT = RunOut(
     seen=lambda scene: scene,
     rest_poses=rest_poses,
     paths=paths,
-    fullness=frozenset({"yaw", "rolling", "wheels"}),
+    nesting=frozenset({"yaw", "rolling", "wheels"}),
 )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Card:
+class Description:
     """What a model is, in words that a report can print.
 
     Args:

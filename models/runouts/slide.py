@@ -5,10 +5,11 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-from retrodict.models import parts, spin
+from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
+from retrodict.models.runouts import spin
 
 from retrodict.mechanics import Path
 from retrodict.mechanics.runout import GRAVITY, ROWS
@@ -46,7 +47,7 @@ def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array,
 
 
 RUN_OUT = RunOut(
-    card=Card(
+    description=Description(
         name="slide",
         title="a straight slide to rest",
         equations=("run-out: v² = 2 μ g d along the straight line from impact to rest",),
@@ -64,7 +65,7 @@ RUN_OUT = RunOut(
     seen=spin.seen,
     rest_poses=rest_poses,
     paths=paths,
-    fullness=frozenset(),
+    nesting=frozenset(),
     integrated=lambda scene: (),
     refusal=rolls,
 )

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import (
@@ -261,7 +261,7 @@ def _refusal(scene: Scene) -> str:
 
 
 RUN_OUT = RunOut(
-    card=Card(
+    description=Description(
         name="roll",
         title="a run-out along the measured way",
         equations=(
@@ -291,7 +291,7 @@ RUN_OUT = RunOut(
     seen=lambda scene: scene,
     rest_poses=rest_poses,
     paths=paths,
-    fullness=frozenset({"yaw", "rolling"}),
+    nesting=frozenset({"yaw", "rolling"}),
     integrated=lambda scene: tuple(v for v in VEHICLES if v not in scene.rolling),
     ways=lambda scene: {v: way_of(scene, v) for v in scene.rolling},
     approximations=approximations,
