@@ -1,6 +1,6 @@
-"""The NumPyro models: rungs from the simplest to the fullest, each an impact and a run-out.
+"""The NumPyro models, from the simplest to the most detailed: each is an impact and a run-out.
 
-A new impact or run-out is a file and a name below.
+A new impact or run-out is one file and one name in `_IMPACTS` or `_RUN_OUTS`.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from retrodict.scene.records import Scene
 
 @dataclass(frozen=True)
 class Rung:
-    """A model: an impact followed by two run-outs."""
+    """A model: an impact, then the run-out of each vehicle."""
 
     impact: Impact
     run_out: RunOut
 
     @property
     def name(self) -> str:
-        """As in `RUNGS`."""
+        """Its key in `RUNGS`."""
         return f"{self.impact.description.name}+{self.run_out.description.name}"
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """Which of the quantities asked for it infers."""
+        """Names of the reported quantities that it infers."""
         return self.impact.answers
 
     def nests(self, other: Rung) -> bool:
@@ -66,25 +66,27 @@ class Rung:
         )
 
     def of_scene(self, scene: Scene) -> tuple[Structure, Data]:
-        """A scene, as this rung sees it, as a program's structure and its arguments."""
+        """Structure and data of a scene for this model: what is compiled, and its arguments."""
         seen = self.with_approximations(self.run_out.seen(scene))
         ways = self.run_out.ways(seen)
 
         def explained(name: str) -> bool:
             on_way = name.startswith(("mark_", "end_")) and name[-1] in ways
-            return self.explains(name) and not on_way  # what makes a way is not evidence on it too
+            return (
+                self.explains(name) and not on_way
+            )  # points that define a way are not evidence too
 
-        # along a way yaw rates err by so much that the bounds of a spin's quotient, e_m, are no
-        # small bend of rest poses: importance sampling had no finite weight in two scenes of five
+        # along a measured way yaw rates are so uncertain that the bounds on e_m distort the rest-pose
+        # transform strongly: importance sampling had no finite weight in two scenes of five
         loose = bool(ways and self.impact.levels)
         return of_scene(seen, self.name, self.run_out, explained, loose)
 
     def with_approximations(self, scene: Scene) -> Scene:
-        """A scene, with what this rung misses of a fuller one among its inputs."""
+        """The scene with the approximation errors of this model added to its inputs."""
         return replace(scene, approximations=self.run_out.approximations(scene))
 
     def explains(self, name: str) -> bool:
-        """Whether it predicts an item of evidence, by its flat name."""
+        """Whether the model predicts an item of evidence, named as in `Scene.evidence`."""
         return evidence.explained(name, turns="heading" in self.run_out.rests)
 
     def model(
@@ -97,8 +99,8 @@ class Rung:
 
         Args:
             structure: which inputs are uncertain and which surfaces there are.
-            data: the scene's numbers.
-            surrogate: derivatives of what run-outs end at or pass; None to differentiate run-outs.
+            data: measured values and priors.
+            surrogate: of the run-out predictions, with derivatives; None to differentiate the run-outs.
         """
         x = parts.measured(structure, data)
         after = self.impact.forward_model(structure, data, x)

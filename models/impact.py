@@ -19,13 +19,13 @@ ForwardModel = Callable[[Structure, Data, parts.Values], Separation]
 
 
 class Level(NamedTuple):
-    """A quotient of functions of the motion that the impact model bounds, or holds fixed.
+    """A quotient of functions of the motion that an impact model bounds or fixes.
 
     Args:
-        name: of the quantity, a sample site where it is bounded.
-        near: the bound that crashes lie closer to.
-        far: the other; the same where the model holds the quantity there.
-        sampled: whether it is a coordinate itself: the motion is held at its value.
+        name: of the quantity; a sample site where it is bounded.
+        near: the bound that most crashes are closer to.
+        far: the other bound; equal to `near` where the quantity is fixed.
+        sampled: whether it is itself a coordinate, which constrains the motion to its value.
     """
 
     name: str
@@ -35,12 +35,12 @@ class Level(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether coordinates hold the motion at it."""
+        """Whether the coordinates constrain the motion to its value."""
         return self.fixed or self.sampled
 
     @property
     def fixed(self) -> bool:
-        """Whether the model holds it."""
+        """Whether the model fixes it."""
         return self.near == self.far
 
     @property
@@ -62,8 +62,8 @@ class Impact:
         description: the model in words.
         forward_model: samples the unknowns and gives the velocities after the impact; arguments are
             structure, data and the measured inputs.
-        answers: which of the quantities asked for it infers.
-        levels: what it bounds or holds fixed.
+        answers: names of the reported quantities that it infers.
+        levels: quotients that it bounds or fixes.
         unknowns: velocities after the impact and inputs -> a value for each sample site but the
             direction of B, which stands as "velocity_b", and log |d sites / d velocities|.
         priors: names of the priors it uses, in `Scene.priors`.
@@ -85,15 +85,15 @@ MOMENTUM = ("momentum along x and y: SAE 770014 eqs 19, 20",)
 E, E_M = Level("e", 0.0, 1.0), Level("e_m", 1.0, -1.0)
 NO_MOMENT = Level("moment", 0.0, 0.0)  # and so e_m = 1, whatever the spin by the force alone
 NO_SLIP = Level("slip", 0.0, 0.0)
-# the share that friction leaves: a coordinate, for crashes lie near its bound, and near where A slides
-# along B neither way and all shares meet
+# share of the sliding that remains after friction. It is a coordinate because crashes lie near its
+# bound, and near zero sliding, where all shares coincide
 SLIDING = Level("sliding", 0.0, 1.0, sampled=True)
 
 
 def quotients(
     levels: Sequence[Level], after: Separation, x: parts.Values
 ) -> tuple[Float[Array, " levels"], Float[Array, " levels"]]:
-    """What each level is a quotient of: each linear in the motion.
+    """Numerator and denominator of each level; both are linear in the velocities after the impact.
 
     Args:
         levels: which.

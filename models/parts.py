@@ -27,12 +27,12 @@ from retrodict.scene.records import VEHICLES, WHEELS
 
 Values = dict[str, Float[Array, ""]]
 
-# velocities after the impact, of each vehicle
+# names of the velocities after the impact, by vehicle
 AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
 
 
 def measured(structure: Structure, data: Data) -> Values:
-    """Measured inputs: where uncertain, as far from what was measured as standard deviates say."""
+    """Sample the measured inputs, as functions of standard normal deviates."""
     count = len(structure.uncertain)
     if not count:
         return from_standard(structure, data, jnp.zeros(0))
@@ -83,7 +83,7 @@ def levers(x: Values) -> Float[Array, "2 2"]:
 
 
 def bodies(x: Values) -> Bodies:
-    """Masses, inertias, lever arms and Gamma, as the impact equations take them."""
+    """Masses, inertias, lever arms and Gamma for the impact equations."""
     masses = (x["mass_a"], x["mass_b"], x["yaw_inertia_a"], x["yaw_inertia_b"])
     return Bodies(*masses, *lever_arms(*levers(x)), x["Gamma"])
 
@@ -95,14 +95,14 @@ def approach_of_a(x: Values) -> Float[Array, "3"]:
 
 
 def impact_poses(x: Values) -> Float[Array, "2 3"]:
-    """Where A and B are at impact: the impact centre less each lever, and the headings."""
+    """Poses of A and B at impact: the impact centre minus each lever, and the headings."""
     centre = jnp.stack([x["impact_x"], x["impact_y"]]) - levers(x)
     headings = jnp.stack([x["heading_a"], x["heading_b"]])
     return jnp.concatenate([centre, headings[:, None]], axis=1)
 
 
 def cars(structure: Structure, x: Values) -> Car:
-    """Both vehicles as the run-out takes them, stacked."""
+    """Both vehicles for the run-out, stacked."""
     columns = [
         (
             x[f"yaw_inertia_{v}"] / x[f"mass_{v}"],
@@ -128,11 +128,11 @@ def drag_factors(structure: Structure, x: Values) -> Float[Array, "2"]:
 
 
 def _wheels(x: Values) -> Wheels:
-    """How both vehicles' wheels turn; locked where nothing else is said."""
+    """Drag and steer of both vehicles' wheels; locked by default."""
     drag = []
     for v in VEHICLES:
         own = jnp.stack([x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in WHEELS])
-        if f"drag_factor_{v}" in x:  # of the odds: shares stay below 1, and what is locked locked
+        if f"drag_factor_{v}" in x:  # times the odds: shares stay below 1, locked stays locked
             times = x[f"drag_factor_{v}"] * own
             own = times / (1 - own + times)
         drag.append(own)
@@ -142,7 +142,7 @@ def _wheels(x: Values) -> Wheels:
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:
-    """The surfaces' friction and the edges where they run, for both vehicles: friction is stacked."""
+    """Friction and edges of the surfaces for both vehicles; friction is stacked."""
     inward = data.edges.inward
     shifts = [x[f"edge_{name}"] for name in structure.surfaces[1:]]
     shift = jnp.stack(shifts)[:, None] * inward if shifts else inward
@@ -177,9 +177,9 @@ Paths = Callable[[Structure, Data, Values, Float[Array, " separation"]], Path]
 
 
 def aimed(structure: Structure, data: Data, z: Float[Array, " aims"]) -> Float[Array, "2 aim"]:
-    """What lies z standard deviations from the measured rest poses, a row for each vehicle.
+    """Rest poses z standard deviations from the measured ones, one row for each vehicle.
 
-    It says nothing of a part that was not measured.
+    Components that were not measured are z itself.
     """
     pairs = [data.evidence.get(name, np.array([0.0, 1.0])) for name in structure.aims]
     value, sd = jnp.stack(pairs, axis=1)
@@ -193,7 +193,7 @@ def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "2 2"
 
 
 def record_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> None:
-    """Record how fast a vehicle was before it skidded to the impact, all wheels locked.
+    """Record each vehicle's speed before its skid to the impact with all wheels locked.
 
     v0² = v² + 2 g f exp(−c v̄) s, v̄ the mean of v0 and v.
     """

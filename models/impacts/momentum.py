@@ -13,7 +13,7 @@ from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
 
 
 def forward_model(structure: Structure, data: Data, x: parts.Values) -> Separation:
-    """An impulse of any size and direction, and any yaw rates after it."""
+    """B's approach, an impulse and yaw rates from wide priors; then momentum, eqs 19 and 20."""
     m_a, m_b = x["mass_a"], x["mass_b"]
     v_a = parts.approach_of_a(x)[:2]
 
@@ -47,7 +47,7 @@ def forward_model(structure: Structure, data: Data, x: parts.Values) -> Separati
 
 
 def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Array, ""]]:
-    """The unknowns that lead to these velocities after the impact."""
+    """The unknowns that lead to these velocities after the impact, and the log determinant."""
     m_a, m_b = x["mass_a"], x["mass_b"]
     V_a, V_b = after.reshape(2, -1)
     P = m_a * (V_a[:2] - parts.approach_of_a(x)[:2])

@@ -18,7 +18,7 @@ from retrodict.mechanics.runout import GRAVITY, ROWS
 def rest_poses(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
 ) -> Float[Array, "2 2"]:
-    """Where both vehicles come to rest after separating with these velocities."""
+    """Rest positions of both vehicles for velocities after the impact."""
     return parts.each_vehicle(
         lambda start, velocity, car, on: (
             start + velocity * jnp.hypot(*velocity) / (2 * GRAVITY * on.coefficients[0])
@@ -30,7 +30,7 @@ def rest_poses(
 
 
 def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]) -> Path:
-    """How they get there, straight and without yaw: v² = v0² (1 − s / d), stacked."""
+    """Straight paths of both vehicles to rest, v² = v0² (1 − s / d), stacked."""
     start, V = parts.impact_poses(x), after.reshape(2, 2)
     end = rest_poses(structure, data, x, after)
     share = jnp.linspace(0.0, 1.0, ROWS)  # of the way
