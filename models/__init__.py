@@ -72,9 +72,7 @@ class Rung:
 
         def explained(name: str) -> bool:
             on_way = name.startswith(("mark_", "end_")) and name[-1] in ways
-            return (
-                self.explains(name) and not on_way
-            )  # points that define a way are not evidence too
+            return self.explains(name) and not on_way  # points that define a way are no evidence
 
         # along a measured way yaw rates are so uncertain that the bounds on e_m distort the rest-pose
         # transform strongly: importance sampling had no finite weight in two scenes of five
