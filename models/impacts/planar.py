@@ -76,12 +76,12 @@ def forward_model(
     direction_b = numpyro.sample("direction_b", law)
     v_bx = numpyro.deterministic("vbx", speed_b * jnp.cos(direction_b))
     v_by = numpyro.deterministic("vby", speed_b * jnp.sin(direction_b))
+    v_b = jnp.stack([v_bx, v_by])
     if "omega_b" in known:
         law = dist.Normal(*inputs["omega_b"])
     else:
         law = dist.Normal(0.0, priors["omega_b"][0])
     omega_b = numpyro.sample("omega_b", law)
-    v_b = jnp.stack([v_bx, v_by])
     before = jnp.append(jnp.concatenate([parts.approach_of_a(x), v_b]), omega_b)
 
     # coefficient of restitution: lower at higher closing speeds
