@@ -402,7 +402,7 @@ def _log_prior(
     motion: tuple[float, float],
     coefficients: tuple[float, float, float],
 ) -> float:
-    """Of B's speed and yaw rate and of the coefficients, as `models/parts.py` has them."""
+    """Of B's speed and yaw rate and of the coefficients, as `models/impacts/planar.py` has them."""
     (speed, omega_b), (e, mu, e_m) = motion, coefficients
     found = -((speed / priors["speed_b"][0]) ** 2 + (omega_b / priors["omega_b"][0]) ** 2) / 2
     without, full = hit((e, 0.0, e_m)), hit((e, 1.0, e_m))

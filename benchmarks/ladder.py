@@ -170,7 +170,7 @@ def kind_of(rows: list[Row], share: float = SHARE, factor: float = FACTOR) -> st
         return "true"
     same = bool(mine and mine["median"]) and same_answer(choice, mine, share, factor)
     true, taken = RUNGS[truth], RUNGS[choice["rung"]]
-    side = "lower" if true.above(taken) else "fuller" if taken.above(true) else "beside"
+    side = "lower" if true.nests(taken) else "fuller" if taken.nests(true) else "beside"
     return f"{side}, {'same' if same else 'other'} answer"
 
 
@@ -323,7 +323,7 @@ def _moves_of_truth(rows: list[Row], true: list[Row]) -> Iterator[float]:
     """How far each fuller rung moves the true one's answer, in its own sd, where both fit."""
     for mine in true:
         for row in rows:
-            fuller = RUNGS[row["rung"]].above(RUNGS[mine["rung"]])
+            fuller = RUNGS[row["rung"]].nests(RUNGS[mine["rung"]])
             if fuller and row["scene"] == mine["scene"] and row["counts"] == mine["counts"] == "1":
                 yield abs(float(row["median"]) - float(mine["median"])) / float(row["sd"])
 
@@ -405,7 +405,7 @@ def rechosen(rows: list[Row], share: float, factor: float) -> list[Row]:
 def _biases(rows: list[Row]) -> Iterator[list[str]]:
     """Of each rung, where the truth stands on a fuller one."""
     for rung in RUNGS:
-        below = [row for row in rows if RUNGS[row["truth"]].above(RUNGS[rung])]
+        below = [row for row in rows if RUNGS[row["truth"]].nests(RUNGS[rung])]
         told = [row for row in below if row["rung"] == rung and _answered(row)]
         mine = [row for row in told if row["counts"] == "1" or _misfit(row)]
         if mine:

@@ -4,7 +4,8 @@ python3 -m uv run python -m benchmarks.roll [run-outs of each pattern]
 
 Prints a row for each pattern, straight or steered, and number of points that were seen on the way:
 mean and standard deviation of the error of the speed (its logarithm), of the course and of the
-rotation, and which share of them lies within the 90 % that `retrodict.models.roll.spreads` states.
+rotation, and which share of them lies within the 90 % that
+`retrodict.models.runouts.roll.spreads` states.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from retrodict.models.roll import spreads
+from retrodict.models.runouts.roll import spreads
 
 from retrodict.mechanics import Car, Ground, Way, Wheels, Zone, rolled, run_out, way_taken
 

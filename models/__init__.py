@@ -1,6 +1,6 @@
-"""The NumPyro models: rungs from the simplest to the fullest, each an impact and a run-out.
+"""The NumPyro models, from the simplest to the most detailed: each is an impact and a run-out.
 
-A new impact or run-out is a file and a name below.
+A new impact or run-out is one file and one name in `_IMPACTS` or `_RUN_OUTS`.
 """
 
 from __future__ import annotations
@@ -9,23 +9,13 @@ from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
-from retrodict.models import (
-    evidence,
-    momentum,
-    parts,
-    planar,
-    planar_common,
-    planar_moment,
-    planar_moment_common,
-    roll,
-    slide,
-    spin,
-    wheels,
-)
+from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure, of_scene
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.impact import Impact
+from retrodict.models.impacts import momentum, planar
 from retrodict.models.run_out import RunOut
+from retrodict.models.runouts import roll, slide, spin, wheels
 
 from retrodict.scene.quantities import describe
 from retrodict.scene.records import Scene
@@ -33,30 +23,30 @@ from retrodict.scene.records import Scene
 
 @dataclass(frozen=True)
 class Rung:
-    """A model: an impact followed by two run-outs."""
+    """A model: an impact, then the run-out of each vehicle."""
 
     impact: Impact
     run_out: RunOut
 
     @property
     def name(self) -> str:
-        """As in `RUNGS`."""
-        return f"{self.impact.card.name}+{self.run_out.card.name}"
+        """Its key in `RUNGS`."""
+        return f"{self.impact.description.name}+{self.run_out.description.name}"
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """Which of the quantities asked for it infers."""
+        """Names of the reported quantities that it infers."""
         return self.impact.answers
 
-    def above(self, other: Rung) -> bool:
-        """Whether it holds all that another does, and more."""
-        mine = (self.impact.fullness, self.run_out.fullness)
-        theirs = (other.impact.fullness, other.run_out.fullness)
+    def nests(self, other: Rung) -> bool:
+        """Whether another model is nested in it: it models all that the other does, and more."""
+        mine = (self.impact.nesting, self.run_out.nesting)
+        theirs = (other.impact.nesting, other.run_out.nesting)
         return mine != theirs and all(a >= b for a, b in zip(mine, theirs, strict=True))
 
-    def card(self, scene: Scene) -> Card:
-        """What it is, in words, with the priors of a scene."""
-        one, two = self.impact.card, self.run_out.card
+    def description(self, scene: Scene) -> Description:
+        """The model in words, with the priors of a scene."""
+        one, two = self.impact.description, self.run_out.description
         known = scene.inputs()
         priors = [
             (describe(name)[0], p.text, f"{p.reason} ({p.source})")
@@ -66,7 +56,7 @@ class Rung:
         ]
         if "direction_b" not in known:
             priors.append(_NO_DIRECTION)
-        return Card(
+        return Description(
             name=self.name,
             title=f"{one.title[0].upper()}{one.title[1:]}, then {two.title}",
             equations=one.equations + two.equations,
@@ -76,25 +66,25 @@ class Rung:
         )
 
     def of_scene(self, scene: Scene) -> tuple[Structure, Data]:
-        """A scene, as this rung sees it, as a program's structure and its arguments."""
+        """Structure and data of a scene for this model: what is compiled, and its arguments."""
         seen = self.with_approximations(self.run_out.seen(scene))
         ways = self.run_out.ways(seen)
 
         def explained(name: str) -> bool:
             on_way = name.startswith(("mark_", "end_")) and name[-1] in ways
-            return self.explains(name) and not on_way  # what makes a way is not evidence on it too
+            return self.explains(name) and not on_way  # points that define a way are no evidence
 
-        # along a way yaw rates err by so much that the bounds of a spin's quotient, e_m, are no
-        # small bend of rest poses: importance sampling had no finite weight in two scenes of five
+        # along a measured way yaw rates are so uncertain that the bounds on e_m distort the rest-pose
+        # transform strongly: importance sampling had no finite weight in two scenes of five
         loose = bool(ways and self.impact.levels)
         return of_scene(seen, self.name, self.run_out, explained, loose)
 
     def with_approximations(self, scene: Scene) -> Scene:
-        """A scene, with what this rung misses of a fuller one among its inputs."""
+        """The scene with the approximation errors of this model added to its inputs."""
         return replace(scene, approximations=self.run_out.approximations(scene))
 
     def explains(self, name: str) -> bool:
-        """Whether it predicts an item of evidence, by its flat name."""
+        """Whether the model predicts an item of evidence, named as in `Scene.evidence`."""
         return evidence.explained(name, turns="heading" in self.run_out.rests)
 
     def model(
@@ -103,15 +93,15 @@ class Rung:
         data: Data,
         surrogate: evidence.Surrogate | None = None,
     ) -> None:
-        """The forward story: what was measured, the impact, two run-outs, what was found.
+        """The forward model: measured inputs, impact, run-outs, evidence.
 
         Args:
             structure: which inputs are uncertain and which surfaces there are.
-            data: the scene's numbers.
-            surrogate: derivatives of what run-outs end at or pass; None to differentiate run-outs.
+            data: measured values and priors.
+            surrogate: of the run-out predictions, with derivatives; None to differentiate the run-outs.
         """
         x = parts.measured(structure, data)
-        after = self.impact.story(structure, data, x)
+        after = self.impact.forward_model(structure, data, x)
         rests, paths = jnp.full((2, len(structure.rests)), jnp.nan), None
         at = (x, after)
         if surrogate and not structure.steps:
@@ -122,7 +112,7 @@ class Rung:
         elif structure.rested:
             rests = self.run_out.rest_poses(structure, data, *at)
         evidence.observe(structure, data, x, after, rests, paths, surrogate)
-        parts.tell_skids(structure, x, after)
+        parts.record_skids(structure, x, after)
 
 
 _NO_DIRECTION = (
@@ -130,14 +120,14 @@ _NO_DIRECTION = (
     "uniform over the circle",
     "none is favoured unless measured",
 )
-_IMPACTS = (momentum, planar_common, planar, planar_moment_common, planar_moment)
-_RUN_OUTS = (slide, spin, roll, wheels)
+_IMPACTS = (momentum.IMPACT, *planar.IMPACTS)
+_RUN_OUTS = (slide.RUN_OUT, spin.RUN_OUT, roll.RUN_OUT, wheels.RUN_OUT)
 
-# a straight slide tells nothing of yaw, without which an impact's moments cannot be told
+# a straight slide has no yaw rates, without which the moments of an impact cannot be determined
 RUNGS: dict[str, Rung] = {
     rung.name: rung
     for impact in _IMPACTS
     for run_out in _RUN_OUTS
-    if run_out is not slide or impact is momentum
-    for rung in [Rung(impact.IMPACT, run_out.RUN_OUT)]
+    if run_out is not slide.RUN_OUT or impact is momentum.IMPACT
+    for rung in [Rung(impact, run_out)]
 }

@@ -1,4 +1,4 @@
-"""A scene as arrays: what of it decides a compiled program, and the numbers that program takes."""
+"""A scene as arrays: the static structure that is compiled, and the numbers passed to it."""
 
 from __future__ import annotations
 
@@ -17,19 +17,16 @@ from retrodict.scene.records import VEHICLES, Measured, Scene
 if TYPE_CHECKING:
     from retrodict.models.run_out import RunOut
 
-# measured of B before impact: evidence on what the impact's inverse gives, not an input of its own
+# measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
-ROLLING_STEPS = (
-    192  # of one on rolling wheels that is differentiated in reverse: its clock runs stiff
-)
+ROLLING_STEPS = 192  # of a rolling vehicle's, differentiated in reverse mode: its time is stiff
 
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """What of a scene decides the program and not its numbers: one compiled program serves all
-    scenes of one structure.
+    """The static part of a scene: one compiled program serves all scenes of one structure.
 
     Args:
         rung: a name in `retrodict.models.RUNGS`.
@@ -39,17 +36,18 @@ class Structure:
         constant_friction: whether no surface's friction depends on speed.
         rolling: vehicles of which some wheel is not locked.
         integrated: vehicles whose motion the rung integrates.
-        rests: what of a rest pose the rung follows.
-        evidence: names of the items of evidence that the rung explains.
-        marks: name of each item at a mark, and what of its vehicle passed there.
+        rests: components of the rest pose that the model predicts.
+        evidence: names of the items of evidence that the model predicts.
+        marks: name of each item at a mark, and the wheel or centre of gravity that passed there.
         robust: whether errors of the evidence have heavy tails.
         interlocked: whether parts of the vehicles may interlock, so that sliding may be reversed.
-        loose: whether rest poses say too little for coordinates: velocities after the impact are.
+        loose: whether rest poses are too uncertain for coordinates, so that velocities after the
+            impact are the coordinates.
         offset: whether coordinates are offsets from a guess of the velocities after the impact.
-        ways: vehicles that are followed along where they were seen, and at how many points.
-        around: items of evidence of which whole turns mean nothing, for they were not counted.
-        steps: of each run-out's integration; None where they are an argument, which run-outs that
-            nobody differentiates in reverse take.
+        ways: vehicles that follow their measured way, and its number of points.
+        around: angles of evidence whose whole turns were not counted: compared modulo one turn.
+        steps: number of integration steps of each run-out; None where it is an argument, for run-outs
+            that are not differentiated in reverse mode.
     """
 
     rung: str
@@ -77,12 +75,12 @@ class Structure:
 
     @property
     def aims(self) -> tuple[str, ...]:
-        """Each part of the rest poses, A's first: names of the evidence, where it was measured."""
+        """Measurable components of the rest poses, A's first, by name of evidence."""
         return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
 
     @property
     def open(self) -> tuple[str, ...]:
-        """Those of `aims` that pin no velocity after the impact: not measured, or too vague."""
+        """Those of `aims` that determine no velocity after the impact: unmeasured or too uncertain."""
         return tuple(name for name in self.aims if self.loose or name not in self.evidence)
 
     @property
@@ -92,7 +90,7 @@ class Structure:
 
     @property
     def inverted(self) -> tuple[str, ...]:
-        """Vehicles that roll whose rest pose gives the velocity after the impact in closed form."""
+        """Rolling vehicles whose rest pose gives the velocity after the impact in closed form."""
         measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence and not self.loose)
         return tuple(v for v in measured if v not in self.integrated)
 
@@ -103,9 +101,9 @@ class Structure:
 
     @property
     def responding(self) -> tuple[str, ...]:
-        """Vehicles whose items on the way to rest have response surfaces in place of derivatives.
+        """Vehicles whose evidence on the way to rest is predicted by response surfaces.
 
-        So it is in scenes in which a vehicle rolls: its paced steps have none in reverse mode.
+        Used where a vehicle rolls: its adaptive steps have no reverse-mode derivatives.
         """
         if self.steps or not self.paced:
             return ()
@@ -118,7 +116,7 @@ class Structure:
 
     @property
     def surrogates(self) -> tuple[str, ...]:
-        """What run-outs end at or pass that is predicted by a surrogate too, in order."""
+        """Names of the run-out predictions that have a surrogate, in order."""
         if self.offset:
             return ()
         return (*self.aims, *(name for v in self.responding for name in self.on_way_of(v)))
@@ -130,14 +128,14 @@ class Structure:
 
     @property
     def rested(self) -> bool:
-        """Whether anything of a rest pose was measured."""
+        """Whether any component of a rest pose was measured."""
         return any(name.startswith("rest_") for name in self.evidence)
 
 
 class Data(NamedTuple):
-    """A scene's numbers, as arguments of the compiled programs.
+    """The numbers of a scene, as arguments of the compiled programs.
 
-    NumPy arrays: JAX would compile a small program for every step of their making.
+    NumPy arrays, because JAX would compile a small program for each operation that makes them.
 
     Args:
         inputs: (location, scale) of every measured input: of the quantity itself, or of its
@@ -145,10 +143,9 @@ class Data(NamedTuple):
         evidence: (value, sd) of every item of evidence.
         marks: x and y of the mark of every item there, m.
         priors: numbers of each prior, as `Scene.priors` has them.
-        edges: where each edge runs: point and unit normal into the zone, m.
+        edges: of the surfaces: a point (m) and the unit normal into the zone.
         steps: of each run-out's integration, where the structure does not say.
-        ways: of each vehicle that is followed along where it was seen: x, y, m, and heading, rad, of
-            each point.
+        ways: x, y (m) and heading (rad) of each point of a measured way, by vehicle.
     """
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
@@ -230,19 +227,19 @@ def of_scene(
 
 
 def steps_of(structure: Structure, data: Data) -> int:
-    """Of each run-out's integration."""
+    """Number of integration steps of each run-out."""
     return structure.steps or int(data.steps.number)
 
 
 def in_steps(structure: Structure, data: Data, count: int) -> tuple[Structure, Data]:
-    """The same with so many steps of each run-out's integration."""
+    """The same with `count` integration steps of each run-out."""
     if structure.steps:
         return replace(structure, steps=count), data
     return structure, data._replace(steps=fixed_steps(count))
 
 
 def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
-    """Of the normal law, or of the normal whose exponential or logistic has the measured mean and sd."""
+    """Location and scale of the normal law, or of the normal under a lognormal or logitnormal one."""
     if m.law == "logitnormal" and m.sd > 0:  # sd to first order
         return np.array([np.log(m.value / (1 - m.value)), m.sd / (m.value * (1 - m.value))])
     if m.law == "lognormal" and m.sd > 0:

@@ -1,4 +1,4 @@
-"""What is measured after an impact: what a model predicts of each item, and how it errs."""
+"""Evidence after the impact: the prediction and likelihood of each item."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from retrodict.models.arrays import Data, Structure
 from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
 from retrodict.scene.records import VEHICLES, WHEELS
 
-# of the Student-t in a robust scene: it has a mean and a variance, and an item four standard
-# deviations out pulls no harder than one at two
+# degrees of freedom of the Student-t in a robust scene: mean and variance exist, and a residual of
+# four standard deviations has no more influence than one of two
 FREEDOM = 4.0
 
 
 class Motion(NamedTuple):
-    """What a model says of a vehicle after the impact.
+    """The predicted motion of one vehicle after the impact.
 
     Args:
         after: velocity: x and y, m/s, and the yaw rate, rad/s, where the model has one.
         delta_v: change of velocity in the impact, m/s.
         heading: at impact, rad.
         rest: x, y, m, and heading, rad, where the model has one.
-        path: from impact to rest; None where nothing asks for it.
+        path: from impact to rest; None where no evidence needs it.
         car: its axles and track.
     """
 
@@ -61,7 +61,7 @@ _ALL: dict[str, Predict] = {
     "departure_delta_v_forward": lambda motion: motion.delta_v @ _axis(motion.heading),
     "departure_delta_v_left": lambda motion: motion.delta_v @ _axis(motion.heading + np.pi / 2),
 }
-_CIRCULAR = ("direction", "course", "end_heading")  # angles of which whole turns mean nothing
+_CIRCULAR = ("direction", "course", "end_heading")  # angles, compared modulo one turn
 
 
 def explained(name: str, turns: bool) -> bool:
@@ -84,16 +84,16 @@ def observe(
     paths: Path | None,
     surrogate: Surrogate | None = None,
 ) -> None:
-    """Compare what a model predicts with what was measured.
+    """The likelihood: one `sample` with `obs=` for each item of evidence.
 
     Args:
-        structure: which items there are.
+        structure: names of the items.
         data: what was measured.
         x: measured inputs.
         after: velocities after the impact, A's first.
         rests: of A and B.
         paths: of A and B, stacked; None where nothing was measured on the way to rest.
-        surrogate: of what run-outs end at or pass.
+        surrogate: of the run-out predictions.
     """
     cars, changes, velocities = (
         parts.cars(structure, x),
@@ -119,7 +119,7 @@ def observe(
             if surrogate and name in structure.surrogates:
                 predicted = surrogate(name, after, predicted)
             if name in structure.around or any(part in name for part in _CIRCULAR):
-                # the representative nearest to what was measured
+                # the equivalent angle nearest to the measured one
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))
             law = (
@@ -140,11 +140,11 @@ def _end(motion: Motion) -> Float[Array, "3"]:
 
 
 def _passing(motion: Motion, point: Float[Array, "2"], of: str) -> dict[str, Float[Array, ""]]:
-    """Where the track of the centre of gravity, or of a wheel, passes nearest to a point.
+    """The track of the centre of gravity, or of a wheel, where it passes closest to a point.
 
     Returns:
-        Under "", how far it passes the point by, m, positive where it leaves the point to its left; and
-        "speed", m/s, and "course", rad, of the centre of gravity there.
+        "": signed distance to the point, m, positive where the point lies to the left of the track;
+        "speed" (m/s) and "course" (rad) of the centre of gravity there.
     """
     path = motion.path
     assert path is not None, "marks ask for paths"
@@ -165,7 +165,7 @@ def _passing(motion: Motion, point: Float[Array, "2"], of: str) -> dict[str, Flo
     left = along_x * y - along_y * x
     aside = jnp.where(left < 0, -1.0, 1.0) * jnp.sqrt(x**2 + y**2 + 1e-12)
     V = path.velocity[:, :2]
-    # the square falls evenly with the way where the braking is even
+    # v² is linear in distance under constant deceleration
     speed = jnp.sqrt(there(jnp.sum(V**2, axis=1)) + 1e-12)
-    V_x, V_y = there(V.at[-1].set(V[-2]))  # at rest the course is that of the last of the motion
+    V_x, V_y = there(V.at[-1].set(V[-2]))  # at rest: course of the last motion
     return {"": aside, "speed": speed, "course": jnp.arctan2(V_y, V_x)}

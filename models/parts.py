@@ -1,4 +1,4 @@
-"""What the rungs are built from: measured inputs, priors, poses, ground, motion."""
+"""What the models share: measured inputs, bodies, poses, ground, recorded motion."""
 
 from __future__ import annotations
 
@@ -12,38 +12,27 @@ import numpyro.distributions as dist
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.friction import Friction
 
 from retrodict.mechanics import (
     Bodies,
     Car,
-    Coefficients,
     Ground,
     Path,
     Wheels,
     Zone,
-    audit,
-    axes,
-    closing_speed,
-    contact_velocity,
-    critical_mu,
-    either_side,
-    impulse,
     lever_arms,
-    separation,
-    towards_b,
 )
 from retrodict.mechanics.runout import GRAVITY
 from retrodict.scene.records import VEHICLES, WHEELS
 
 Values = dict[str, Float[Array, ""]]
 
-# velocities after the impact, of each vehicle
+# names of the velocities after the impact, by vehicle
 AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
 
 
 def measured(structure: Structure, data: Data) -> Values:
-    """Measured inputs: where uncertain, as far from what was measured as standard deviates say."""
+    """Sample the measured inputs, as functions of standard normal deviates."""
     count = len(structure.uncertain)
     if not count:
         return from_standard(structure, data, jnp.zeros(0))
@@ -94,7 +83,7 @@ def levers(x: Values) -> Float[Array, "2 2"]:
 
 
 def bodies(x: Values) -> Bodies:
-    """Masses, inertias, lever arms and Gamma, as the impact equations take them."""
+    """Masses, inertias, lever arms and Gamma for the impact equations."""
     masses = (x["mass_a"], x["mass_b"], x["yaw_inertia_a"], x["yaw_inertia_b"])
     return Bodies(*masses, *lever_arms(*levers(x)), x["Gamma"])
 
@@ -106,14 +95,14 @@ def approach_of_a(x: Values) -> Float[Array, "3"]:
 
 
 def impact_poses(x: Values) -> Float[Array, "2 3"]:
-    """Where A and B are at impact: the impact centre less each lever, and the headings."""
+    """Poses of A and B at impact: the impact centre minus each lever, and the headings."""
     centre = jnp.stack([x["impact_x"], x["impact_y"]]) - levers(x)
     headings = jnp.stack([x["heading_a"], x["heading_b"]])
     return jnp.concatenate([centre, headings[:, None]], axis=1)
 
 
 def cars(structure: Structure, x: Values) -> Car:
-    """Both vehicles as the run-out takes them, stacked."""
+    """Both vehicles for the run-out, stacked."""
     columns = [
         (
             x[f"yaw_inertia_{v}"] / x[f"mass_{v}"],
@@ -127,8 +116,8 @@ def cars(structure: Structure, x: Values) -> Car:
     return Car(k2, front, rear, track, _wheels(x) if structure.rolling else None)
 
 
-def hold(structure: Structure, x: Values) -> Float[Array, "2"]:
-    """Mean braking of the wheels of A and B on the first surface, weighted by static loads, over g."""
+def drag_factors(structure: Structure, x: Values) -> Float[Array, "2"]:
+    """Drag factors of A and B on the first surface: mean over the wheels, by static load."""
     car = cars(structure, x)
     grip = jnp.stack([x[f"grip_{v}"] for v in VEHICLES]) * x[f"friction_{structure.surfaces[0]}"]
     if car.wheels is None:
@@ -139,11 +128,11 @@ def hold(structure: Structure, x: Values) -> Float[Array, "2"]:
 
 
 def _wheels(x: Values) -> Wheels:
-    """How both vehicles' wheels turn; locked where nothing else is said."""
+    """Drag and steer of both vehicles' wheels; locked by default."""
     drag = []
     for v in VEHICLES:
         own = jnp.stack([x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in WHEELS])
-        if f"drag_factor_{v}" in x:  # of the odds: shares stay below 1, and what is locked locked
+        if f"drag_factor_{v}" in x:  # times the odds: shares stay below 1, locked stays locked
             times = x[f"drag_factor_{v}"] * own
             own = times / (1 - own + times)
         drag.append(own)
@@ -153,7 +142,7 @@ def _wheels(x: Values) -> Wheels:
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:
-    """The surfaces' friction and the edges where they run, for both vehicles: friction is stacked."""
+    """Friction and edges of the surfaces for both vehicles; friction is stacked."""
     inward = data.edges.inward
     shifts = [x[f"edge_{name}"] for name in structure.surfaces[1:]]
     shift = jnp.stack(shifts)[:, None] * inward if shifts else inward
@@ -188,94 +177,13 @@ Paths = Callable[[Structure, Data, Values, Float[Array, " separation"]], Path]
 
 
 def aimed(structure: Structure, data: Data, z: Float[Array, " aims"]) -> Float[Array, "2 aim"]:
-    """What lies z standard deviations from the measured rest poses, a row for each vehicle.
+    """Rest poses z standard deviations from the measured ones, one row for each vehicle.
 
-    It says nothing of a part that was not measured.
+    Components that were not measured are z itself.
     """
     pairs = [data.evidence.get(name, np.array([0.0, 1.0])) for name in structure.aims]
     value, sd = jnp.stack(pairs, axis=1)
     return (value + sd * z).reshape(2, -1)
-
-
-# --- what is not measured: priors and what follows from them ------------------------------------
-
-
-def velocity_of_b(structure: Structure, data: Data) -> Float[Array, "2"]:
-    """B's velocity before impact from its prior, m/s."""
-    if "speed_b" in structure.known_of_b:
-        of_speed = dist.TruncatedNormal(*data.inputs["speed_b"], low=0.0)
-    else:
-        of_speed = dist.HalfNormal(data.priors["speed_b"][0])
-    speed = numpyro.sample("speed_b", of_speed)
-    if "direction_b" in structure.known_of_b:
-        prior = dist.Normal(*data.inputs["direction_b"])
-    else:
-        prior = dist.Uniform(-jnp.pi, jnp.pi)
-    direction = numpyro.sample("direction_b", prior)
-    v_bx = numpyro.deterministic("vbx", speed * jnp.cos(direction))
-    v_by = numpyro.deterministic("vby", speed * jnp.sin(direction))
-    return jnp.stack([v_bx, v_by])
-
-
-def approach(structure: Structure, data: Data, x: Values) -> Float[Array, "6"]:
-    """All velocities before impact: A's as measured, B's from its priors."""
-    v_b = velocity_of_b(structure, data)
-    if "omega_b" in structure.known_of_b:
-        prior = dist.Normal(*data.inputs["omega_b"])
-    else:
-        prior = dist.Normal(0.0, data.priors["omega_b"][0])
-    omega_b = numpyro.sample("omega_b", prior)
-    return jnp.append(jnp.concatenate([approach_of_a(x), v_b]), omega_b)
-
-
-def restitution(data: Data, before: Float[Array, "6"], to: Bodies) -> Float[Array, ""]:
-    """e from its prior, which falls as the closing speed rises."""
-    closing = jnp.abs(closing_speed(before, to))
-    fast, slow, over = data.priors["e"]
-    scale = fast + (slow - fast) * jnp.exp(-closing / over)
-    return numpyro.sample("e", dist.TruncatedNormal(0.0, scale, low=0.0, high=1.0))
-
-
-def moment_coefficient(data: Data) -> Float[Array, ""]:
-    """e_m from its prior."""
-    return numpyro.sample("e_m", dist.TruncatedNormal(*data.priors["e_m"], low=-1.0, high=1.0))
-
-
-def friction(
-    structure: Structure,
-    data: Data,
-    before: Float[Array, "6"],
-    to: Bodies,
-    e: Float[Array, ""],
-    e_m: Float[Array, ""] | float,
-) -> Float[Array, ""]:
-    """mu from its prior, up to the mu that just ends the sliding."""
-    critical = jnp.nan_to_num(critical_mu(before, to, e, e_m), posinf=1e9, neginf=-1e9)
-    scale, median = data.priors["mu"]
-    return numpyro.sample("mu", Friction(critical, scale, median, structure.interlocked))
-
-
-def collide(before: Float[Array, "6"], to: Bodies, coefficients: Coefficients) -> Float[Array, "6"]:
-    """Velocities after a planar impact, with all that is told of it.
-
-    Args:
-        before: velocities before, m/s and rad/s.
-        to: masses, inertias, lever arms and Gamma.
-        coefficients: e, mu and e_m.
-    """
-    after = separation(before, to, coefficients)
-    energy = audit(before, to, coefficients)
-    numpyro.deterministic("energy_lost", energy.before - energy.after)
-    numpyro.deterministic("moment_work", energy.moment)
-    closing = contact_velocity(before, to) @ axes(to)[0]
-    # where both stand on one side of the contact, their motion alone can tell
-    sense = jnp.where(either_side(to), towards_b(to), jnp.sign(closing))
-    numpyro.deterministic("closing_speed", closing * sense)
-    P_n = impulse(before, to, coefficients)[0] @ axes(to)[0]
-    numpyro.deterministic("normal_impulse", -P_n * sense)
-    numpyro.deterministic("mu_critical", critical_mu(before, to, coefficients.e, coefficients.e_m))
-    tell_motion(after, (after - before).reshape(2, 3)[:, :2])
-    return after
 
 
 def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "2 2"]:
@@ -284,8 +192,8 @@ def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "2 2"
     return jnp.stack([of_a, -x["mass_a"] / x["mass_b"] * of_a])
 
 
-def tell_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> None:
-    """Record how fast a vehicle was before it skidded to the impact, all wheels locked.
+def record_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> None:
+    """Record each vehicle's speed before its skid to the impact with all wheels locked.
 
     v0² = v² + 2 g f exp(−c v̄) s, v̄ the mean of v0 and v.
     """
@@ -303,7 +211,7 @@ def tell_skids(structure: Structure, x: Values, after: Float[Array, " separation
         numpyro.deterministic(f"initial_speed_{v}", initial)
 
 
-def tell_motion(after: Float[Array, " separation"], delta_v: Float[Array, "2 2"]) -> None:
+def record_motion(after: Float[Array, " separation"], delta_v: Float[Array, "2 2"]) -> None:
     """Record velocities after the impact and each vehicle's delta-v.
 
     Args:

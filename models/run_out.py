@@ -1,4 +1,4 @@
-"""What a run-out model is: how it sees a scene, and where it brings the vehicles to rest."""
+"""What a run-out model is: its view of a scene, rest poses and paths."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 
 from retrodict.scene.records import VEHICLES, Measured, Scene
 
 
 def rolls(scene: Scene) -> str:
-    """Refuse a scene for a run-out that takes every wheel as locked, if some roll."""
+    """Refusal of a scene with rolling wheels by a run-out that assumes locked wheels; else empty."""
     return "takes every wheel as locked, and some roll" if scene.rolling else ""
 
 
@@ -34,27 +34,26 @@ class RunOut:
     """A run-out model.
 
     Args:
-        card: what it is, in words.
-        rests: what of a rest pose it explains.
-        seen: the scene with what this model leaves out taken out.
+        description: the model in words.
+        rests: components of the rest pose that it predicts.
+        seen: the scene without the effects that this model neglects.
         rest_poses: structure, data, inputs and velocities after the impact -> rests of A and B.
         paths: likewise, stacked, each from impact to rest.
-        fullness: what it holds beyond a sliding point.
+        nesting: what it models beyond a sliding point; as of `Impact`.
         integrated: vehicles of a scene whose motion it integrates.
-        ways: vehicles of a scene that it follows along where they were seen: x, y, heading at each
-            point.
-        approximations: what it misses of a fuller model, as inputs.
-        inverse: structure, data, inputs and a vehicle that is not integrated -> what leads from its rest
-            pose to its velocity after the impact; None where all are.
-        refusal: why it is not for a scene; empty where it is.
+        ways: x, y and heading at each point of the measured ways that it follows, by vehicle.
+        approximations: its errors relative to a more detailed model, as inputs.
+        inverse: structure, data, inputs and a vehicle that is not integrated -> the function from its
+            rest pose to its velocity after the impact; None where all are integrated.
+        refusal: why it does not apply to a scene; empty where it does.
     """
 
-    card: Card
+    description: Description
     rests: tuple[str, ...]
     seen: Callable[[Scene], Scene]
     rest_poses: parts.RestPoses
     paths: parts.Paths
-    fullness: frozenset[str]
+    nesting: frozenset[str]
     integrated: Callable[[Scene], tuple[str, ...]] = lambda scene: VEHICLES
     ways: Callable[[Scene], dict[str, Float[Array | np.ndarray, "points 3"]]] = lambda scene: {}
     approximations: Callable[[Scene], dict[str, Measured]] = lambda scene: {}

@@ -101,7 +101,7 @@ def shares(factor: Measured | None, at: float = 0.0) -> tuple[Scene, np.ndarray,
     xi = jnp.array([at * (name == "drag_factor_b") for name in structure.names])
     x = parts.from_standard(structure, data, xi)
     drags = np.array(parts.cars(structure, x).wheels.drag)
-    return scene, *drags, float(parts.hold(structure, x)[1] / x["friction_road"])
+    return scene, *drags, float(parts.drag_factors(structure, x)[1] / x["friction_road"])
 
 
 def test_a_factor_of_the_drags_multiplies_their_odds_and_leaves_them_shares() -> None:

@@ -237,8 +237,8 @@ def test_what_a_rung_holds_is_so_in_every_draw() -> None:
 def test_rungs_stand_above_those_they_contain() -> None:
     names = list(RUNGS)
     for i, name in enumerate(names):
-        assert not RUNGS[name].above(RUNGS[name])
-        assert not any(RUNGS[lower].above(RUNGS[name]) for lower in names[:i])
+        assert not RUNGS[name].nests(RUNGS[name])
+        assert not any(RUNGS[lower].nests(RUNGS[name]) for lower in names[:i])
     fullest = RUNGS[names[-1]]
-    assert all(fullest.above(RUNGS[name]) for name in names[:-1])
-    assert not RUNGS["planar+spin"].above(RUNGS["planar-moment-common+spin"])
+    assert all(fullest.nests(RUNGS[name]) for name in names[:-1])
+    assert not RUNGS["planar+spin"].nests(RUNGS["planar-moment-common+spin"])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from arviz_base import from_dict
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.scene.records import (
@@ -32,7 +32,7 @@ from retrodict.scene.records import (
 CHAINS, DRAWS = 4, 500
 DEGREE = np.pi / 180
 
-CARD = Card(
+DESCRIPTION = Description(
     name="planar-moment+wheels",
     title="Planar impact with moment impulse, then a skid to rest on four locked wheels",
     equations=(
@@ -226,7 +226,7 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
     idata["trajectories"] = xr.DataTree(xr.Dataset({"path": _paths(scene, rng)}))
     return Outcome(
         scene=scene,
-        card=CARD,
+        description=DESCRIPTION,
         idata=idata,
         checks=Checks(0, 1.0021, 1843.0, 1712.0, True),
         seconds={"total": 21.4, "compile": 9.1, "sample": 11.2},

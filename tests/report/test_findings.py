@@ -135,9 +135,9 @@ def test_a_run_out_s_own_error_is_told_apart_and_counts_in_every_shift(rolled):
 
 
 def test_what_a_run_out_misses_is_an_assumption(outcome, rolled):
-    assert assumptions(outcome) == outcome.card.assumptions
+    assert assumptions(outcome) == outcome.description.assumptions
     # its end of rotation has a heading
-    place, heading = assumptions(rolled)[len(rolled.card.assumptions) :]
+    place, heading = assumptions(rolled)[len(rolled.description.assumptions) :]
     assert "B's heading by 8.0 deg after 20 m of it" in heading
     assert "each coordinate of B's place by 4.0 % of its way from the impact" in place
     assert "judgement" in place

@@ -11,7 +11,7 @@ from retrodict.scene.records import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-    from retrodict.models.card import Card
+    from retrodict.models.description import Description
 
 
 __all__ = ["Checks", "Mode", "Outcome"]
@@ -73,7 +73,7 @@ class Outcome:
 
     Args:
         scene: what was measured.
-        card: the model, in words.
+        description: the model, in words.
         idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
             sample_stats, observed_data, constant_data and trajectories; each variable has
             attributes `unit` (SI) and `label`. trajectories/path has dimensions
@@ -91,7 +91,7 @@ class Outcome:
     """
 
     scene: Scene
-    card: Card
+    description: Description
     idata: xr.DataTree
     checks: Checks
     seconds: dict[str, float]

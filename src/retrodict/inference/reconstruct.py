@@ -154,7 +154,7 @@ def reconstruct(
     tell("predicting", 1, 1)
     return Outcome(
         scene=found[0].scene,
-        card=rung.card(found[0].scene),
+        description=rung.description(found[0].scene),
         idata=run.idata,
         checks=run.checks,
         seconds={

@@ -1,4 +1,4 @@
-"""What physics says: pure JAX functions and small records, usable alone; no probability, no files."""
+"""Mechanics: pure JAX functions and small records, usable alone; no probability, no files."""
 
 import retrodict._precision  # noqa: F401
 from retrodict.mechanics.contact import (

@@ -1,4 +1,4 @@
-"""Two vehicles in contact: what they weigh, where they touch, and how they move there.
+"""Two vehicles in contact: masses, lever arms, contact line and contact velocity.
 
 The normal of the contact line is n = (cos Gamma, sin Gamma), its tangent t = (-sin Gamma, cos Gamma);
 lever arms are those of SAE 770014, eqs 15-18.
@@ -53,7 +53,7 @@ def lever_arms(
 
 
 def against_barrier(m_a: Scalar, I_a: Scalar, d3: Scalar, d4: Scalar, Gamma: Scalar) -> Bodies:
-    """Vehicle A against a barrier or structure that nothing moves.
+    """Vehicle A against an immovable barrier or structure.
 
     Args:
         m_a: A's mass, kg.
@@ -62,10 +62,10 @@ def against_barrier(m_a: Scalar, I_a: Scalar, d3: Scalar, d4: Scalar, Gamma: Sca
         Gamma: angle of the barrier's face from the y axis, rad.
 
     Returns:
-        Bodies with the barrier as B: m_b and I_b infinite. Its velocities must be given, zeros as a
-        rule; A must be the vehicle, since the inverse takes the impulse from A's change of motion.
-        That inverse gives e, mu and e_m, but of B only that it kept its velocity: an unmoved body
-        tells nothing about who hit it, so A's velocities cannot be had from B's.
+        Bodies with the barrier as B: m_b and I_b infinite. Its velocities must be given, usually
+        zeros; A must be the vehicle, since the inverse takes the impulse from A's change of motion.
+        That inverse gives e, mu and e_m, but of B only that it kept its velocity: the
+        velocities of an immovable body do not determine those of A.
     """
     return Bodies(m_a, jnp.inf, I_a, jnp.inf, 0.0, 0.0, d3, d4, Gamma)
 
@@ -77,7 +77,7 @@ def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
         bodies: of which only Gamma matters.
 
     Returns:
-        Two unit vectors in the road frame; the normal has no sense of its own.
+        Two unit vectors in the road frame; the sign of the normal is arbitrary.
     """
     c, s = jnp.cos(bodies.Gamma), jnp.sin(bodies.Gamma)
     return jnp.stack([c, s]), jnp.stack([-s, c])
@@ -99,33 +99,33 @@ def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
 
 
 def closing_speed(approach: State, bodies: Bodies) -> Float[Array, ""]:
-    """How fast two vehicles come together along the normal, each from its own side of the contact.
+    """Closing speed along the normal, each vehicle on its own side of the contact.
 
     Args:
         approach: six velocities before impact.
         bodies: lever arms and Gamma.
 
     Returns:
-        m/s; negative where they part, so that an impulse would have to pull.
+        m/s; negative where the vehicles separate, so that the impulse would have to pull.
     """
     return towards_b(bodies) * (contact_velocity(approach, bodies) @ axes(bodies)[0])
 
 
 def towards_b(bodies: Bodies) -> Float[Array, ""]:
-    """Which sense of the normal leads from A to B, by where each has the impact centre.
+    """Sign of the normal that points from A to B, from the lever arms.
 
     Args:
         bodies: lever arms and Gamma.
 
     Returns:
-        1, or -1 where it is the normal turned round.
+        1, or -1 where the reversed normal points from A to B.
     """
     of_a, of_b = _sides(bodies)
     return jnp.where(of_a - of_b < 0, -1.0, 1.0)
 
 
 def either_side(bodies: Bodies) -> Bool[Array, ""]:
-    """Whether the vehicles stand on either side of the contact, so that `towards_b` is beyond doubt.
+    """Whether the vehicles lie on opposite sides of the contact line, so that `towards_b` is reliable.
 
     Args:
         bodies: lever arms and Gamma.
@@ -135,7 +135,7 @@ def either_side(bodies: Bodies) -> Bool[Array, ""]:
 
 
 def _sides(bodies: Bodies) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """How far along the normal the impact centre lies from A and from B, over its distance."""
+    """Cosines between the normal and the levers of A and B."""
     _, _, _, _, d1, d2, d3, d4, _ = bodies
     normal = axes(bodies)[0]
     to_a, to_b = jnp.stack([-d4, -d3]), jnp.stack([d2, d1])

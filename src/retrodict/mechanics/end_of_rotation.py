@@ -1,4 +1,4 @@
-"""Where on its way to rest a vehicle stops sliding sideways and begins to roll."""
+"""The pose at which a vehicle stops sliding sideways and begins to roll."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from jaxtyping import Array, Float
 from retrodict.mechanics.rotation import cos_sin
 from retrodict.mechanics.runout import Car, Path, Pose
 
-# Slip angles of the rear axle between which sliding sideways passes into rolling: judgement. A rolling
-# tyre's side force has nine tenths of its most at the first, eight tenths at the second (`tyre.SLIP`).
+# Slip angles of the rear axle between which sliding sideways passes into rolling: judgement. The side
+# force of a rolling tyre is 0.9 of its maximum at the first and 0.8 at the second (`tyre.SLIP`).
 SIDEWAYS, ROLLING = np.radians(12.0), np.radians(8.0)
-# Added to the speed along the vehicle, m/s: at rest a motion has no direction, and in its last
-# centimetres a second the direction does not say whether the vehicle slides.
+# Added to the speed along the vehicle, m/s: the slip angle is undefined at rest, and not meaningful
+# at a few centimetres per second.
 _CREEP = 0.5
 
 

@@ -7,7 +7,7 @@ Omega_b - Omega_a = e_m [(omega_b + f_b/I_b) - (omega_a + f_a/I_a)]: the share o
 left by the force impulse alone that survives the moment. The printed eq 24 is that equation with
 e_m / (2 e_m - 1) for e_m (`printed_e_m`); `moment_equation="as-printed"` uses it.
 
-What comes in single precision is computed in it, and keeps five digits of the largest velocity.
+Single-precision inputs are computed in single precision, to five digits of the largest velocity.
 
 A barrier or structure is a body of infinite mass and inertia (`against_barrier`): every function
 here divides by m and I, so it keeps its velocity exactly.
@@ -34,16 +34,16 @@ class Coefficients(NamedTuple):
 
 
 class Undone(NamedTuple):
-    """What the inverse finds before it divides; all but `closing` is linear in the velocities after.
+    """Numerators and denominators of the inverse; all but `closing` are linear in the velocities after.
 
     Args:
         approach_b: (v_bx, v_by, omega_b) from eqs 19, 20, 21, m/s and rad/s.
         P: force impulse on A, along the normal and the tangent, N s.
         opening, closing: normal contact velocity after and before (eq 22), m/s.
         spin: Omega_b - Omega_a, rad/s.
-        free_spin: what the force impulse alone would have made of it (eq 24), rad/s.
+        free_spin: the same after the force impulse alone (eq 24), rad/s.
         sliding: of A along B at the impact centre after the impact, m/s.
-        free_sliding: what would have been left of it without the friction impulse, m/s.
+        free_sliding: the same without the friction impulse, m/s.
     """
 
     approach_b: Float[Array, "3"]
@@ -57,7 +57,7 @@ class Undone(NamedTuple):
 
 
 class Capped(NamedTuple):
-    """Coefficients that reverse no sliding.
+    """Coefficients limited so that sliding is not reversed.
 
     Args:
         coefficients: e, mu as held, e_m.
@@ -183,7 +183,7 @@ def approach_and_coefficients(
 
 
 def undo(separation: State, approach_a: Float[Array, "3"], bodies: Bodies) -> Undone:
-    """B's velocities before impact, and what e, mu and e_m are quotients of.
+    """B's velocities before impact, and the numerators and denominators of e, mu and e_m.
 
     Args:
         separation: velocities after, as in `approach_and_coefficients`.
@@ -245,7 +245,7 @@ def inverse_log_det(
 
 
 def restitution(P: Float[Array, "2"], approach: State, bodies: Bodies, e_m: Scalar) -> Scalar:
-    """The restitution that a force impulse stands for (eq 22): `impulse` undone at fixed e_m.
+    """Coefficient of restitution of a force impulse at fixed e_m (eq 22): the inverse of `impulse`.
 
     Args:
         P: force impulse on A, along the normal and the tangent, N s.
@@ -286,7 +286,7 @@ def normal_impulse(e: Scalar, kept: Scalar, approach: State, bodies: Bodies, e_m
 
     Args:
         e: restitution.
-        kept: what of the sliding is left, as in `friction_impulse`.
+        kept: share of the sliding that is left, as in `friction_impulse`.
         approach: velocities before, as in `separation`.
         bodies: masses, inertias, lever arms and Gamma.
         e_m: impact moment coefficient.
@@ -369,7 +369,7 @@ def capped(
 
 
 class _Response(NamedTuple):
-    """What an impulse does to the contact velocity, by the normal n and the tangent t.
+    """Change of the contact velocity by an impulse, along the normal n and the tangent t.
 
     Args:
         nn, nt, tt: change along the first per force impulse along the second, its moment included.
@@ -412,13 +412,13 @@ def _is_printed(moment_equation: MomentEquation) -> bool:
 
 
 def _without_force(approach: State, bodies: Bodies, response: _Response) -> tuple[Scalar, Scalar]:
-    """The normal contact velocity before, and what the moment alone makes of the spins adds to it."""
+    """Normal contact velocity before the impact, and its change by the moment impulse alone."""
     u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
     return u_n, response.shed * (approach[5] - approach[2]) * response.turn_n
 
 
 def _drift(approach: State, bodies: Bodies, response: _Response) -> Scalar:
-    """The sliding that there would be without a force impulse: before, and by the moment alone."""
+    """Sliding velocity without a force impulse: before the impact, plus the moment's share."""
     spin = response.shed * (approach[5] - approach[2]) * response.turn_t
     return contact_velocity(approach, bodies) @ axes(bodies)[1] + spin
 

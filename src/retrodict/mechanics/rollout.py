@@ -1,8 +1,8 @@
 """Run-out along a measured way: speed from its length and the drag factor on it, without integration.
 
-V² = 2 g f L, f the mean of the drag factor over the way. Where a car was struck, its wheels slide
-aside and hold it back by nearly all their friction; once it has turned into its course only their own
-drag is left. So how far it went until it had turned decides, and follows from how much it turned.
+V² = 2 g f L, f the mean of the drag factor over the way. After the impact the wheels slide sideways
+and nearly all their friction decelerates the car; once its heading follows its course, only their drag
+remains. The length of the first part therefore dominates; it follows from the rotation.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ _TINY = 1e-18
 
 
 class Way(NamedTuple):
-    """Where a vehicle was seen after the impact, in order.
+    """Measured points of a vehicle's path after the impact, in order.
 
     Args:
         points: x and y of its centre of gravity, the last where it came to rest, m.
-        heading: there, unwrapped, rad; not a number where it is not known. The first that is known
-            ends the turning; where that is at rest, how far it turned is computed.
+        heading: there, unwrapped, rad; NaN where unknown. The first known heading ends
+            the turning; where that is the one at rest, the share of the way is computed.
     """
 
     points: Float[Array | np.ndarray, "points 2"]
@@ -56,7 +56,7 @@ class Way(NamedTuple):
 
 
 class WayTaken(NamedTuple):
-    """A way and what holds a vehicle back on it.
+    """A measured way and the mean drag factor on it.
 
     Args:
         stations: share of the way at its start and at each point.
@@ -103,7 +103,7 @@ def drag_factor(
 
     Source:
         The drag factor of reconstructionists, from wheels and crab angle: D. Struble, Automotive
-        Accident Reconstruction (2nd edition, 2020), who sums it along the measured path.
+        Accident Reconstruction (2nd edition, 2020), who averages it along the measured path.
     """
     u, v = wheel_places(car)
     crab = (course - heading)[:, None]
@@ -130,7 +130,7 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
     """A measured way and the mean drag factor on it.
 
     The course is that of the straight lines between points, smoothed. The vehicle turns at a yaw rate
-    that falls evenly, on the first part of the way, which is as long as friction at the wheels takes
+    that falls linearly, on the first part of the way, which is as long as friction at the wheels takes
     to end so much rotation; a car that rolls is then held back by its wheels' drag alone. Where no
     heading is known it is taken to end along its course.
 
@@ -185,7 +185,7 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
         lost = drag * part
         left = jnp.cumsum(lost[::-1])[::-1] - lost / 2  # from here to rest
         speed = jnp.sqrt(jnp.maximum(2 * GRAVITY * length * left, 0.0) + _LEAST_SPEED2)
-    # a car that turns about over a short way may come out as pushed along: its wheels hold it back
+    # the mean may come out negative where a car turns round on a short way: keep it positive
     mean, least = jnp.sum(lost), _LEAST_DRAG * _own_drag(car) * grip
     mean = (mean + jnp.sqrt(mean**2 + 4 * least**2)) / 2
     return WayTaken(stations, places, length, courses[0], share, turned, turned_after, mean)
@@ -194,7 +194,7 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
 def rolled(
     velocity: Velocity, start: Pose, taken: WayTaken, at: Float[Array, " rows"]
 ) -> Float[Array, "rows 3"]:
-    """Where a vehicle goes by the drag factor of its way: the way itself, turned and made longer.
+    """Poses along the run-out: the measured way, rotated and scaled in length.
 
     L = V² / (2 g f) and rotation = 0.55 Omega (2 L / V) (share of the way on which it turns).
 
@@ -220,7 +220,7 @@ def rolled(
 
 
 def rolled_back(end: Pose, start: Pose, taken: WayTaken) -> Velocity:
-    """The velocity with which `rolled` ends at a rest pose.
+    """The velocity from which `rolled` ends at a rest pose: its inverse.
 
     Args:
         end: x, y, heading at rest, unwrapped, m and rad.
@@ -243,7 +243,7 @@ def turning(
     car: Car,
     xp: ModuleType = jnp,
 ) -> tuple[Any, Any]:
-    """On which share of a way wheels of that friction end so much rotation, and the first speed.
+    """Share of the way on which the wheels end a rotation, and the initial speed.
 
     Friction at the wheels ends it in the time T, turned = alpha T² / 2, at a drag factor f_1, and what
     speed v is left, v T + g f_1 T² / 2 from the start, is lost over the rest at f_2: v² / (2 g f_2).
@@ -253,7 +253,7 @@ def turning(
         length: of the way, m.
         grip: mean friction on it.
         car: its yaw inertia, axles, track and wheels.
-        xp: NumPy, where JAX is not to trace or compile.
+        xp: NumPy, to compute without tracing or compiling.
 
     Returns:
         The share, 1 where the way is too short, and V at the start, m/s.
@@ -282,18 +282,18 @@ def _own_drag(car: Car) -> Any:
 def _heading(
     at: Float[Array, " rows"], share: Array, turned: Array, turned_after: Array
 ) -> Float[Array, " rows"]:
-    """Turned so far, at shares of the way."""
+    """Rotation at shares of the way, rad."""
     to_come = 1 - jnp.clip(at / share, 0.0, 1.0)
     after = jnp.clip((at - share) / jnp.maximum(1 - share, _LEAST_SHARE), 0.0, 1.0)
     return turned * (1 - to_come**2) + turned_after * after
 
 
 def _wrapped(angle: Array, period: float) -> Array:
-    """The same, to within half a period of nothing."""
+    """The equivalent angle within half a period of zero."""
     return angle - period * jnp.round(angle / period)
 
 
 def _unwrapped(angle: Float[Array, " n"]) -> Float[Array, " n"]:
-    """The same, each within half a turn of the one before."""
+    """Equivalent angles, each within half a turn of the previous one."""
     steps = _wrapped(jnp.diff(angle), 2 * np.pi)
     return angle[0] + jnp.concatenate([jnp.zeros(1), jnp.cumsum(steps)])

@@ -1,4 +1,4 @@
-"""Cosine and sine of an angle that vectorise."""
+"""Vectorised cosine and sine."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _COSINE = (
 def cos_sin(angle: Float[Array, "*any"]) -> tuple[Float[Array, "*any"], Float[Array, "*any"]]:
     """Cosine and sine, to an ulp or two up to a million turns.
 
-    Written by hand because XLA calls the C library for them, one number at a time, and that took
-    two thirds of a batch of run-outs (`python -m benchmarks` charts the run-out).
+    XLA calls the C library for each number, which took two thirds of the time of a batch of run-outs
+    (`python -m benchmarks` charts the run-out).
 
     Args:
         angle: rad.

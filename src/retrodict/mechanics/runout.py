@@ -51,7 +51,7 @@ Velocity = Float[Array, "3"]  # Vx, Vy, Omega: m/s, rad/s
 
 
 class Car(NamedTuple):
-    """What of a vehicle matters to its run-out.
+    """The properties of a vehicle that its run-out depends on.
 
     Args:
         k2: yaw inertia over mass, m².
@@ -85,7 +85,7 @@ class Ground(NamedTuple):
 class Steps(NamedTuple):
     """A number of fixed steps as an argument of a compiled program, which then takes any number.
 
-    Without derivatives in reverse mode; `fixed_steps` makes it.
+    No derivatives in reverse mode; `fixed_steps` makes it.
 
     Args:
         number: of the steps.
@@ -97,13 +97,13 @@ class Steps(NamedTuple):
 
 
 class Paced(NamedTuple):
-    """Steps in time whose lengths the motion sets: for vehicles of which some wheel rolls.
+    """Time steps whose lengths adapt to the motion: for vehicles with rolling wheels.
 
-    A rolling tyre pulls its wheel's sideways slip to a balance at a rate that a step of order four must
-    not outrun (above 2.8 over it, errors grow, and derivatives by far the more). That rate is known in
-    closed form along the path, and so is how fast the vehicle turns and stops.
+    The lateral slip of a rolling tyre relaxes to equilibrium at a rate that limits a step of order
+    four (above 2.8 over the rate it is unstable, and its derivatives even more so). That rate, and those
+    of turning and stopping, are known in closed form along the path.
 
-    Without derivatives in reverse mode.
+    No derivatives in reverse mode.
 
     Args:
         fineness: how many times shorter than `_OF_SLIP`, `_OF_BALANCE`, `_OF_TURN` and `_OF_STOP` say.
@@ -121,7 +121,7 @@ class Path(NamedTuple):
 
 
 def fixed_steps(count: int) -> Steps:
-    """So many steps for `rest`, up to 3072."""
+    """`count` fixed steps for `rest`, 1 to 3072."""
     if not 0 < count <= _MOST_FIXED:
         raise ValueError(f"steps are 1 to {_MOST_FIXED}; not {count}")
     lengths = np.diff(_levels(count, _LAST_FIXED))
@@ -135,7 +135,7 @@ def rest(
     ground: Ground,
     steps: int | Steps | Paced | None = None,
 ) -> Pose:
-    """Where a skidding vehicle comes to rest.
+    """The rest pose of a skidding vehicle.
 
     Args:
         pose: x, y, heading at the start, m and rad; single precision is computed in double.
@@ -143,13 +143,13 @@ def rest(
         car: inertia, axles and track.
         ground: friction of the surfaces and where they lie.
         steps: None for as many as it takes, of order eight (diffrax), with derivatives in reverse
-            mode only; or a number, of order four, which compiles and runs several times faster, and
-            in batches the more so, and misses by what `step_error` gives; or such a number as an
-            argument of a compiled program; or steps that a rolling vehicle's motion places.
+            mode only; or a number, of order four, which compiles and runs several times faster, more
+            so in batches, with the error that `step_error` estimates; or such a number as an
+            argument of a compiled program; or `Paced` steps for a rolling vehicle.
 
     Returns:
-        x, y and heading at rest; the heading is not wrapped, so turns can be counted. Not numbers
-        where the motion could not be followed to its end.
+        x, y and heading at rest; the heading is not wrapped, so turns can be counted. NaN
+        where the integration did not reach rest.
 
     Source:
         Rigid body on four wheels in the spirit of Ellis, Vehicle Dynamics (1969), which
@@ -167,9 +167,9 @@ def rest(
 
 
 def step_error(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int) -> Pose:
-    """What a rest pose by so many fixed steps misses by: as far as twice the steps move it.
+    """Estimated error of a rest pose by fixed steps: its change when the number of steps is doubled.
 
-    Of rest poses that are off by over 1 cm it tells of all but one in fifty (docs/atlas.md).
+    It detects all but one in fifty of the rest poses with errors above 1 cm (docs/atlas.md).
 
     Args:
         pose: as in `rest`, and so are velocity, car and ground.
@@ -179,7 +179,7 @@ def step_error(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: 
         steps: a number that `rest` is given.
 
     Returns:
-        The absolute error of x, y and heading, m and rad; it costs three times what it judges.
+        The absolute error of x, y and heading, m and rad; costs three times the run-out itself.
     """
     few, twice = (rest(pose, velocity, car, ground, n) for n in (steps, 2 * steps))
     return jnp.abs(twice - few)
@@ -211,7 +211,7 @@ def run_out(
 
 
 def wheel_paths(pose: Float[Array, "*any 3"], car: Car) -> Float[Array, "*any 4 2"]:
-    """Where the wheels are, front left, front right, rear left, rear right: what skid marks show.
+    """Wheel positions (front left, front right, rear left, rear right), as skid marks show them.
 
     Args:
         pose: of the centre of gravity, as of `Path`, m and rad.
@@ -231,7 +231,7 @@ State = tuple[Float[Array, "*any"], ...]
 
 
 def _start(pose: Pose, velocity: Velocity) -> State:
-    """The first state, in double precision; a vehicle that stands is given `_STANDS`."""
+    """Initial state in double precision; a vehicle at rest is given the speed `_STANDS`."""
     pose, velocity = pose.astype(float), velocity.astype(float)
     stands = (velocity**2).sum() <= _STANDS**2
     velocity = jnp.where(stands, jnp.array([_STANDS, 0.0, 0.0]), velocity)
@@ -308,8 +308,8 @@ def _fixed(
 def _adaptive(
     start: State, car: Car, ground: Ground, last: Float[Array, ""] | float, rows: int
 ) -> State:
-    """States where so many fixed steps would end, by adaptive steps of order eight."""
-    import diffrax  # a second to import, and inference does without
+    """States at the ends of the fixed steps, by adaptive steps of order eight."""
+    import diffrax  # takes a second to import; inference does not need it
 
     levels = _levels(rows, last)[1:]
     rate = _slope_of_loss(start, car, ground)
@@ -381,7 +381,7 @@ def _paced(start: State, car: Car, ground: Ground, steps: Paced, rows: int) -> t
 
 
 def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
-    """How long a step in time may be, of state and dW/dt, s."""
+    """Largest time step at a state with this dW/dt, s."""
     wheel_u, wheel_v = wheel_places(car)
     assert car.wheels is not None, "only where a wheel rolls do steps have to be paced"
     steer = cos_sin(car.wheels.steer)
@@ -409,7 +409,7 @@ def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
 def _halt(
     end: State, start: State, car: Car, ground: Ground, last: Float[Array, ""] | float
 ) -> State:
-    """At rest: what is left of the motion keeps its direction, and W falls evenly to nothing."""
+    """State at rest: the last of the motion keeps its direction while W falls linearly to zero."""
     left = [last * k for k in _slope_of_loss(start, car, ground)(end)]
     moved = (a + b / 2 for a, b in zip(end[:3], left[:3], strict=True))
     return (*moved, *(jnp.zeros_like(end[0]),) * 3, end[6] + left[6])
@@ -468,7 +468,7 @@ def wheel_loads(car: Car) -> Float[Array, "4"]:
 
 
 def wheel_places(car: Car) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
-    """Of the wheels, ahead and to the left of the centre of gravity, m."""
+    """Wheel positions ahead and to the left of the centre of gravity, m."""
     ahead = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
     return ahead, jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
 
@@ -476,7 +476,7 @@ def wheel_places(car: Car) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
 def _moved(
     load: Float[Array, "4"], car: Car, along: Float[Array, "4"], across: Float[Array, "4"]
 ) -> Float[Array, "4"]:
-    """Loads, where the deceleration that they cause has moved them: two equations, linear in it."""
+    """Wheel loads with load transfer: two linear equations in the deceleration."""
     assert car.height is not None
     by_u = car.height / (car.front_axle + car.rear_axle) / 2 * jnp.array([-1.0, -1.0, 1.0, 1.0])
     by_v = 2 * car.height / car.track * load / GRAVITY * jnp.array([-1.0, 1.0, -1.0, 1.0])
@@ -486,5 +486,5 @@ def _moved(
     whole = (1 - b) * (1 - f) - c * e
     A_u, A_v = (a * (1 - f) + c * d) / whole, (d * (1 - b) + e * a) / whole
     moved = load + by_u * A_u + by_v * A_v
-    # the ground does not pull: where a wheel lifts, this model ends
+    # the model ends where a wheel lifts
     return jnp.where((moved >= 0).all(), moved, jnp.nan)

@@ -1,4 +1,4 @@
-"""What an impact did to each vehicle, and where its kinetic energy went."""
+"""Severity of an impact: delta-v, principal direction of force (PDOF), closing speed and energy."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GAIN = 1e-12  # by which energy may rise, relative: the rounding of the audit
 
 
 class Audit(NamedTuple):
-    """Where the kinetic energy went (J): after - before = normal + tangential + moment."""
+    """Energy balance (J): after - before = normal + tangential + moment."""
 
     before: Scalar
     after: Scalar
@@ -25,7 +25,7 @@ class Audit(NamedTuple):
 
 
 class Severity(NamedTuple):
-    """What an impact did.
+    """Severity of an impact.
 
     Args:
         after: velocities after, as from `separation`, m/s and rad/s.
@@ -126,7 +126,7 @@ def severity(
     after = separation(approach, bodies, coefficients)
     change = (after - approach).reshape(2, 3)[:, :2]
     size = jnp.hypot(change[:, 0], change[:, 1])
-    # the force comes from where the vehicle is not pushed to
+    # the force acts along delta-v, so it comes from the opposite direction
     source = jnp.arctan2(-change[:, 1], -change[:, 0])
     relative = contact_velocity(approach, bodies)
     energy = audit(approach, bodies, coefficients)
@@ -147,7 +147,7 @@ def severity(
 def reverses_sliding(
     approach: State, bodies: Bodies, coefficients: Coefficients
 ) -> Bool[Array, ""]:
-    """Whether friction would do more than end the sliding, or drives it.
+    """Whether friction reverses the sliding, or accelerates it.
 
     Args:
         approach: velocities before, as in `separation`.
@@ -159,13 +159,13 @@ def reverses_sliding(
     """
     e, mu, e_m = coefficients
     critical = critical_mu(approach, bodies, e, e_m)
-    # no quotient: an infinite critical value has a sign too
+    # not a quotient: the critical value may be infinite, with a sign
     exceeds = jnp.abs(mu) > (1 + REVERSAL) * jnp.abs(critical)
     return jnp.logical_or(exceeds, mu * critical < 0)
 
 
 def pulls(approach: State, bodies: Bodies, coefficients: Coefficients) -> Bool[Array, ""]:
-    """Whether the normal impulse holds the vehicles together, as no contact can.
+    """Whether the normal impulse is tensile, which no contact can transmit.
 
     Eq 22 asks for it where the moment alone would part the contact points faster than e allows: at
     a closing speed that is small beside what the spins make of it.

@@ -1,12 +1,11 @@
-"""Which velocities after an impact bring a vehicle from where it was struck to where it came to rest.
+"""Shooting: post-impact velocities that bring a vehicle from its impact pose to its rest pose.
 
-A rest heading fits several spins, for nobody sees whole turns, so there is a problem for each number
-of turns. Each is solved by Newton's method from several starts; all starts, turns and cells of a grid
-of frictions run side by side in one program.
+A rest heading does not determine the number of whole turns, so there is one problem for each number.
+Each is solved by Newton's method from several starts; all starts, turns and cells of a grid of
+frictions run in one batched program.
 
-Newton is written out here, not taken from a library: three unknowns and a fixed number of rounds
-need twenty lines, every problem of a batch takes the same rounds anyway, and run-out and
-Jacobian come from one pass.
+Newton's method is written here and not taken from a library: with three unknowns and a fixed number of
+iterations it needs twenty lines, and the run-out and its Jacobian come from one pass.
 """
 
 from __future__ import annotations
@@ -33,8 +32,8 @@ _ROUNDS = 16
 _BATCH = 7
 _STEPS = 96  # of the run-outs
 _SCREEN_STEPS = 24  # of the run-outs that choose the starts
-_LEAST = 0.02  # m: what moved less is sought as if it had moved this far
-_SAME = 1e-3  # of the speed (and 1 m/s): what lies closer together is one solution
+_LEAST = 0.02  # m: shortest distance that the starts are made for
+_SAME = 1e-3  # of the speed (and 1 m/s): closer velocities are one solution
 
 # What sliding friction brings to rest after a time T went c d / T at first, d being the way: c is 2
 # if it slows down evenly. Friction shared with a fast spin holds back less, at first or at last.
@@ -50,7 +49,7 @@ class Departures(NamedTuple):
     """Velocities after the impact that end at a rest pose, for each cell of a grid.
 
     Solutions come first, those with the least rotation before others; then, for every number of
-    turns without a solution, the velocity that came nearest. Cells with fewer rows than others
+    turns without a solution, the velocity with the smallest miss. Cells with fewer rows than others
     are filled up with rows of nan.
 
     Args:
@@ -160,7 +159,7 @@ def _solve(
     tolerance: float,
     steps: int,
 ) -> tuple[Float[Array, "problems starts 3"], Float[Array, "problems starts 2"]]:
-    """What Newton's method comes to from every start, and by how much it misses."""
+    """Result of Newton's method from every start, and its miss."""
 
     def solve(
         start: Array, way: Array, rotation: Array, car: Car, frictions: tuple[Array, Array | None]
@@ -226,7 +225,7 @@ def _from_starts(
 
     velocity, r = jax.vmap(newton)(u)
     miss = jnp.stack([jnp.hypot(r[:, 0], r[:, 1]), jnp.abs(r[:, 2])], axis=1)
-    # a vehicle that is there already needs no velocity
+    # a vehicle already at its rest pose has no velocity
     standing = jnp.stack([jnp.hypot(*way), jnp.abs(rotation)])
     stands = (standing <= tolerance).all()
     return jnp.where(stands, 0.0, velocity), jnp.where(stands, standing, miss)
@@ -235,7 +234,7 @@ def _from_starts(
 def _guesses(
     way: Float[Array, "2"], rotation: Float[Array, ""], car: Car, ground: Ground
 ) -> Float[Array, "times guesses 3"]:
-    """Velocities to begin with, in a row for each time to rest."""
+    """Initial velocities, one row for each time to rest."""
     far = jnp.maximum(jnp.hypot(*way), _LEAST)
     chord = jnp.where((way**2).sum() > 0, jnp.arctan2(way[1], way[0] + 1e-300), 0.0)
     wheels = jnp.hypot((car.front_axle + car.rear_axle) / 2, car.track / 2)

@@ -34,7 +34,7 @@ NAMES = (
     "e", "mu", "e_m",
 )  # fmt: skip
 ROW_OF = {12: 3, 13: 4, 14: 5}  # the one equation in which each coefficient stands
-SINGULAR = 1e-10  # of the scaled Jacobian: nine knowns exact to 1e-10 would say nothing of a tenth
+SINGULAR = 1e-10  # of the scaled Jacobian: nine knowns exact to 1e-10 would not determine a tenth
 
 
 class NotDetermined(ValueError):
@@ -149,7 +149,7 @@ def _indices_of_unknowns(known: Mapping[str, float], unknown: Iterable[str] | No
 
 
 def _scales(bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:
-    """What each equation's misfit and each unknown is worth, so that all are speeds (m/s).
+    """Scales of each equation's residual and each unknown, so that all are speeds (m/s).
 
     A spin counts with the radius of gyration of the reduced mass and inertia.
     """

@@ -182,7 +182,7 @@ def _common(outcome: Outcome, units: Units) -> dict[str, Any]:
     return {
         "outcome": outcome,
         "scene": outcome.scene,
-        "card": outcome.card,
+        "description": outcome.description,
         "checks": outcome.checks,
         "answer": answer(outcome, units),
         "levels": LEVELS,
@@ -290,7 +290,7 @@ def _marks(scene: Scene, units: Units) -> list[str]:
 
 
 def _command(outcome: Outcome) -> str:
-    options = {"model": outcome.card.name, **outcome.settings, "seed": outcome.seed}
+    options = {"model": outcome.description.name, **outcome.settings, "seed": outcome.seed}
     return " ".join([COMMAND, *(f"--{name} {value}" for name, value in options.items())])
 
 

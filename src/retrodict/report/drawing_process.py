@@ -47,7 +47,7 @@ class DrawingProcess:
             by name, in the order of the report. Where the process failed, it draws them all.
         """
         # neither is drawn, and the process would import JAX to read them
-        bare = replace(outcome, card=None, unfinished=None)  # type: ignore[arg-type]
+        bare = replace(outcome, description=None, unfinished=None)  # type: ignore[arg-type]
         assert self._process.stdin is not None
         # if the process is gone already, so is its answer
         with suppress(OSError), self._process.stdin as to_it:

@@ -75,7 +75,7 @@ def told_as(name: str, units: Units) -> tuple[str, Unit]:
 
 def assumptions(outcome: Outcome) -> tuple[str, ...]:
     """What is taken for granted: by the model, and how far its run-out is taken to miss a car."""
-    vehicles, found = outcome.scene.vehicles, list(outcome.card.assumptions)
+    vehicles, found = outcome.scene.vehicles, list(outcome.description.assumptions)
     missing = {name for name, m in outcome.scene.evidence().items() if m.model_sd}
     for v in sorted({name[-1] for name in missing}):
         missed = vehicles[v].run_out_error
@@ -153,7 +153,7 @@ def summarise(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, Any]:
         parameters[name] = {"unit": unit.symbol, "label": label, **numbers, "passed": passed}
     return {
         "scene": {"title": outcome.scene.title, "name": outcome.scene.name},
-        "model": outcome.card.name,
+        "model": outcome.description.name,
         "assumptions": list(assumptions(outcome)),
         "parameters": parameters,
         "checks": {

@@ -39,7 +39,7 @@ def print_summary(
     """
     checks = outcome.checks
     _line(console, outcome.scene.title, "bold")
-    _line(console, outcome.card.title, "dim")
+    _line(console, outcome.description.title, "dim")
     print_table(console, _table(outcome, units, wide=console.width >= _WIDE))
     _line(console, answer(outcome, units), "bold" if checks.passed else "bold red")
     _line(console, verdict(outcome), "green" if checks.passed else "bold red")

@@ -13,7 +13,8 @@ from retrodict.inference.modes import PosteriorModes
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.rest_pose import size
-from retrodict.models import RUNGS, Rung, roll
+from retrodict.models import RUNGS, Rung
+from retrodict.models.runouts import roll
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -399,7 +400,7 @@ def _move(step: Step, fuller: Step, quantity: str) -> _Move:
 def blank(name: str, why: str) -> Step:
     """The step of a rung that was not run, and why it was not."""
     rung = RUNGS[name]
-    below = tuple(n for n, other in RUNGS.items() if n != name and rung.above(other))
+    below = tuple(n for n, other in RUNGS.items() if n != name and rung.nests(other))
     return Step(name, below, verdict=why)
 
 

@@ -200,7 +200,7 @@ def _scored(folder: Path, run: Run, progress: Progress) -> list[Score]:
             case=folder.name,
             quantity=name,
             truth=speed.value,
-            model=outcome.card.name if outcome else "",
+            model=outcome.description.name if outcome else "",
             answer=summary(np.asarray(outcome.idata["posterior"][name]).ravel())
             if outcome
             else None,

@@ -19,8 +19,9 @@ from retrodict.inference.fitting import regression, whitening
 from retrodict.inference.fitting.posterior import MOST_STEPS, RESOLVED, Posterior, run_outs_of
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.rest_pose import Guess
-from retrodict.models import RUNGS, roll
+from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.models.runouts import roll
 from retrodict.scene.records import VEHICLES, Scene
 
 _FITS = (

@@ -32,9 +32,10 @@ from jaxtyping import Array, Float, Int
 from retrodict.inference.transforms import velocity
 from retrodict.inference.transforms.soft_bounds import soft_lower_bound
 from retrodict.mechanics import either_side, towards_b
-from retrodict.models import RUNGS, parts, roll
+from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, E, Level, quotients
+from retrodict.models.runouts import roll
 from retrodict.scene.records import VEHICLES
 
 _NO_CRASH = {"e": 0.1, "e_m": 0.5, "mu": 0.1}

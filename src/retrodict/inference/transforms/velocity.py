@@ -194,4 +194,4 @@ def _scales(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "
     if not structure.rested:
         return jnp.ones(2)
     as_measured = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
-    return jnp.sqrt(parts.hold(structure, x) / parts.hold(structure, as_measured))
+    return jnp.sqrt(parts.drag_factors(structure, x) / parts.drag_factors(structure, as_measured))

@@ -8,14 +8,31 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
 
 
-def story(structure: Structure, data: Data, x: parts.Values) -> Separation:
-    """An impulse of any size and direction, and any yaw rates after it."""
+def forward_model(structure: Structure, data: Data, x: parts.Values) -> Separation:
+    """B's approach, an impulse and yaw rates from wide priors; then momentum, eqs 19 and 20."""
     m_a, m_b = x["mass_a"], x["mass_b"]
-    v_a, v_b = parts.approach_of_a(x)[:2], parts.velocity_of_b(structure, data)
+    v_a = parts.approach_of_a(x)[:2]
+
+    # B's approach
+    if "speed_b" in structure.known_of_b:
+        law = dist.TruncatedNormal(*data.inputs["speed_b"], low=0.0)
+    else:
+        law = dist.HalfNormal(data.priors["speed_b"][0])
+    speed_b = numpyro.sample("speed_b", law)
+    if "direction_b" in structure.known_of_b:
+        law = dist.Normal(*data.inputs["direction_b"])
+    else:
+        law = dist.Uniform(-jnp.pi, jnp.pi)
+    direction_b = numpyro.sample("direction_b", law)
+    v_bx = numpyro.deterministic("vbx", speed_b * jnp.cos(direction_b))
+    v_by = numpyro.deterministic("vby", speed_b * jnp.sin(direction_b))
+    v_b = jnp.stack([v_bx, v_by])
+
+    # the impact
     impulse = dist.Normal(0.0, m_a * data.priors["impulse"][0])
     P = jnp.stack([numpyro.sample("impulse_x", impulse), numpyro.sample("impulse_y", impulse)])
     V_a, V_b = v_a + P / m_a, v_b - P / m_b  # eqs 19, 20
@@ -25,12 +42,12 @@ def story(structure: Structure, data: Data, x: parts.Values) -> Separation:
         after = jnp.stack([*V_a, Omega_a, *V_b, Omega_b])
     else:
         after = jnp.concatenate([V_a, V_b])
-    parts.tell_motion(jnp.concatenate([V_a, V_b]), jnp.stack([P / m_a, -P / m_b]))
+    parts.record_motion(jnp.concatenate([V_a, V_b]), jnp.stack([P / m_a, -P / m_b]))
     return after
 
 
 def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Array, ""]]:
-    """The unknowns that lead to these velocities after the impact."""
+    """The unknowns that lead to these velocities after the impact, and the log determinant."""
     m_a, m_b = x["mass_a"], x["mass_b"]
     V_a, V_b = after.reshape(2, -1)
     P = m_a * (V_a[:2] - parts.approach_of_a(x)[:2])
@@ -41,7 +58,7 @@ def unknowns(after: Separation, x: parts.Values) -> tuple[parts.Values, Float[Ar
 
 
 IMPACT = Impact(
-    card=Card(
+    description=Description(
         name="momentum",
         title="momentum alone",
         equations=MOMENTUM,
@@ -52,10 +69,10 @@ IMPACT = Impact(
         ),
         left_out=("restitution, friction and moment of the contact; where the vehicles touched",),
     ),
-    story=story,
+    forward_model=forward_model,
     answers=("speed_a", "speed_b"),
     levels=(),
     unknowns=unknowns,
     priors=("speed_a", "speed_b", "impulse", "Omega"),
-    fullness=frozenset(),
+    nesting=frozenset(),
 )

@@ -5,10 +5,11 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-from retrodict.models import parts, spin
+from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
+from retrodict.models.runouts import spin
 
 from retrodict.mechanics import Path
 from retrodict.mechanics.runout import GRAVITY, ROWS
@@ -17,7 +18,7 @@ from retrodict.mechanics.runout import GRAVITY, ROWS
 def rest_poses(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
 ) -> Float[Array, "2 2"]:
-    """Where both vehicles come to rest after separating with these velocities."""
+    """Rest positions of both vehicles for velocities after the impact."""
     return parts.each_vehicle(
         lambda start, velocity, car, on: (
             start + velocity * jnp.hypot(*velocity) / (2 * GRAVITY * on.coefficients[0])
@@ -29,7 +30,7 @@ def rest_poses(
 
 
 def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]) -> Path:
-    """How they get there, straight and without yaw: v² = v0² (1 − s / d), stacked."""
+    """Straight paths of both vehicles to rest, v² = v0² (1 − s / d), stacked."""
     start, V = parts.impact_poses(x), after.reshape(2, 2)
     end = rest_poses(structure, data, x, after)
     share = jnp.linspace(0.0, 1.0, ROWS)  # of the way
@@ -46,7 +47,7 @@ def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array,
 
 
 RUN_OUT = RunOut(
-    card=Card(
+    description=Description(
         name="slide",
         title="a straight slide to rest",
         equations=("run-out: v² = 2 μ g d along the straight line from impact to rest",),
@@ -64,7 +65,7 @@ RUN_OUT = RunOut(
     seen=spin.seen,
     rest_poses=rest_poses,
     paths=paths,
-    fullness=frozenset(),
+    nesting=frozenset(),
     integrated=lambda scene: (),
     refusal=rolls,
 )

@@ -1,4 +1,4 @@
-"""The fullest run-out: a rigid body on four wheels, locked or rolling, over surfaces with edges."""
+"""The most detailed run-out: a rigid body on four wheels, locked or rolling, on surfaces with edges."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import STEPS, Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import Car, Ground, Path, rest, run_out
@@ -22,12 +22,12 @@ from retrodict.scene.records import VEHICLES
 def rest_poses(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 3"]:
-    """Where both vehicles come to rest after separating with these velocities."""
+    """Rest poses of both vehicles for velocities after the impact."""
     return _both(rest, structure, data, x, after)
 
 
 def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]) -> Path:
-    """How they get there, step by step, stacked."""
+    """Paths of both vehicles to rest, stacked."""
 
     def follow(pose: Array, velocity: Array, car: Car, on: Ground, steps: Any) -> Path:
         return run_out(pose, velocity, car, on, ROWS if isinstance(steps, Steps) else steps)
@@ -42,14 +42,14 @@ def _both[T](
     x: parts.Values,
     after: Float[Array, "6"],
 ) -> T:
-    """What `follow` makes of pose, velocity, car, ground and steps of each vehicle."""
+    """`follow(pose, velocity, car, ground, steps)` of each vehicle, stacked."""
     where = (parts.impact_poses(x), after.reshape(2, 3))
     on = parts.ground(structure, data, x)
     steps = structure.steps or data.steps
     if structure.steps or not structure.rolling:
         car = parts.cars(structure, x)
         return parts.each_vehicle(partial(follow, steps=steps), *where, car=car, on=on)
-    # one after the other: abreast, the sooner at rest would wait for the other at every step
+    # one after the other: under vmap both would take as many steps as the slower
     paced = Paced(data.steps.number / STEPS)
     ends = []
     for i, v in enumerate(VEHICLES):
@@ -62,7 +62,7 @@ def _both[T](
 
 
 RUN_OUT = RunOut(
-    card=Card(
+    description=Description(
         name="wheels",
         title="a skid to rest on four wheels over the surfaces of the scene",
         equations=(
@@ -82,5 +82,5 @@ RUN_OUT = RunOut(
     seen=lambda scene: scene,
     rest_poses=rest_poses,
     paths=paths,
-    fullness=frozenset({"yaw", "rolling", "wheels"}),
+    nesting=frozenset({"yaw", "rolling", "wheels"}),
 )

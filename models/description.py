@@ -1,4 +1,4 @@
-"""What a model is, in words and data that a report can print."""
+"""The description of a model that a report prints."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Card:
-    """What a model is, in words that a report can print.
+class Description:
+    """A model in words.
 
     Args:
         name: identifier.
         title: one line.
-        equations: what is solved, one line each, with the source.
-        assumptions: what is taken for granted, one line each.
-        left_out: what the model does not hold, one line each.
+        equations: one line each, with the source.
+        assumptions: one line each.
+        left_out: effects that the model neglects, one line each.
         priors: (quantity, prior, reason) for each unknown that the scene does not measure.
     """
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from retrodict.models import wheels
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
+from retrodict.models.runouts import wheels
 
 from retrodict.scene.records import Measured, Scene
 
@@ -22,7 +22,7 @@ def seen(scene: Scene) -> Scene:
 
 
 RUN_OUT = RunOut(
-    card=Card(
+    description=Description(
         name="spin",
         title="a skid to rest on four locked wheels over one surface",
         equations=(
@@ -43,6 +43,6 @@ RUN_OUT = RunOut(
     seen=seen,
     rest_poses=wheels.rest_poses,
     paths=wheels.paths,
-    fullness=frozenset({"yaw"}),
+    nesting=frozenset({"yaw"}),
     refusal=rolls,
 )

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.card import Card
+from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import (
@@ -38,7 +38,7 @@ _SOURCE = "run-outs on wheels simulated at random, of which this model misses so
 def rest_poses(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
 ) -> Float[Array, "2 3"]:
-    """Where both vehicles come to rest after separating with these velocities."""
+    """Rest poses of both vehicles for velocities after the impact."""
     steps = structure.steps or data.steps
     ends = []
     for i, v in enumerate(VEHICLES):
@@ -52,7 +52,7 @@ def rest_poses(
 
 
 def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]) -> Path:
-    """How they get there, step by step, stacked."""
+    """Paths of both vehicles to rest, stacked."""
     steps = structure.steps or ROWS
     ways = []
     for i, v in enumerate(VEHICLES):
@@ -69,7 +69,7 @@ def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array,
 def _slowing_evenly(
     pose: Float[Array, "rows 3"], velocity: Float[Array, "3"], at: Float[Array, " rows"]
 ) -> Path:
-    """The path through poses at shares of the way, at a deceleration that is the same all along."""
+    """The path through poses at shares of the way, at constant deceleration."""
     first, left = jnp.hypot(velocity[0], velocity[1]), jnp.sqrt(1 - at)
     legs = jnp.diff(pose[:, :2], axis=0, append=pose[-1:, :2])
     length = jnp.sum(jnp.hypot(legs[:, 0], legs[:, 1]))
@@ -85,10 +85,10 @@ def _slowing_evenly(
 def inverse(
     structure: Structure, data: Data, x: parts.Values, v: str
 ) -> Callable[[Float[Array, "3"]], Float[Array, "3"]]:
-    """What leads from a rest pose of a vehicle that rolls to its velocity after the impact."""
+    """The function from the rest pose of a rolling vehicle to its velocity after the impact."""
     start, _, car, ground = _of_one(structure, data, x, jnp.zeros(6), VEHICLES.index(v))
     taken = _taken(data, v, start, car, ground)
-    # where the heading at rest was not measured, what stands for it counts from that at impact
+    # an unmeasured rest heading is relative to the heading at impact
     heading = 0.0 if f"rest_heading_{v}" in structure.evidence else start[2]
 
     def back(end: Float[Array, "3"]) -> Float[Array, "3"]:
@@ -126,8 +126,8 @@ def _along_its_way(
     return rolled(own, start, _taken(data, v, start, car, ground), at)
 
 
-# Inputs, where the vehicle was measured at rest: its speed after the impact over that of its way, its
-# course and yaw rate less those of its way.
+# Approximation errors of a vehicle with a measured rest pose: the ratio of its speed after the impact
+# to that of its way, and the differences of course and yaw rate.
 
 
 def offsets(v: str) -> tuple[str, str, str]:
@@ -136,7 +136,7 @@ def offsets(v: str) -> tuple[str, str, str]:
 
 
 def _of_its_way(x: parts.Values, v: str, velocity: Float[Array, "3"]) -> Float[Array, "3"]:
-    """The velocity that the measured way is taken to be of."""
+    """The velocity without the approximation errors: the one that the measured way belongs to."""
     if f"roll_speed_{v}" not in x:
         return velocity
     c, s = cos_sin(x[f"roll_course_{v}"])
@@ -146,7 +146,7 @@ def _of_its_way(x: parts.Values, v: str, velocity: Float[Array, "3"]) -> Float[A
 
 
 def _off_its_way(x: parts.Values, v: str, own: Float[Array, "3"]) -> Float[Array, "3"]:
-    """The reverse of `_of_its_way`."""
+    """Inverse of `_of_its_way`."""
     c, s = cos_sin(x[f"roll_course_{v}"])
     Vx, Vy, Omega = own
     velocity = x[f"roll_speed_{v}"] * jnp.stack([c * Vx - s * Vy, s * Vx + c * Vy])
@@ -154,7 +154,7 @@ def _off_its_way(x: parts.Values, v: str, own: Float[Array, "3"]) -> Float[Array
 
 
 def way_of(scene: Scene, v: str) -> Float[np.ndarray, "points 3"]:
-    """Where a vehicle was seen after the impact: x, y and heading, not a number where not known.
+    """Measured points of a vehicle after the impact: x, y and heading (NaN where unknown).
 
     Marks of its centre of gravity by their distance from the impact, then where it came to rest; marks
     that lie farther off than that are no part of the way.
@@ -177,7 +177,7 @@ def way_of(scene: Scene, v: str) -> Float[np.ndarray, "points 3"]:
 
 
 def _start(scene: Scene, v: str) -> tuple[float, float]:
-    """Of its centre of gravity at impact, as measured."""
+    """Measured centre of gravity at impact."""
     vehicle = scene.vehicles[v]
     angle = vehicle.heading.value + vehicle.impact_angle.value
     lever = vehicle.impact_distance.value
@@ -188,7 +188,7 @@ def _start(scene: Scene, v: str) -> tuple[float, float]:
 
 
 def spreads(free: float, steer: float, first: float, turned: float) -> tuple[float, float, float]:
-    """Standard deviations of what the model misses: of ln(speed), course and rotation (rad).
+    """Standard deviations of the model error: of ln(speed), course and rotation (rad).
 
     Fitted by hand to what `benchmarks/roll.py` charts.
 
@@ -205,7 +205,7 @@ def spreads(free: float, steer: float, first: float, turned: float) -> tuple[flo
 
 
 def approximations(scene: Scene) -> dict[str, Measured]:
-    """By what the velocity of each vehicle that rolled to rest is off that of its way, as inputs."""
+    """Approximation errors of each vehicle that rolled to rest, as inputs."""
     found: dict[str, Measured] = {}
     for v in scene.rolling:
         if v not in scene.rest:
@@ -220,12 +220,12 @@ def approximations(scene: Scene) -> dict[str, Measured]:
 
 
 def missed(scene: Scene, v: str, turns: float = 0.0) -> tuple[float, float, float]:
-    """Standard deviations by which the velocity of a vehicle is off that of its way.
+    """Standard deviations of a vehicle's approximation errors.
 
     Args:
         scene: what was measured, its rest among it.
         v: "a" or "b".
-        turns: rotation to rest that is left open besides, rad.
+        turns: additional uncertainty of the rotation to rest, rad.
 
     Returns:
         Of ln(speed), of the course, rad, and of the yaw rate, rad/s.
@@ -261,7 +261,7 @@ def _refusal(scene: Scene) -> str:
 
 
 RUN_OUT = RunOut(
-    card=Card(
+    description=Description(
         name="roll",
         title="a run-out along the measured way",
         equations=(
@@ -291,7 +291,7 @@ RUN_OUT = RunOut(
     seen=lambda scene: scene,
     rest_poses=rest_poses,
     paths=paths,
-    fullness=frozenset({"yaw", "rolling"}),
+    nesting=frozenset({"yaw", "rolling"}),
     integrated=lambda scene: tuple(v for v in VEHICLES if v not in scene.rolling),
     ways=lambda scene: {v: way_of(scene, v) for v in scene.rolling},
     approximations=approximations,

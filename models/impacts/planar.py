@@ -1,0 +1,233 @@
+"""The planar impact of SAE 770014 (eqs 19-24), in four variants.
+
+The impact moment coefficient e_m is either unknown or fixed at 1 (no moment impulse). The equivalent
+friction mu is either unknown or fixed at mu_c (sliding ends within the contact).
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpyro
+import numpyro.distributions as dist
+from jaxtyping import Array, Float
+from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.description import Description
+from retrodict.models.friction import Friction
+from retrodict.models.impact import (
+    E_M,
+    MOMENTUM,
+    NO_MOMENT,
+    NO_SLIP,
+    SHORT,
+    SLIDING,
+    E,
+    Impact,
+    Separation,
+)
+
+from retrodict.mechanics import (
+    Bodies,
+    Coefficients,
+    audit,
+    axes,
+    closing_speed,
+    contact_velocity,
+    critical_mu,
+    either_side,
+    impulse,
+    inverse_log_det,
+    separation,
+    towards_b,
+    undo,
+)
+
+
+def forward_model(
+    free: tuple[str, ...], structure: Structure, data: Data, x: parts.Values
+) -> Separation:
+    """B's approach, restitution, moment coefficient and friction; then the impact, eqs 19-24.
+
+    Args:
+        free: which of e_m and mu are unknown.
+        structure: which velocities of B were measured.
+        data: measured values and priors.
+        x: measured inputs.
+
+    Returns:
+        Velocities after the impact, shape (6,): x and y (m/s) and yaw rate (rad/s), A's first.
+    """
+    known, inputs, priors = structure.known_of_b, data.inputs, data.priors
+    bodies = parts.bodies(x)
+
+    # B's approach
+    if "speed_b" in known:
+        law = dist.TruncatedNormal(*inputs["speed_b"], low=0.0)
+    else:
+        law = dist.HalfNormal(priors["speed_b"][0])
+    speed_b = numpyro.sample("speed_b", law)
+    if "direction_b" in known:
+        law = dist.Normal(*inputs["direction_b"])
+    else:
+        law = dist.Uniform(-jnp.pi, jnp.pi)
+    direction_b = numpyro.sample("direction_b", law)
+    v_bx = numpyro.deterministic("vbx", speed_b * jnp.cos(direction_b))
+    v_by = numpyro.deterministic("vby", speed_b * jnp.sin(direction_b))
+    v_b = jnp.stack([v_bx, v_by])
+    if "omega_b" in known:
+        law = dist.Normal(*inputs["omega_b"])
+    else:
+        law = dist.Normal(0.0, priors["omega_b"][0])
+    omega_b = numpyro.sample("omega_b", law)
+    before = jnp.append(jnp.concatenate([parts.approach_of_a(x), v_b]), omega_b)
+
+    # coefficient of restitution: lower at higher closing speeds
+    closing = jnp.abs(closing_speed(before, bodies))
+    fast, slow, decay = priors["e"]
+    scale = fast + (slow - fast) * jnp.exp(-closing / decay)
+    e = numpyro.sample("e", dist.TruncatedNormal(0.0, scale, low=0.0, high=1.0))
+
+    # impact moment coefficient
+    if "e_m" in free:
+        e_m = numpyro.sample("e_m", dist.TruncatedNormal(*priors["e_m"], low=-1.0, high=1.0))
+    else:
+        e_m = jnp.ones(())
+
+    # equivalent friction, up to the mu_c that just ends the sliding
+    mu_c = critical_mu(before, bodies, e, e_m)
+    if "mu" in free:
+        mu_c = jnp.nan_to_num(mu_c, posinf=1e9, neginf=-1e9)
+        mu = numpyro.sample("mu", Friction(mu_c, *priors["mu"], structure.interlocked))
+    else:
+        mu = mu_c
+
+    coefficients = Coefficients(e, mu, e_m)
+    after = separation(before, bodies, coefficients)  # eqs 19-24
+    _record(before, bodies, coefficients, after)
+    return after
+
+
+def _record(
+    before: Float[Array, "6"], bodies: Bodies, coefficients: Coefficients, after: Float[Array, "6"]
+) -> None:
+    """Record energies, closing speed, normal impulse, mu_c and the motion after the impact."""
+    energy = audit(before, bodies, coefficients)
+    numpyro.deterministic("energy_lost", energy.before - energy.after)
+    numpyro.deterministic("moment_work", energy.moment)
+    closing = contact_velocity(before, bodies) @ axes(bodies)[0]
+    # if both centres lie on one side of the contact line, only their motion shows the direction
+    sign = jnp.where(either_side(bodies), towards_b(bodies), jnp.sign(closing))
+    numpyro.deterministic("closing_speed", closing * sign)
+    P_n = impulse(before, bodies, coefficients)[0] @ axes(bodies)[0]
+    numpyro.deterministic("normal_impulse", -P_n * sign)
+    mu_c = critical_mu(before, bodies, coefficients.e, coefficients.e_m)
+    numpyro.deterministic("mu_critical", mu_c)
+    parts.record_motion(after, (after - before).reshape(2, 3)[:, :2])
+
+
+def unknowns(
+    free: tuple[str, ...], after: Separation, x: parts.Values
+) -> tuple[parts.Values, Float[Array, ""]]:
+    """The unknowns that lead to these velocities after the impact, and the log determinant.
+
+    Args:
+        free: which of e_m and mu are unknown.
+        after: velocities after the impact.
+        x: measured inputs.
+
+    Returns:
+        As `Impact.unknowns`.
+    """
+    bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
+    approach_b, found, log_det = inverse_log_det(after, approach_a, bodies)
+    e, mu, e_m = map(jnp.asarray, found)
+    sites = {"velocity_b": approach_b[:2], "omega_b": approach_b[2], "e": e}
+    # the quantity that is fixed in place of a coefficient replaces it in the determinant
+    if "e_m" in free:
+        sites["e_m"] = e_m
+    else:
+        log_det = log_det + jnp.log(jnp.abs(undo(after, approach_a, bodies).free_spin))
+        e_m = jnp.ones(())
+    if "mu" in free:
+        sites["mu"] = mu
+    else:
+        before = jnp.concatenate([approach_a, approach_b])
+
+        def slip(mu: Array) -> Array:
+            end = separation(before, bodies, Coefficients(e, mu, e_m))
+            return contact_velocity(end, bodies) @ axes(bodies)[1]
+
+        slope = jax.jvp(slip, (mu,), (jnp.ones(()),))[1]
+        log_det = log_det + jnp.log(jnp.abs(slope))
+    return sites, jnp.asarray(log_det)
+
+
+# equations and assumptions of each coefficient, where it is unknown and where it is fixed
+_EQUATIONS = {
+    ("mu", True): (
+        "restitution e and equivalent friction μ along the contact line: SAE 770014 eqs 22, 23",
+    ),
+    ("mu", False): (
+        "restitution e along the normal of the contact line: SAE 770014 eq 22",
+        "sliding along the contact line ends within the contact: μ of eq 23 at its critical value",
+    ),
+    ("e_m", True): (
+        "impact moment coefficient e_m: SAE 770014 eq 24, the sign of its bracket corrected, so "
+        "that Ω_b − Ω_a = e_m [(ω_b + f_b/I_b) − (ω_a + f_a/I_a)]",
+    ),
+    ("e_m", False): ("no moment impulse: SAE 770014 eq 24 with e_m = 1",),
+}
+_ASSUMPTIONS = {
+    ("e_m", True): (),
+    ("e_m", False): ("the contact passes no moment impulse: e_m = 1",),
+    ("mu", True): (
+        "friction opposes the sliding along the contact line and does not reverse it, unless the "
+        "scene says that parts interlocked",
+    ),
+    ("mu", False): ("the vehicles reach a common velocity along the contact line: μ = μ_c",),
+}
+
+
+def _variant(name: str, title: str, *free: str) -> Impact:
+    moment, friction = ("e_m", "e_m" in free), ("mu", "mu" in free)
+    return Impact(
+        description=Description(
+            name=name,
+            title=title,
+            equations=(
+                *MOMENTUM,
+                "angular momentum: SAE 770014 eq 21, its misprinted last term corrected to "
+                "m_a (d2+d4)(V_ay − v_ay)",
+                *_EQUATIONS[friction],
+                *_EQUATIONS[moment],
+            ),
+            assumptions=(
+                SHORT,
+                "the vehicles close in, each from its own side of the contact where it has one",
+                *_ASSUMPTIONS[moment],
+                *_ASSUMPTIONS[friction],
+            ),
+            left_out=("secondary impacts, and crush as evidence",),
+        ),
+        forward_model=partial(forward_model, free),
+        answers=("speed_a", "speed_b", "e", *free),
+        levels=(E, E_M if "e_m" in free else NO_MOMENT, SLIDING if "mu" in free else NO_SLIP),
+        unknowns=partial(unknowns, free),
+        priors=("speed_a", "speed_b", "omega_b", "e", *free),
+        nesting=frozenset({"contact", *free}),
+    )
+
+
+IMPACTS = (
+    _variant("planar-common", "planar impact that ends the sliding (e)"),
+    _variant("planar", "planar impact (e, μ)", "mu"),
+    _variant(
+        "planar-moment-common",
+        "planar impact with moment impulse that ends the sliding (e, e_m)",
+        "e_m",
+    ),
+    _variant("planar-moment", "planar impact with moment impulse (e, μ, e_m)", "e_m", "mu"),
+)

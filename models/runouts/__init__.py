@@ -1,0 +1,1 @@
+"""Run-out models: how the vehicles move from the impact to rest."""
