@@ -24,6 +24,7 @@ from retrodict.inference.fitting.posterior import (
 from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.draws import Progress
 from retrodict.inference.samplers.importance import Evidence, log_evidence
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -65,7 +66,7 @@ class Solution:
 
     def about(self, w: np.ndarray) -> Solution:
         """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
-        if not self.posterior.programs.structure.unpinned:
+        if not transform_of(self.posterior.programs.structure).refit_to_draws:
             return self
         return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
 

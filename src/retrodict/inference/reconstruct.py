@@ -17,12 +17,13 @@ import numpy as np
 from retrodict.inference.datatree import prior_keys
 from retrodict.inference.density.compiled import BATCH, ROWS, Programs, programs_for
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.fitting import rolling, whitening
+from retrodict.inference.fitting import rolling
 from retrodict.inference.modes import PosteriorModes, Solution, posterior_modes
 from retrodict.inference.outcome import Mode, Outcome
 from retrodict.inference.retry import Run, Sampling, has_failed
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.nuts import targets
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
 from retrodict.progress import Progress, silent
@@ -200,13 +201,14 @@ def compile_ahead(
         pinned, structure, data, _ = rolling.seen(scene, model)
         _expect_run_outs(programs_for(pinned), data)
     programs = programs_for(structure)
-    transform = whitening.blank(structure)
+    kind = transform_of(structure)
+    transform = kind.example(structure)
     n = transform.spread.shape[1]
-    if not (structure.unpinned or structure.offset):
+    if kind.by_regressions:
         _expect_run_outs(programs, data)
         if programs.target.rung.impact.levels:
             programs.expect("levels", data, transform, transform.centre)
-    if structure.unpinned:
+    if kind.refit_to_draws:
         programs.expect("potential", np.zeros(n), data, transform)
     programs.expect(
         "evaluate",

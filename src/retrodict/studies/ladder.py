@@ -12,8 +12,9 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.modes import PosteriorModes
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
 from retrodict.inference.samplers.psis import smoothed
-from retrodict.inference.transforms.rest_pose import size
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS, Rung
+from retrodict.models.arrays import Structure
 from retrodict.models.runouts import roll
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.quantities import REPORTED
@@ -420,7 +421,7 @@ def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
         fit=fit(outcome),
         log_evidence=evidence,
         log_evidence_sd=error,
-        parameters=size(RUNGS[step.name].of_scene(outcome.scene)[0]),
+        parameters=_unknowns(RUNGS[step.name].of_scene(outcome.scene)[0]),
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
         priors=tuple(
@@ -464,3 +465,8 @@ def reweighed(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighe
     middle = float(np.interp(0.5, np.cumsum(weights[order]), speed[order]))
     mean = float(weights @ speed)
     return Reweighed(prior, middle, float(np.sqrt(weights @ (speed - mean) ** 2)), k)
+
+
+def _unknowns(structure: Structure) -> int:
+    """How many unknowns and uncertain inputs a model samples."""
+    return transform_of(structure).size(structure)

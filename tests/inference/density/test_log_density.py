@@ -11,7 +11,7 @@ from retrodict.models import RUNGS
 from retrodict.models.arrays import steps_of
 
 from retrodict.inference.fitting.posterior import Posterior, prepare
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.studies.calibration import design
 from tests.scenes import at_rest, collision, rolls
 
@@ -45,7 +45,9 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
     @jax.jit
     def potential(w: jax.Array) -> jax.Array:
         """The model's own, its run-outs without surrogates."""
-        sites, log_det, _ = rest_pose.locate(structure, data, transform, w)
+        sites, log_det, _ = transform_of(structure).forward_and_log_det(
+            structure, data, transform, w
+        )
         return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
 
     steered = jax.jit(jax.value_and_grad(posterior.programs.target.potential))

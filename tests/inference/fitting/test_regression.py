@@ -10,10 +10,11 @@ from retrodict.models import RUNGS
 from retrodict.models.arrays import in_steps
 
 from retrodict.inference.density.compiled import BATCH, programs_for
-from retrodict.inference.fitting import regression, whitening
+from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.posterior import RESOLVED, prepare, unresolved
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.scene.records import Mark, Scene
 from tests.scenes import collision, rolls
 
@@ -35,7 +36,7 @@ def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: st
     programs = programs_for(structure)
     likely = regression.shoot(programs, data)
     regressions = regression.fit(programs, data, likely)[0]
-    transform = whitening.blank(structure)._replace(regressions=regressions)
+    transform = transform_of(structure).example(structure)._replace(regressions=regressions)
     q = np.random.default_rng(1).standard_normal(
         (BATCH, rest_pose.length_for_regressions(structure))
     )

@@ -16,6 +16,7 @@ from retrodict.inference.fitting.posterior import Posterior, branches
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.scene import load_scene
 from retrodict.scene.records import Approach, Measured, Scene
 from tests.scenes import DEGREE, collision, rolls
@@ -48,7 +49,11 @@ def guessed(posterior: Posterior) -> Posterior:
 def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
     posterior = guessed(rolling.prepare(scene, rung))
     structure, data = posterior.programs.structure, posterior.data
-    located = jax.jit(lambda w: rest_pose.locate(structure, data, posterior.transform, w)[:2])
+    located = jax.jit(
+        lambda w: transform_of(structure).forward_and_log_det(
+            structure, data, posterior.transform, w
+        )[:2]
+    )
 
     def flat(w: np.ndarray) -> np.ndarray:
         sites = located(w)[0]

@@ -18,7 +18,7 @@ from retrodict.inference.density.compiled import CHUNK
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.modes import unsampled
 from retrodict.inference.reconstruct import DEFAULT_RUNG
-from retrodict.inference.transforms.rest_pose import TransformParameters, locate
+from retrodict.inference.transforms.rest_pose import RestPose, TransformParameters
 from retrodict.inference.transforms.soft_bounds import soft_interval, soft_lower_bound, softness_for
 from tests.scenes import collision
 
@@ -33,7 +33,7 @@ def posterior() -> Posterior:
 
 @partial(jax.jit, static_argnums=0)
 def _located(structure: Structure, data: Data, transform: TransformParameters, w: jax.Array) -> Any:
-    return jax.vmap(lambda w: locate(structure, data, transform, w))(w)
+    return jax.vmap(lambda w: RestPose().forward_and_log_det(structure, data, transform, w))(w)
 
 
 def located(posterior: Posterior, w: np.ndarray) -> Any:

@@ -10,10 +10,10 @@ from retrodict.models import RUNGS
 from retrodict.models.arrays import in_steps
 
 from retrodict.inference.density.compiled import programs_for
-from retrodict.inference.fitting import whitening
 from retrodict.inference.fitting.pilot import prior_pilot
 from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare, unresolved
 from retrodict.inference.transforms import velocity
+from retrodict.inference.transforms.parameters import plain
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
 from tests.scenes import DEGREE, collision
 
@@ -95,7 +95,7 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
     structure, data = in_steps(*RUNGS["planar-moment+spin"].of_scene(scene), steps)
     centre = np.asarray(prepare(scene, "planar-moment+spin").transform.centre)
-    transform = whitening.plain(centre, 0.01 * np.eye(centre.size))
+    transform = plain(centre, 0.01 * np.eye(centre.size))
     posterior = Posterior(programs_for(structure), data, transform, np.zeros(2), 0.0, 0.0)
     assert (unresolved(posterior) > RESOLVED) is few
 

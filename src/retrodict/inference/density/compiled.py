@@ -25,6 +25,7 @@ from numpyro.infer.util import ParamInfo
 from retrodict.inference.density import disk_cache
 from retrodict.inference.density.log_density import Target
 from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.models.arrays import Data, Structure
 
 BATCH = 512  # run-outs per call of `reached`
@@ -141,7 +142,7 @@ class Programs:
         def advance_compiled(state: Any, *arguments: Any) -> Any:
             return self._finished(f"advance {which}")(state, *arguments)
 
-        n = rest_pose.size(self.structure)
+        n = transform_of(self.structure).size(self.structure)
         nowhere = (jax.random.key(0), np.zeros(n), 0.0, np.zeros(n), *example)
         self._submit(f"start {which}", lambda: jax.jit(first).lower(*nowhere))
         self._submit(

@@ -16,6 +16,7 @@ from numpyro import handlers
 from numpyro.infer.util import log_density
 
 from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
@@ -84,7 +85,8 @@ class Target:
             missed: by what surrogates miss, so that no run-out is needed; where it is not given, or no
                 number, run-outs give it.
         """
-        sites, log_det, q = rest_pose.locate(self.structure, data, transform, w)
+        kind = transform_of(self.structure)
+        sites, log_det, q = kind.forward_and_log_det(self.structure, data, transform, w)
         names = self.structure.surrogates
         off = jnp.zeros(len(names))
 
@@ -99,8 +101,7 @@ class Target:
             off = off.at[i].set(by)
             return near + by
 
-        exact = self.structure.unpinned or self.structure.offset
-        given = {} if exact else {"surrogate": surrogate}
+        given = {} if kind.exact_gradient else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
         return Evaluated(joint + log_det, sites | _told(trace), q, off)
 

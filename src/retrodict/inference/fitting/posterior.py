@@ -23,7 +23,8 @@ from retrodict.inference.fitting import regression, whitening
 from retrodict.inference.fitting.optimise import Differenced, Differentiated, Potential, spread
 from retrodict.inference.fitting.pilot import prior_pilot
 from retrodict.inference.transforms import rest_pose, velocity
-from retrodict.inference.transforms.rest_pose import TransformParameters
+from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.parameters import TransformParameters, plain
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
@@ -89,7 +90,7 @@ class Posterior:
     @cached_property
     def potential(self) -> Potential:
         """Minus the log density."""
-        if not self.programs.structure.unpinned:
+        if not transform_of(self.programs.structure).exact_gradient:
             return Differenced(self._exact, self._alike)
 
         def at(w: np.ndarray) -> tuple[float, np.ndarray]:
@@ -134,9 +135,7 @@ class Posterior:
             w.shape[0] + _AS_DRAWS
         )
         centre = np.asarray(self.transform.centre) + spread @ w.mean(axis=0)
-        return replace(
-            self, transform=whitening.plain(centre, spread @ np.linalg.cholesky(covariance))
-        )
+        return replace(self, transform=plain(centre, spread @ np.linalg.cholesky(covariance)))
 
     def responding_by(self, w: np.ndarray) -> Posterior:
         """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
@@ -146,6 +145,11 @@ class Posterior:
         }
         responses = regression.responses(structure, self.data, run_outs_of(quantities), predicted)
         return replace(self, transform=self.transform._replace(responses=responses))
+
+    def refit(self, w: np.ndarray) -> Posterior:
+        """The same posterior, whitened by draws or with response surfaces fitted to them."""
+        whiten = transform_of(self.programs.structure).refit_to_draws
+        return self.about(w) if whiten else self.responding_by(w)
 
     def converted_to(self, other: Posterior, w: np.ndarray) -> np.ndarray:
         """Points in the coordinates of the same posterior about elsewhere; plain whitening only.
@@ -215,7 +219,7 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
         Unanswerable: a measured rest pose cannot be reached, or the density has no finite mode.
     """
     structure, data = RUNGS[rung].of_scene(scene)
-    if structure.unpinned:
+    if not transform_of(structure).by_regressions:
         return [_by_velocity(structure, data)]
     while True:
         found = _whitened(structure, data)
@@ -231,7 +235,7 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
 
 
 def _by_velocity(structure: Structure, data: Data) -> Posterior:
-    """The posterior about its mode in the coordinates of `unpinned`, sought from several crashes."""
+    """The posterior about its mode in the velocity transform, sought from several crashes."""
     score, quantities = prior_pilot(programs_for(structure), data)
     starts = [
         velocity.near(structure, data, {name: values[i] for name, values in quantities.items()})
@@ -253,16 +257,16 @@ def _refined(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
     """The posterior in coordinates whitened about the mode above q."""
     axes = np.eye(q.size)
     for _ in range(_CLIMBS):
-        at = Posterior(programs, data, whitening.plain(q, axes), np.zeros(2), -np.inf, 0.0)
+        at = Posterior(programs, data, plain(q, axes), np.zeros(2), -np.inf, 0.0)
         axes = axes @ spread(at.potential.curvature(np.zeros(q.size)), _RIDGE)
-        at = replace(at, transform=whitening.plain(q, axes))
+        at = replace(at, transform=plain(q, axes))
         mode, value = _mode(at)
         q = q + axes @ mode
         if not (np.isfinite(axes).all() and np.isfinite(q).all()):
             raise _no_mode("curvature")
         if np.linalg.norm(mode) < _STILL:
             break
-    return replace(at, transform=whitening.plain(q, axes), log_evidence=-value)
+    return replace(at, transform=plain(q, axes), log_evidence=-value)
 
 
 def _no_mode(lacks: str) -> Unanswerable:
@@ -297,7 +301,9 @@ def unresolved(posterior: Posterior) -> float:
     quantities = likely(CHUNK)
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
     nowhere = np.zeros(posterior.size)
-    names = jax.eval_shape(partial(rest_pose.locate, s), data, posterior.transform, nowhere)[0]
+    names = jax.eval_shape(
+        partial(transform_of(s).forward_and_log_det, s), data, posterior.transform, nowhere
+    )[0]
     again = programs_for(finer)("simulate", finely, {k: quantities[k] for k in names})
     moved = [
         (again[f"predicted/{k}"] - quantities[f"predicted/{k}"]) / data.evidence[k][1]
@@ -317,7 +323,11 @@ def run_outs_of(quantities: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarr
 
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that may count, the likeliest first, in as many steps as it takes."""
-    regressions, error, unresolved = whitening.blank(structure).regressions, np.zeros(2), 0.0
+    regressions, error, unresolved = (
+        transform_of(structure).example(structure).regressions,
+        np.zeros(2),
+        0.0,
+    )
     # no more steps of the run-out than this scene's measurements can tell apart
     while True:
         programs = programs_for(structure)
@@ -330,7 +340,7 @@ def _whitened(structure: Structure, data: Data) -> list[Posterior]:
         if unresolved <= RESOLVED or steps >= MOST_STEPS:
             break
         structure, data = in_steps(structure, data, 2 * steps)
-    n = rest_pose.length(structure)
+    n = transform_of(structure).length(structure)
     starts = [whitening.sliding(programs, data, regressions, q) for q in _starts(structure)]
     tried = [whitening.about(programs, data, regressions, q, np.eye(n)) for q in starts]
     transform = _likeliest(programs, data, tried)
@@ -426,7 +436,7 @@ def _responding(posterior: Posterior) -> Posterior:
 
 def _starts(structure: Structure) -> list[np.ndarray]:
     """Where a mode may be sought from: all as measured, and A's speed anywhere if it was not."""
-    middle = np.zeros(rest_pose.length(structure))
+    middle = np.zeros(transform_of(structure).length(structure))
     if ("speed_a", "halfnormal") not in structure.uncertain:
         return [middle]
     unknown = len(structure.aims) + structure.names.index("speed_a")
@@ -439,7 +449,7 @@ def _likeliest(
     """The transform at whose centre the density is the highest."""
     if len(tried) == 1:
         return tried[0]
-    nowhere = np.zeros(rest_pose.size(programs.structure))
+    nowhere = np.zeros(transform_of(programs.structure).size(programs.structure))
     at = [Posterior(programs, data, transform, np.zeros(2), -np.inf, 0.0) for transform in tried]
     heights = [posterior.log_density(nowhere[None])[0] for posterior in at]
     return tried[int(np.argmax(np.nan_to_num(heights, nan=-np.inf)))]

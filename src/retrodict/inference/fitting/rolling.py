@@ -15,10 +15,11 @@ import numpy as np
 from jaxtyping import Float
 
 from retrodict.inference.density.compiled import BATCH, Programs, programs_for
-from retrodict.inference.fitting import regression, whitening
+from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.posterior import MOST_STEPS, RESOLVED, Posterior, run_outs_of
 from retrodict.inference.transforms import rest_pose
-from retrodict.inference.transforms.rest_pose import Guess
+from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.parameters import Guess, plain
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.runouts import roll
@@ -116,7 +117,7 @@ def prepare(scene: Scene, rung: str) -> Posterior:
 def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Posterior:
     """The posterior, each vehicle by its regression where that fits, and else by the guess."""
     structure = fitted.structure
-    regressions, error = whitening.blank(structure).regressions, np.zeros(2)
+    regressions, error = rest_pose.example_regressions(structure), np.zeros(2)
     if structure.inverted != VEHICLES:
         shot = regression.nearest(fitted, data, every=True)
         for i, v in enumerate(VEHICLES):
@@ -131,13 +132,15 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
         astray = (shot.missed > regression.REACHED) | shot.folds(regressions) | turns_open
         error = np.where(astray, np.inf, error)
     taken = np.where(error > _FITS, guess.taken, 0.0)
-    n = rest_pose.length(sampled.structure)
+    n = transform_of(sampled.structure).length(sampled.structure)
     spun = np.zeros(())
     if rest_pose.spins(structure):
         # where its rest pose does not pin the yaw rate after it, and if that is the sharper of both
         sharper = data.inputs["omega_b"][1] < guess.off[1, 2]
         spun = np.array(float(taken[1] > 0 and sharper))
-    transform = whitening.off(regressions, guess._replace(taken=taken, spun=spun), n)
+    transform = plain(np.zeros(n), np.eye(n))._replace(
+        regressions=regressions, guess=guess._replace(taken=taken, spun=spun)
+    )
     found = Posterior(sampled, data, transform, error, -np.inf, 0.0, _reach(structure, data, n))
     w = np.random.default_rng(0).standard_normal((BATCH, n))
     quantities = found.evaluate(w)[1]

@@ -8,13 +8,7 @@ from scipy.stats import norm
 
 from retrodict.inference.density.compiled import Programs
 from retrodict.inference.transforms import rest_pose
-from retrodict.inference.transforms.rest_pose import (
-    Constraints,
-    Guess,
-    Quadratic,
-    ResponseSurface,
-    TransformParameters,
-)
+from retrodict.inference.transforms.parameters import Constraints, Quadratic, TransformParameters
 from retrodict.inference.transforms.soft_bounds import (
     raised,
     soft_lower_bound_inverse,
@@ -23,15 +17,8 @@ from retrodict.inference.transforms.soft_bounds import (
 from retrodict.inference.transforms.velocity import KEPT
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, E
-from retrodict.scene.records import VEHICLES
 
 _NARROW = 1e-4  # of a margin's standard deviation: at least, so that something can be divided by it
-_NO_REGRESSIONS = (Quadratic(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
-_NO_CONSTRAINTS = Constraints(
-    *(np.zeros(0), np.zeros(0, int), np.zeros(0)),
-    *(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
-    *(np.zeros(0), np.ones(())),
-)
 _LIKELY = 0.1, 0.98  # shares of the sliding that a search begins from
 _SOFT = 1e-3, 2.0  # the least and most
 _RAISED = (
@@ -40,51 +27,6 @@ _RAISED = (
 
 Point = Float[np.ndarray, " q"]
 Spread = Float[np.ndarray, "q any"]
-
-
-def plain(centre: Point, spread: Spread) -> TransformParameters:
-    """A transform without regressions or constraints: w counts from the centre along the spread."""
-    return TransformParameters(
-        _NO_REGRESSIONS, _NO_CONSTRAINTS, centre, spread, np.array(np.linalg.slogdet(spread)[1]), ()
-    )
-
-
-def off(regressions: tuple[Quadratic, Quadratic], guess: Guess, n: int) -> TransformParameters:
-    """A transform of so many coordinates that are offsets, without constraints: w is q.
-
-    Args:
-        regressions: of the vehicles whose coordinates are the misses of their rest pose.
-        guess: of the velocities of the others.
-        n: number of coordinates.
-    """
-    return plain(np.zeros(n), np.eye(n))._replace(regressions=regressions, guess=guess)
-
-
-def blank(structure: Structure) -> TransformParameters:
-    """A transform of the right shapes and no meaning, to compile programs for."""
-    n, v = rest_pose.length(structure), len(structure.rests)
-    if structure.unpinned:
-        return plain(np.zeros(n), np.eye(n))
-    sizes = [v + len(rest_pose.shaping_inputs(structure, vehicle)) for vehicle in VEHICLES]
-    for_a, for_b = (Quadratic(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes)
-    if structure.offset:
-        return off((for_a, for_b), Guess(np.zeros(2), np.ones((2, 3)), np.zeros(())), n)
-    responses = []
-    for vehicle in structure.responding:
-        m, k = len(structure.on_way_of(vehicle)), sizes[VEHICLES.index(vehicle)]
-        surface = Quadratic(np.zeros(m), np.zeros((m, k)), np.zeros((m, k, k)))
-        responses.append(ResponseSurface(np.zeros(v), np.ones(v), surface))
-    levels = rest_pose.levels_of(structure)
-    m = len(rest_pose.margins(levels, np.ones(len(levels)), *np.ones((2, len(levels)))))
-    nowhere = np.zeros((m, n))
-    across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
-    constraints = Constraints(
-        side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m), np.ones(())
-    )
-    spread = np.zeros((n, rest_pose.size(structure)))
-    return TransformParameters(
-        (for_a, for_b), constraints, np.zeros(n), spread, np.zeros(()), tuple(responses)
-    )
 
 
 def about(
@@ -111,7 +53,7 @@ def about(
         kept: as of `Constraints`.
     """
     structure = programs.structure
-    held, empty = rest_pose.held_of(structure), blank(structure)
+    held, empty = rest_pose.held_of(structure), rest_pose.RestPose().example(structure)
     constraints = empty.constraints
     if rest_pose.levels_of(structure):
         constrained = centre if constrained is None else constrained
@@ -139,7 +81,7 @@ def _wall(
     """The constraints of `about`, and the spread without what of it changes what is held."""
     structure = programs.structure
     levels, held = rest_pose.levels_of(structure), rest_pose.held_of(structure)
-    flat = blank(structure)._replace(regressions=regressions)
+    flat = rest_pose.RestPose().example(structure)._replace(regressions=regressions)
     over, under, *slopes, by_z, sense = map(np.asarray, programs("levels", data, flat, constrained))
     if side is None:
         # vehicles close in, each from its own side, whatever the centre says
@@ -184,7 +126,7 @@ def sliding(
     if not rest_pose.samples_sliding(programs.structure):
         return q
     at = rest_pose.levels_of(programs.structure).index(SLIDING)
-    flat = blank(programs.structure)._replace(regressions=regressions)
+    flat = rest_pose.RestPose().example(programs.structure)._replace(regressions=regressions)
     over, under = map(np.asarray, programs("levels", data, flat, q)[:2])
     q = q.copy()
     q[-1] = soft_lower_bound_inverse(float(np.clip(over[at] / under[at], *_LIKELY)), KEPT) / KEPT

@@ -10,6 +10,7 @@ from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import chains, checkpoint
 from retrodict.inference.samplers.chains import Chains, sample
 from retrodict.inference.samplers.draws import Draws, Task
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.models.arrays import Structure
 
 _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
@@ -29,13 +30,12 @@ def draw(task: Task) -> Draws:
     """
     original, structure = task.posterior, task.posterior.programs.structure
     first, second = targets(structure)
-    if structure.unpinned or structure.responding:
+    if transform_of(structure).refit_to_draws or structure.responding:
         pilot = sample(replace(task, draws=_PILOT, resume=None), first)
         if not pilot.complete:
             raise Interrupted("stopped before any draws were kept")
         w = pilot.w.reshape(-1, original.size)
-        better = original.about(w) if structure.unpinned else original.responding_by(w)
-        task = replace(task, posterior=better)
+        task = replace(task, posterior=original.refit(w))
     found, target_accept = sample(task, first), first
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
@@ -61,7 +61,8 @@ def draw(task: Task) -> Draws:
 
 def targets(structure: Structure) -> tuple[float, float]:
     """Acceptance that a first run aims for, and one after divergences: the same where none helps."""
-    return (_CURVED, _CURVED) if structure.unpinned else (_FIRST_TRY, _SECOND_TRY)
+    refit = transform_of(structure).refit_to_draws
+    return (_CURVED, _CURVED) if refit else (_FIRST_TRY, _SECOND_TRY)
 
 
 def _told(
@@ -70,6 +71,6 @@ def _told(
     first = target_accept == targets(task.posterior.programs.structure)[0] and not found.complete
     unfinished = partial(checkpoint.packed, found, chains.settings(task)) if first else None
     w = found.w
-    if original.programs.structure.unpinned:
+    if transform_of(original.programs.structure).refit_to_draws:
         w = task.posterior.converted_to(original, w.reshape(-1, original.size)).reshape(w.shape)
     return Draws(w, found.stats, found.complete, notes, unfinished=unfinished)

@@ -21,143 +21,33 @@ the motion, by the little that was missed, which are linear equations.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
-from retrodict.inference.transforms import velocity
+from retrodict.inference.transforms.parameters import (
+    REACH,
+    Constraints,
+    Numbers,
+    Q,
+    Quadratic,
+    ResponseSurface,
+    TransformParameters,
+    saturated,
+    times,
+    unwhitened,
+)
+from retrodict.inference.transforms.protocol import Transform
 from retrodict.inference.transforms.soft_bounds import soft_lower_bound
-from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import SLIDING, E, Level, quotients
-from retrodict.models.runouts import roll
+from retrodict.models.impact import SLIDING, Level, quotients
 from retrodict.scene.records import VEHICLES
 
-_NO_CRASH = {"e": 0.1, "e_m": 0.5, "mu": 0.1}
 _UNBENT = 1 - 1e-6  # slope of `soft_lower_bound` from which on a margin bends nothing
-REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
-
-Numbers = Array | np.ndarray
-Q = Float[Array, " q"]
-
-
-class Quadratic(NamedTuple):
-    """A quadratic from (z, shaping inputs) to velocities over sqrt(friction).
-
-    Args:
-        constant: velocities, shape (v,).
-        linear: shape (v, k).
-        quadratic: shape (v, k, k), symmetric.
-    """
-
-    constant: Float[Numbers, " v"]
-    linear: Float[Numbers, "v k"]
-    quadratic: Float[Numbers, "v k k"]
-
-    def __call__(self, x: Float[Array, " k"]) -> Float[Array, " v"]:
-        """Its value at x."""
-        s = saturated(x)
-        return (
-            jnp.asarray(self.constant) + times(self.linear, x) + times(times(self.quadratic, s), s)
-        )
-
-
-def times(m: Float[Numbers, "*rows k"], x: Float[Numbers, " k"]) -> Float[Array, "*rows"]:
-    """m @ x as a product and a sum: XLA compiles that four times faster than small matrix products."""
-    return jnp.sum(m * x, axis=-1)
-
-
-def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any:
-    """x, held within REACH: the argument of the quadratic terms, so that they cannot fold."""
-    return REACH * xp.tanh(x / REACH)
-
-
-class Constraints(NamedTuple):
-    """How q is constrained so that what the impact model bounds or holds is so.
-
-    Args:
-        side: sign of each bounded level's denominator (1 for others): the branch, shape (levels,).
-        order: in which margins are constrained, as places in `margins`; all that follows has this order,
-            shape (m,).
-        margin: at the centre, shape (m,).
-        slope: by q there, shape (m, q).
-        along: for each a direction of q that moves it at rate 1 there and none before it, shape (m, q).
-        across: for each a direction of the motion (velocities after the impact over sqrt(friction), then
-            the deviate of A's speed where that is linear in it) that does, shape (m, v + 1).
-        softness: over which zero is approached, shape (m,).
-        kept: softness of the share of the sliding at zero, and what its entry of q is counted in.
-    """
-
-    side: Float[Numbers, " levels"]
-    order: Int[Numbers, " m"]
-    margin: Float[Numbers, " m"]
-    slope: Float[Numbers, "m q"]
-    along: Float[Numbers, "m q"]
-    across: Float[Numbers, "m v+1"]
-    softness: Float[Numbers, " m"]
-    kept: Float[Numbers, ""]
-
-
-class ResponseSurface(NamedTuple):
-    """What a vehicle passes on its way to rest: a quadratic of its velocity and shaping inputs.
-
-    Args:
-        centre: velocity after the impact from which it counts, m/s and rad/s, shape (v,).
-        unit: in which it counts, shape (v,).
-        surface: the quadratic, whose values are those of `Structure.on_way_of`.
-    """
-
-    centre: Float[Numbers, " v"]
-    unit: Float[Numbers, " v"]
-    surface: Quadratic
-
-    def __call__(self, velocity: Float[Array, " v"], shape: Float[Array, " inputs"]) -> Array:
-        """The items, shape (items,)."""
-        off = (velocity - jnp.asarray(self.centre)) / jnp.asarray(self.unit)
-        return self.surface(jnp.concatenate([off, shape]))
-
-
-class Guess(NamedTuple):
-    """Velocities after the impact of each vehicle that rolls, as the way to where it was found has them.
-
-    Args:
-        taken: whether the vehicle's coordinates are offsets from it, not its regression's; shape (2,).
-        off: by what they may be off: the logarithm of the speed, the course, rad, and the yaw rate,
-            rad/s, shape (2, 3).
-        spun: whether the last coordinate of B is by what its yaw rate before the impact is off what was
-            measured, in standard deviations.
-    """
-
-    taken: Float[Numbers, "2"]
-    off: Float[Numbers, "2 3"]
-    spun: Float[Numbers, ""]
-
-
-class TransformParameters(NamedTuple):
-    """The numbers of the bijection w -> q -> the model's unknowns, and of the slopes beside it.
-
-    Args:
-        regressions: the quadratics for A and B.
-        constraints: the constrain.
-        centre: q at w = 0, shape (q,).
-        spread: q's change per w, shape (q, w); no column changes what is held, to first order.
-        log_volume: log |det| of the spread and the directions of what is held together.
-        responses: of each of `Structure.responding`.
-        guess: of the velocities from which coordinates are offsets, where they are.
-    """
-
-    regressions: tuple[Quadratic, Quadratic]
-    constraints: Constraints
-    centre: Float[Numbers, " q"]
-    spread: Float[Numbers, "q w"]
-    log_volume: Float[Numbers, ""]
-    responses: tuple[ResponseSurface, ...]
-    guess: Guess | None = None
 
 
 def levels_of(structure: Structure) -> tuple[Level, ...]:
@@ -202,26 +92,12 @@ def held_of(structure: Structure) -> int:
 
 def samples_sliding(structure: Structure) -> bool:
     """Whether the last entry of q is the share of the sliding that is kept, before it is bounded."""
-    return not (structure.unpinned or structure.offset) and SLIDING in levels_of(structure)
-
-
-def length(structure: Structure) -> int:
-    """Number of entries of q."""
-    if structure.unpinned:
-        return len(velocity.names(structure)) + len(structure.uncertain)
-    return length_for_regressions(structure) + samples_sliding(structure)
+    return SLIDING in levels_of(structure)
 
 
 def length_for_regressions(structure: Structure) -> int:
     """Number of entries that regressions are fitted over: (z_a, z_b, xi)."""
     return len(structure.aims) + len(structure.uncertain)
-
-
-def size(structure: Structure) -> int:
-    """Number of sampled coordinates, the entries of w."""
-    if structure.unpinned:
-        return length(structure)
-    return length(structure) - held_of(structure)
 
 
 def shaping_inputs(structure: Structure, vehicle: str) -> list[int]:
@@ -265,7 +141,7 @@ def _inverted(
     structure: Structure, data: Data, q: Q, v: str
 ) -> tuple[Float[Array, " v"], Float[Array, "v v"]]:
     """`reduced` of a vehicle whose run-out has an inverse in closed form."""
-    z, xi = _split(structure, q)
+    z, xi = split(structure, q)
     x = parts.from_standard(structure, data, xi)
     inverse = RUNGS[structure.rung].run_out.inverse
     assert inverse is not None, "its run-out is not integrated"
@@ -283,12 +159,12 @@ def _inverted(
 
 def _regression_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]]:
     """(z, shaping inputs) of each vehicle."""
-    z, xi = _split(structure, q)
+    z, xi = split(structure, q)
     shaping = [np.array(shaping_inputs(structure, v), dtype=int) for v in "ab"]
     return [jnp.concatenate([own, xi[s]]) for own, s in zip(z.reshape(2, -1), shaping, strict=True)]
 
 
-def _split(structure: Structure, q: Q) -> tuple[Array, Array]:
+def split(structure: Structure, q: Q) -> tuple[Array, Array]:
     """z and xi of q."""
     n = len(structure.aims)
     return q[:n], q[n : n + len(structure.uncertain)]
@@ -298,7 +174,7 @@ def separation_at(
     structure: Structure, data: Data, transform: TransformParameters, q: Q
 ) -> tuple[Float[Array, " separation"], parts.Values]:
     """Velocities after the impact, and measured inputs, at q."""
-    x = parts.from_standard(structure, data, _split(structure, q)[1])
+    x = parts.from_standard(structure, data, split(structure, q)[1])
     return friction_scale(structure, data, x) * reduced(structure, data, transform, q)[0], x
 
 
@@ -344,7 +220,7 @@ def constrain(
     there = q + shift @ constraints.along
 
     # then by the motion, the little that was missed
-    x = parts.from_standard(structure, data, _split(structure, there)[1])
+    x = parts.from_standard(structure, data, split(structure, there)[1])
     scale = friction_scale(structure, data, x)
     velocities, slopes = reduced(structure, data, transform, there)
 
@@ -452,7 +328,7 @@ def _by_q(
     """What of q moves the motion along `Constraints.across`."""
     v, count = len(structure.rests), len(constraints.across)
     of_a, of_b = constraints.across[:, :v].T, constraints.across[:, v : 2 * v].T
-    by_q = jnp.zeros((length(structure), count))
+    by_q = jnp.zeros((len(constraints.slope.T), count))
     by_q = by_q.at[: 2 * v].set(jnp.concatenate([_over(slopes[0], of_a), _over(slopes[1], of_b)]))
     speed_a = place_of_speed_a(structure)
     return by_q if speed_a is None else by_q.at[speed_a].set(constraints.across[:, -1])
@@ -463,104 +339,6 @@ def place_of_speed_a(structure: Structure) -> int | None:
     if ("speed_a", "normal") not in structure.uncertain:
         return None
     return len(structure.aims) + structure.names.index("speed_a")
-
-
-def locate(
-    structure: Structure, data: Data, transform: TransformParameters, w: Float[Array, " w"]
-) -> tuple[parts.Values, Float[Array, ""], Q]:
-    """The model's unknowns at w, and log |d unknowns / d w|.
-
-    Args:
-        structure: of the scene.
-        data: its numbers.
-        transform: the numbers of the bijection.
-        w: a point of the sampled space, shape (w,).
-
-    Returns:
-        A value for each of the model's sample sites, the log determinant, and q.
-    """
-    q = jnp.asarray(transform.centre) + times(transform.spread, w)
-    log_det = jnp.asarray(transform.log_volume)
-    if structure.unpinned:
-        sites, volume = velocity.locate(structure, data, q)
-        return sites, volume + log_det, q
-    if structure.offset:
-        sites, volume = _off_guess(structure, data, transform, q)
-        return sites, volume + log_det, q
-    v = len(structure.aims)
-    constrained = Constrained(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
-    if levels_of(structure):
-        constrained = constrain(structure, data, transform, q)
-    slopes = reduced(structure, data, transform, constrained.q)[1]
-    separation, x = separation_at(structure, data, transform, constrained.q)
-    log_det += constrained.log_det + v * jnp.log(friction_scale(structure, data, x))
-    log_det += _log_det(slopes[0]) + _log_det(slopes[1])
-    x["speed_a"] += constrained.motion[v]
-    q = constrained.q + constrained.by_q
-    sites, log_inverse = _sites(structure, data, q, separation + constrained.motion[:v], x)
-    log_det += log_inverse - jnp.log(sites["speed_b"])  # which stands with its direction for two
-    if samples_sliding(structure):  # what is held at a share of a divisor moves with both
-        x = parts.from_standard(structure, data, _split(structure, q)[1])
-        free = quotients((SLIDING,), separation + constrained.motion[:v], x)[1][0]
-        softness = jnp.asarray(transform.constraints.kept)
-        log_det += (
-            jnp.log(jnp.abs(free) * softness) + soft_lower_bound(softness * q[-1], softness)[1]
-        )
-    return sites | constrained.levels, log_det, q
-
-
-def _off_guess(
-    structure: Structure, data: Data, transform: TransformParameters, q: Q
-) -> tuple[parts.Values, Float[Array, ""]]:
-    """`locate` where coordinates are offsets: unknowns at q, and log |d unknowns / d q|.
-
-    Bounds are no margins here: beyond them there is no density.
-    """
-    guess, impact = transform.guess, RUNGS[structure.rung].impact
-    assert guess is not None, "whitening of offsets have one"
-    last, spun = len(structure.aims) - 1, jnp.asarray(guess.spun) > 0
-    deviate, q = q[last], q.at[last].set(jnp.where(spun, 0.0, q[last]))
-    x = parts.from_standard(structure, data, _split(structure, q)[1])
-    scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, data, transform, q)
-    separation = scale * velocities.reshape(2, -1)
-    volumes = [_log_det(own) + len(own) * jnp.log(scale) for own in slopes]
-    # of B but for its yaw rate
-    flat = _log_det(slopes[1][:2, :2]) + 2 * jnp.log(scale)
-    for i, v in enumerate(VEHICLES):
-        if v not in structure.integrated or v not in data.ways:
-            continue
-        u, units = q[3 * i : 3 * i + 3], jnp.asarray(guess.off)[i]
-        off = dict(zip(roll.offsets(v), units * u, strict=True))
-        off[f"roll_speed_{v}"] = jnp.exp(off[f"roll_speed_{v}"])
-        end = jnp.nan_to_num(jnp.asarray(data.ways[v])[-1])
-        V = roll.inverse(structure, data, x | off, v)(end)
-        taken = jnp.asarray(guess.taken)[i] > 0
-        own = jnp.log(V[0] ** 2 + V[1] ** 2) + jnp.log(units[0] * units[1])
-        separation = separation.at[i].set(jnp.where(taken, V, separation[i]))
-        volumes[i] = jnp.where(taken, own + jnp.log(units[2]), volumes[i])
-        flat = jnp.where(taken, own, flat) if v == "b" else flat
-    if spins(structure):
-        middle, sd = data.inputs["omega_b"]
-        # both yaw rates of B go together one to one (SAE 770014, eq 21)
-        still = impact.unknowns(separation.at[1, 2].set(0.0).ravel(), x)[0]["omega_b"]
-        turned = separation.at[1, 2].set(middle + sd * deviate - still)
-        separation = jnp.where(spun, turned, separation)
-        volumes[1] = jnp.where(spun, flat + jnp.log(sd), volumes[1])
-    sites, log_inverse = _sites(structure, data, q, separation.ravel(), x)
-    log_det = log_inverse - jnp.log(sites["speed_b"]) + volumes[0] + volumes[1]
-    bounded, inside = levels_of(structure), jnp.array(True)
-    if bounded:
-        over, under = quotients(bounded, separation.ravel(), x)
-        low, high = (np.array([getattr(b, end) for b in bounded]) for end in ("low", "high"))
-        inside = ((over / under > low) & (over / under < high)).all()
-        # vehicles close in, each from its own side of the contact where it has one
-        to, closing = parts.bodies(x), under[bounded.index(E)]
-        inside &= (towards_b(to) * closing > 0) | ~either_side(to)
-    # no crash stands for those outside: one is put in their place whose run-outs are short
-    for name in [name for name in sites if name != "measured"]:
-        sites[name] = jnp.where(inside, sites[name], _NO_CRASH.get(name, 1.0))
-    return sites, jnp.where(inside, log_det, -jnp.inf)
 
 
 def spins(structure: Structure) -> bool:
@@ -586,7 +364,7 @@ def surrogate_value(
         after: velocities after the impact there.
         name: of `Structure.surrogates`.
     """
-    z, xi = _split(structure, q)
+    z, xi = split(structure, q)
     if name in structure.aims:
         return parts.aimed(structure, data, z).ravel()[structure.aims.index(name)]
     v = name[-1]
@@ -600,10 +378,10 @@ def solve_back(
     structure: Structure, data: Data, transform: TransformParameters, q: Q
 ) -> parts.Values:
     """The model's unknowns at q = (z, xi) by the regressions and the closed form, without bounds."""
-    return _sites(structure, data, q, *separation_at(structure, data, transform, q))[0]
+    return unknowns_of(structure, data, q, *separation_at(structure, data, transform, q))[0]
 
 
-def _sites(
+def unknowns_of(
     structure: Structure,
     data: Data,
     q: Q,
@@ -618,7 +396,7 @@ def _sites(
         middle = data.inputs["direction_b"][0]
         direction = middle + jnp.arctan2(jnp.sin(direction - middle), jnp.cos(direction - middle))
     if structure.uncertain:
-        sites["measured"] = _split(structure, q)[1]
+        sites["measured"] = split(structure, q)[1]
     return sites | {"speed_b": jnp.sqrt(v_bx**2 + v_by**2), "direction_b": direction}, log_det
 
 
@@ -632,7 +410,7 @@ def _over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k
     return (adjugate @ b) / _det(m)
 
 
-def _log_det(m: Any) -> Float[Array, ""]:
+def log_det_of(m: Any) -> Float[Array, ""]:
     """log |det| of a matrix of two or three rows."""
     return jnp.log(jnp.abs(_det(m)))
 
@@ -643,3 +421,83 @@ def _det(m: Any) -> Float[Array, ""]:
         return m[0][0] * m[1][1] - m[0][1] * m[1][0]
     a, b, c = jnp.asarray(m).T
     return jnp.dot(a, jnp.cross(b, c))
+
+
+def example_regressions(structure: Structure) -> tuple[Quadratic, Quadratic]:
+    """Regressions of the right shapes and no meaning."""
+    v = len(structure.rests)
+    sizes = [v + len(shaping_inputs(structure, vehicle)) for vehicle in VEHICLES]
+    for_a, for_b = (Quadratic(np.zeros(v), np.zeros((v, k)), np.zeros((v, k, k))) for k in sizes)
+    return for_a, for_b
+
+
+class RestPose(Transform):
+    """Rest poses determine the motion: they are coordinates, with surrogates for run-outs."""
+
+    exact_gradient = False
+    refit_to_draws = False
+    by_regressions = True
+
+    def length(self, structure: Structure) -> int:
+        """Number of entries of q."""
+        return length_for_regressions(structure) + samples_sliding(structure)
+
+    def size(self, structure: Structure) -> int:
+        """Number of entries of w: of q, but those that are held."""
+        return self.length(structure) - held_of(structure)
+
+    def example(self, structure: Structure) -> TransformParameters:
+        """Parameters of the right shapes and no meaning."""
+        n, v = self.length(structure), len(structure.rests)
+        regressions = example_regressions(structure)
+        responses = []
+        for vehicle in structure.responding:
+            m, k = (
+                len(structure.on_way_of(vehicle)),
+                regressions[VEHICLES.index(vehicle)].linear.shape[1],
+            )
+            surface = Quadratic(np.zeros(m), np.zeros((m, k)), np.zeros((m, k, k)))
+            responses.append(ResponseSurface(np.zeros(v), np.ones(v), surface))
+        levels = levels_of(structure)
+        m = len(margins(levels, np.ones(len(levels)), *np.ones((2, len(levels)))))
+        nowhere = np.zeros((m, n))
+        across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
+        constraints = Constraints(
+            side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m), np.ones(())
+        )
+        spread = np.zeros((n, self.size(structure)))
+        return TransformParameters(
+            regressions, constraints, np.zeros(n), spread, np.zeros(()), tuple(responses)
+        )
+
+    def forward_and_log_det(
+        self,
+        structure: Structure,
+        data: Data,
+        parameters: TransformParameters,
+        w: Float[Array, " w"],
+    ) -> tuple[parts.Values, Float[Array, ""], Q]:
+        """The unknowns at w, log |d unknowns / d w|, and q."""
+        q, log_det = unwhitened(parameters, w)
+        v = len(structure.aims)
+        constrained = Constrained(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
+        if levels_of(structure):
+            constrained = constrain(structure, data, parameters, q)
+        slopes = reduced(structure, data, parameters, constrained.q)[1]
+        separation, x = separation_at(structure, data, parameters, constrained.q)
+        log_det += constrained.log_det + v * jnp.log(friction_scale(structure, data, x))
+        log_det += log_det_of(slopes[0]) + log_det_of(slopes[1])
+        x["speed_a"] += constrained.motion[v]
+        q = constrained.q + constrained.by_q
+        sites, log_inverse = unknowns_of(structure, data, q, separation + constrained.motion[:v], x)
+        log_det += log_inverse - jnp.log(
+            sites["speed_b"]
+        )  # which stands with its direction for two
+        if samples_sliding(structure):  # what is held at a share of a divisor moves with both
+            x = parts.from_standard(structure, data, split(structure, q)[1])
+            free = quotients((SLIDING,), separation + constrained.motion[:v], x)[1][0]
+            softness = jnp.asarray(parameters.constraints.kept)
+            log_det += (
+                jnp.log(jnp.abs(free) * softness) + soft_lower_bound(softness * q[-1], softness)[1]
+            )
+        return sites | constrained.levels, log_det, q

@@ -21,6 +21,8 @@ import numpy as np
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 
+from retrodict.inference.transforms.parameters import Q, TransformParameters, plain, unwhitened
+from retrodict.inference.transforms.protocol import Transform
 from retrodict.inference.transforms.soft_bounds import (
     soft_interval,
     soft_lower_bound,
@@ -195,3 +197,36 @@ def _scales(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "
         return jnp.ones(2)
     as_measured = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
     return jnp.sqrt(parts.drag_factors(structure, x) / parts.drag_factors(structure, as_measured))
+
+
+class Velocity(Transform):
+    """Velocities after the impact are coordinates: rest poses do not determine the motion."""
+
+    exact_gradient = True
+    refit_to_draws = True
+    by_regressions = False
+
+    def length(self, structure: Structure) -> int:
+        """Number of entries of q."""
+        return len(names(structure)) + len(structure.uncertain)
+
+    def size(self, structure: Structure) -> int:
+        """Number of entries of w."""
+        return self.length(structure)
+
+    def example(self, structure: Structure) -> TransformParameters:
+        """Parameters of the right shapes and no meaning."""
+        n = self.length(structure)
+        return plain(np.zeros(n), np.eye(n))
+
+    def forward_and_log_det(
+        self,
+        structure: Structure,
+        data: Data,
+        parameters: TransformParameters,
+        w: Float[Array, " w"],
+    ) -> tuple[parts.Values, Float[Array, ""], Q]:
+        """The unknowns at w, log |d unknowns / d w|, and q."""
+        q, log_det = unwhitened(parameters, w)
+        sites, volume = locate(structure, data, q)
+        return sites, volume + log_det, q

@@ -1,0 +1,18 @@
+"""Which transform a structure is sampled by: the one place that asks."""
+
+from __future__ import annotations
+
+from retrodict.inference.transforms.offset import Offset
+from retrodict.inference.transforms.protocol import Transform
+from retrodict.inference.transforms.rest_pose import RestPose
+from retrodict.inference.transforms.velocity import Velocity
+from retrodict.models.arrays import Structure
+
+_REST_POSE, _VELOCITY, _OFFSET = RestPose(), Velocity(), Offset()
+
+
+def transform_of(structure: Structure) -> Transform:
+    """The transform of a structure."""
+    if structure.unpinned:
+        return _VELOCITY
+    return _OFFSET if structure.offset else _REST_POSE
