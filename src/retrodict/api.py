@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from retrodict.findings import Findings
     from retrodict.report.drawing_process import DrawingProcess
 
 
@@ -77,6 +78,13 @@ class Result:
         """The verdict on the draws' numerical quality."""
         return self.outcome.checks
 
+    @cached_property
+    def findings(self) -> Findings:
+        """Every number, sentence and table of the report, computed when first asked for."""
+        from retrodict import findings  # imports xarray, which a run does while programs compile
+
+        return findings.of(self.outcome, self.ladder)
+
     def summary(self, units: Units = "si") -> pd.DataFrame:
         """The reported quantities in a table.
 
@@ -87,9 +95,9 @@ class Result:
             One row a quantity, one column a statistic; quantities that failed a check of their own
             are NaN, and the column `checks` says so.
         """
-        from retrodict.report.findings import summary_frame
+        from retrodict.findings.summary import summary_frame
 
-        return summary_frame(self.outcome, units)
+        return summary_frame(self.findings, units)
 
     def plot_posterior(self, units: Units = "si") -> Figure:
         """Marginal posteriors of speed, e, e_m and mu with their intervals."""
@@ -119,7 +127,7 @@ class Result:
         """
         from retrodict.report.document import write_report
 
-        write_report(self.outcome, Path(path), units, ladder=self.ladder)
+        write_report(self.findings, self.outcome, Path(path), units)
         return Path(path)
 
     def save(
@@ -143,27 +151,27 @@ class Result:
             OSError: something could not be written; then nothing in the directory has changed.
         """
         # handed over before the imports and asked for last: all else is done while they are drawn
-        begun = drawing.begin(self.outcome, units) if drawing else None
+        begun = drawing.begin(self.findings, self.outcome, units) if drawing else None
 
+        from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
         from retrodict.report.document import report_html
         from retrodict.report.figures import images
         from retrodict.report.files import write_together
-        from retrodict.report.findings import SUMMARY, holds_answer, summary_json
 
         directory = Path(directory)
-        chains = {CHAINS: self.outcome.unfinished()} if self.outcome.unfinished else {}
+        chains = {CHAINS: self.outcome.unfinished} if self.outcome.unfinished else {}
         if not self.outcome.complete and holds_answer(directory):
             write_together(directory, chains)
             return directory
-        drawn = cache(begun or partial(images, self.outcome, units))
+        drawn = cache(begun or partial(images, self.findings, self.outcome, units))
         # netCDF in memory: where a disk is full, the library that writes it ends the process
         files = {
             "posterior.nc": bytes(self.idata.to_netcdf()),
-            "report.html": report_html(self.outcome, units, drawn, self.ladder).encode(),
+            "report.html": report_html(self.findings, self.outcome, units, drawn).encode(),
             **{f"figures/{name}.png": image for name, image in drawn().items()},
             **chains,
         }
-        files[SUMMARY] = summary_json(self.outcome, files, self.ladder)
+        files[SUMMARY] = summary_json(self.findings, files)
         write_together(directory, files)
         if not chains:
             (directory / CHAINS).unlink(missing_ok=True)  # of a run that this one went on with
@@ -172,12 +180,12 @@ class Result:
     def _draw(self, name: str, units: Units) -> Figure:
         from retrodict.report.figures import FIGURES
 
-        return FIGURES[name].draw(self.outcome, units)
+        return FIGURES[name].draw(self.findings, self.outcome, units)
 
     def _repr_html_(self) -> str:
-        from retrodict.report.document import outcome_html
+        from retrodict.report.document import findings_html
 
-        return outcome_html(self.outcome)
+        return findings_html(self.findings)
 
 
 @shown_in_notebooks

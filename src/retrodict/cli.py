@@ -41,7 +41,7 @@ class UnitChoice(StrEnum):
     us = "us"
 
 
-# spelled out, not taken from `inference.methods`: that would import JAX for --help
+# spelled out, not taken from `inference.samplers`: that would import JAX for --help
 MethodChoice = StrEnum(
     "MethodChoice", ["nuts", "importance", "smc", "laplace", "monte-carlo", "linear"]
 )
@@ -97,7 +97,7 @@ def check(
 
 def _check_results(folder: Path) -> None:
     """Whether all files of a folder of results come from one run."""
-    from retrodict.report.findings import SUMMARY, read_summary, strangers
+    from retrodict.findings.summary import SUMMARY, read_summary, strangers
 
     if read_summary(folder) is None:
         _fail(f"{folder}: no results are told of there: {SUMMARY} is missing or damaged")
@@ -157,8 +157,8 @@ def reconstruct(
         _known_rung(model, auto=True)
 
         from retrodict.api import reconstruct as run
+        from retrodict.findings.summary import holds_answer
         from retrodict.inference import Interrupted, Unanswerable
-        from retrodict.report.findings import holds_answer
 
         try:
             result = run(
@@ -193,7 +193,7 @@ def reconstruct(
     from retrodict.report.terminal import print_summary
 
     console = Console(quiet=quiet)
-    print_summary(result.outcome, console, units.value, result.ladder)
+    print_summary(result.findings, console, units.value)
     _name(folder / "report.html", console)
     if stays:
         again = "; --resume goes on with this one" if result.outcome.unfinished else ""

@@ -155,7 +155,7 @@ def test_interrupt_keeps_the_draws_says_so_and_resumes(
     monkeypatch.setattr(chains, "wait", original)
     file = tmp_path / "chains.npz"
     assert cut.unfinished is not None
-    file.write_bytes(cut.unfinished())
+    file.write_bytes(cut.unfinished)
     drawn = cut.idata["posterior"].sizes["draw"] + 200
     resumed = reconstruct(SCENE, draws=drawn, resume=file)
     whole = reconstruct(SCENE, draws=drawn)

@@ -5,9 +5,10 @@ from html.parser import HTMLParser
 
 import pytest
 
+from retrodict import findings
 from retrodict.inference.outcome import Checks
 from retrodict.report import document, figures, files
-from retrodict.report.document import outcome_html, report_html, scene_html, write_report
+from retrodict.report.document import findings_html, report_html, scene_html, write_report
 from retrodict.scene.records import Measured
 
 EVIL = '<script>alert("x")</script>'
@@ -26,16 +27,20 @@ class Tags(HTMLParser):
         self.loads += [value for name, value in attrs if name in ("src", "href")]
 
 
+def html(outcome, units="si"):
+    return report_html(findings.of(outcome), outcome, units)
+
+
 @pytest.fixture(scope="module")
 def good(outcome):
-    return report_html(outcome, "si")
+    return html(outcome, "si")
 
 
 @pytest.fixture(scope="module")
 def bad(failing):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "FIGURES", {})
-        return report_html(failing, "us")
+        return html(failing, "us")
 
 
 @pytest.fixture
@@ -110,7 +115,7 @@ def test_the_report_holds_what_a_court_asks_for(good, wanted):
 
 @pytest.mark.usefixtures("no_figures")
 def test_a_run_out_s_own_error_has_a_column_and_a_line_where_there_is_one(good, rolled):
-    page = report_html(rolled)
+    page = html(rolled)
     text, missed = flat(page), rolled.scene.evidence()["rest_x_b"].model_sd
     assert "Model ± sd" in text
     assert f"<td>± {missed:.2f}</td>" in page
@@ -156,7 +161,7 @@ def test_what_would_narrow_the_answer_is_told_unless_it_failed(good, bad):
 
 def test_texts_of_the_scene_are_escaped_everywhere(outcome):
     evil = evil_outcome(outcome)
-    for page in (report_html(evil), outcome_html(evil), scene_html(evil.scene)):
+    for page in (html(evil), findings_html(findings.of(evil)), scene_html(evil.scene)):
         assert "<script" not in page
         assert "&lt;script&gt;" in page
         assert "script" not in Tags(page).tags
@@ -167,20 +172,20 @@ def test_missing_groups_do_not_break_the_report(outcome, drop):
     bare = outcome
     for group in ("prior", "posterior_predictive", "trajectories", "sample_stats"):
         bare = drop(bare, group)
-    assert "17.5 and 21.0 m/s" in flat(report_html(bare))
+    assert "17.5 and 21.0 m/s" in flat(html(bare))
 
 
 def test_fragments_show_results_and_sources(outcome, failing):
-    assert "19.2 ± 0.9" in outcome_html(outcome)
-    assert "42.9 ± 2.0" in outcome_html(outcome, "us")
-    assert "NOT TO BE RELIED ON" in outcome_html(failing)
+    assert "19.2 ± 0.9" in findings_html(findings.of(outcome))
+    assert "42.9 ± 2.0" in findings_html(findings.of(outcome), "us")
+    assert "NOT TO BE RELIED ON" in findings_html(findings.of(failing))
     assert "20.10 ± 0.50" in scene_html(outcome.scene)
     assert "event data recorder" in scene_html(outcome.scene)
 
 
 @pytest.mark.usefixtures("no_figures")
 def test_evidence_of_every_kind_is_registered(sparse):
-    text = flat(report_html(sparse))
+    text = flat(html(sparse))
     assert "Asked: how fast each vehicle was travelling" in text
     register = text[text.index("What was measured of the vehicles after") :]
     for wanted in (
@@ -197,7 +202,7 @@ def test_evidence_of_every_kind_is_registered(sparse):
         assert wanted in register
     assert "mark 1 of B: x = 2.00 m, y = −1.50 m, front left wheel" in register
     assert "mark 2 of B: x = 4.50 m, y = −5.00 m, centre of gravity" in register
-    assert "mark 1 of B: x = 6.56 ft, y = −4.92 ft" in flat(report_html(sparse, "us"))
+    assert "mark 1 of B: x = 6.56 ft, y = −4.92 ft" in flat(html(sparse, "us"))
     assert "rest of A" not in text
     assert "mark 2 of B" in scene_html(sparse.scene)
 
@@ -211,7 +216,7 @@ def test_a_report_where_the_speed_of_a_is_known_asks_for_that_of_b(good):
 
 def test_a_report_is_written_whole(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(document, "report_html", lambda *_: "<p>new ±</p>")
-    path = write_report(outcome, tmp_path / "deep" / "report.html")
+    path = write_report(findings.of(outcome), outcome, tmp_path / "deep" / "report.html")
     assert path.read_text(encoding="utf-8") == "<p>new ±</p>"
     assert [p.name for p in path.parent.iterdir()] == ["report.html"]
 
@@ -226,5 +231,5 @@ def test_a_failing_write_leaves_the_old_report(outcome, tmp_path, monkeypatch):
 
     monkeypatch.setattr(files.os, "replace", refuse)
     with pytest.raises(OSError, match="disk full"):
-        write_report(outcome, path)
+        write_report(findings.of(outcome), outcome, path)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("report.html", "old")]

@@ -9,10 +9,10 @@ import xarray as xr
 from matplotlib.patches import Wedge
 from matplotlib.text import Text
 
+from retrodict import findings
 from retrodict.report import figures, files
 from retrodict.report.figure_scene import half_plane, impact_pose, outline
 from retrodict.report.figures import FIGURES, save_figures, to_png, to_svg
-from retrodict.report.findings import inputs_table
 from retrodict.scene.records import Edge, Measured
 
 NEEDS = (
@@ -25,12 +25,16 @@ NEEDS = (
 )
 
 
+def drawn(name, outcome, units="si"):
+    return FIGURES[name].draw(findings.of(outcome), outcome, units)
+
+
 def words(figure):
     return "\n".join(text.get_text() for text in figure.findobj(Text))
 
 
 def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
-    paths = save_figures(outcome, tmp_path / "new", "si")
+    paths = save_figures(findings.of(outcome), outcome, tmp_path / "new", "si")
     assert {p.name for p in paths} == {"posterior.png", "pair.png", "scene.png", "predictive.png"}
     for path in paths:
         image = matplotlib.image.imread(path)
@@ -41,27 +45,27 @@ def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
 
 @pytest.mark.parametrize(("name", "group"), NEEDS)
 def test_a_figure_draws_without_a_group_it_shows(outcome, drop, name, group):
-    FIGURES[name].draw(drop(outcome, group), "si").draw_without_rendering()
+    drawn(name, drop(outcome, group), "si").draw_without_rendering()
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_draws_without_any_group(outcome, name):
-    FIGURES[name].draw(replace(outcome, idata=xr.DataTree()), "si").draw_without_rendering()
+    drawn(name, replace(outcome, idata=xr.DataTree()), "si").draw_without_rendering()
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_draws_where_rests_are_missing(sparse, name):
-    FIGURES[name].draw(sparse, "us").draw_without_rendering()
+    drawn(name, sparse, "us").draw_without_rendering()
 
 
 def test_unknown_speeds_of_both_stand_side_by_side(outcome, sparse):
     for name, label in (("posterior", "Speed of A before impact"), ("pair", "speed of A (m/s)")):
-        assert label in words(FIGURES[name].draw(sparse, "si"))
-        assert label not in words(FIGURES[name].draw(outcome, "si"))
+        assert label in words(drawn(name, sparse, "si"))
+        assert label not in words(drawn(name, outcome, "si"))
 
 
 def test_the_scene_draws_what_was_measured_and_nothing_else(outcome, sparse):
-    full, other = (words(FIGURES["scene"].draw(o, "si")).split("\n") for o in (outcome, sparse))
+    full, other = (words(drawn("scene", o, "si")).split("\n") for o in (outcome, sparse))
     new = {"B1", "B2", "mark on the way to rest", "direction of travel ± 2 sd"}
     new |= {"end of rotation, measured"}
     assert new <= set(other)
@@ -71,11 +75,11 @@ def test_the_scene_draws_what_was_measured_and_nothing_else(outcome, sparse):
     assert not {"A rest", "at rest, measured"} & set(other)
     nothing = {"rest": {}, "marks": {}, "departure": {}, "end_of_rotation": {}}
     bare = replace(sparse, scene=replace(sparse.scene, **nothing))
-    assert "rest" not in words(FIGURES["scene"].draw(bare, "si"))
+    assert "rest" not in words(drawn("scene", bare, "si"))
 
 
 def test_run_outs_to_where_no_rest_was_measured_are_in_the_picture(sparse):
-    axes = FIGURES["scene"].draw(sparse, "si").axes[0]
+    axes = drawn("scene", sparse, "si").axes[0]
     ends = sparse.idata["trajectories"]["path"].isel(step=-1)
     for v in "ab":
         x, y = (ends.sel(vehicle=v, pose=pose).median() for pose in "xy")
@@ -85,7 +89,7 @@ def test_run_outs_to_where_no_rest_was_measured_are_in_the_picture(sparse):
 
 
 def test_marks_and_directions_are_drawn_where_they_were_measured(sparse):
-    axes = FIGURES["scene"].draw(sparse, "us").axes[0]
+    axes = drawn("scene", sparse, "us").axes[0]
     crosses = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "x"]
     assert np.array(crosses) * 0.3048 == pytest.approx(np.array([[2.0, -1.5], [4.5, -5.0]]))
     (diamond,) = [line for line in axes.lines if line.get_marker() == "D"]
@@ -99,21 +103,21 @@ def test_marks_and_directions_are_drawn_where_they_were_measured(sparse):
 
 
 def test_every_item_of_evidence_has_its_row(sparse):
-    text = words(FIGURES["predictive"].draw(sparse, "si"))
-    for row in inputs_table(sparse):
+    text = words(drawn("predictive", sparse, "si"))
+    for row in findings.of(sparse).measured:
         assert row.measured.sd == 0 or row.label in text
     assert "0.00 ± 0.15 m *" in text
 
 
 def test_a_missing_variable_is_said_in_its_panel(outcome, drop):
-    text = words(FIGURES["posterior"].draw(drop(outcome, "posterior"), "si"))
+    text = words(drawn("posterior", drop(outcome, "posterior"), "si"))
     assert "no draws of restitution e" in text
 
 
 @pytest.mark.parametrize("name", FIGURES)
 @pytest.mark.parametrize("units", ["si", "us"])
 def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
-    text = words(FIGURES[name].draw(outcome, units))
+    text = words(drawn(name, outcome, units))
     symbols = {"scene": ("x (m)", "x (ft)"), "posterior": ("m/s", "mph"),
                "pair": ("speed of B (m/s)", "speed of B (mph)"),
                "predictive": ("20.10 ± 0.50 m/s", "45.0 ± 1.1 mph")}  # fmt: skip
@@ -124,30 +128,30 @@ def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_only_a_failed_run_bears_a_banner(outcome, failing, name):
-    assert "NOT TO BE RELIED ON" in words(FIGURES[name].draw(failing, "si"))
-    assert "NOT TO BE RELIED ON" not in words(FIGURES[name].draw(outcome, "si"))
+    assert "NOT TO BE RELIED ON" in words(drawn(name, failing, "si"))
+    assert "NOT TO BE RELIED ON" not in words(drawn(name, outcome, "si"))
 
 
 def test_numbers_in_figures_of_a_failed_run_are_marked_or_withheld(failing):
-    text = words(FIGURES["posterior"].draw(failing, "si"))
+    text = words(drawn("posterior", failing, "si"))
     assert "19.1 m/s†" in text
     assert "90 %: 17.7 to 20.6†" in text
     assert "withheld" in text
     assert "0.704" not in text
-    pair = words(FIGURES["pair"].draw(failing, "si"))
+    pair = words(drawn("pair", failing, "si"))
     assert pair.count("withheld") == 3  # e_m with each of the others
 
 
 def test_correlations_are_those_of_the_draws(outcome):
     data = outcome.idata["posterior"]
     r = np.corrcoef(data["speed_b"].values.ravel(), data["mu"].values.ravel())[0, 1]
-    assert f"{r:.2f}" in words(FIGURES["pair"].draw(outcome, "si"))
+    assert f"{r:.2f}" in words(drawn("pair", outcome, "si"))
 
 
 def test_evidence_far_from_what_is_predicted_stays_in_the_picture(outcome):
     far = replace(outcome.scene.rest["a"], x=Measured(40.0, 0.1))
     scene = replace(outcome.scene, rest={**outcome.scene.rest, "a": far})
-    figure = FIGURES["predictive"].draw(replace(outcome, scene=scene), "si")
+    figure = drawn("predictive", replace(outcome, scene=scene), "si")
     assert "sd" in words(figure)
     low, high = figure.axes[0].get_xlim()
     assert high - low < 30
@@ -158,17 +162,17 @@ def test_constant_draws_do_not_break_a_figure(outcome):
     tree["posterior"]["e"] = tree["posterior"]["e"] * 0 + 0.1
     still = replace(outcome, idata=tree)
     for name in ("posterior", "pair"):
-        FIGURES[name].draw(still, "si").draw_without_rendering()
+        drawn(name, still, "si").draw_without_rendering()
 
 
 def test_names_of_surfaces_are_not_read_as_formulae(outcome):
     odd = replace(outcome.scene.surfaces[1], name=r"$\frac{")
     scene = replace(outcome.scene, surfaces=(outcome.scene.surfaces[0], odd))
-    to_png(FIGURES["scene"].draw(replace(outcome, scene=scene), "si"))
+    to_png(drawn("scene", replace(outcome, scene=scene), "si"))
 
 
 def test_what_is_drawn_alike_is_written_alike(outcome):
-    once, again = (to_svg(FIGURES["predictive"].draw(outcome, "si")) for _ in range(2))
+    once, again = (to_svg(drawn("predictive", outcome, "si")) for _ in range(2))
     assert once == again
     assert b"<svg" in once
 
@@ -208,7 +212,7 @@ def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {"scene": FIGURES["scene"]})
     monkeypatch.setattr(figures, "to_png", lambda _: b"new")
     with pytest.raises(OSError, match="disk full"):
-        save_figures(outcome, tmp_path, "si")
+        save_figures(findings.of(outcome), outcome, tmp_path, "si")
     assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("scene.png", b"old")]
 
 

@@ -10,10 +10,11 @@ import pytest
 from matplotlib.text import Text
 from rich.console import Console
 
+from retrodict import findings
+from retrodict.findings.summary import summarise
 from retrodict.report import figures
 from retrodict.report.document import report_html
 from retrodict.report.figure_ladder import distance, ladder_figure
-from retrodict.report.findings import summarise
 from retrodict.report.ladder import write_ladder
 from retrodict.report.terminal import print_ladder, print_summary
 from retrodict.studies.ladder import Step
@@ -46,7 +47,7 @@ def test_table_tells_every_rung_in_the_units_asked_for(ladder) -> None:
 
 def test_the_summary_of_a_run_says_who_chose_its_model(ladder) -> None:
     out = io.StringIO()
-    print_summary(make_outcome(make_scene()), Console(file=out, width=80), ladder=ladder)
+    print_summary(findings.of(make_outcome(make_scene()), ladder), Console(file=out, width=80))
     assert "model: middle is the lowest rung" in out.getvalue()
 
 
@@ -96,10 +97,10 @@ def test_distance_is_in_the_fullest_rung_s_standard_deviations() -> None:
 
 def test_report_and_summary_tell_the_choice_and_the_others(ladder, outcome, monkeypatch) -> None:
     monkeypatch.setattr(figures, "FIGURES", {})
-    page = report_html(outcome, "si", ladder=replace(ladder, reason=EVIL))
+    page = report_html(findings.of(outcome, replace(ladder, reason=EVIL)), outcome)
     assert "The choice of the model" in page
     assert "21.00 ± 0.90" in page
     assert "<script" not in page
-    assert "The choice of the model" not in report_html(outcome, "si")
-    assert summarise(outcome, ladder)["ladder"]["choice"] == "middle"
-    assert summarise(outcome)["ladder"] is None
+    assert "The choice of the model" not in report_html(findings.of(outcome), outcome)
+    assert summarise(findings.of(outcome, ladder))["ladder"]["choice"] == "middle"
+    assert summarise(findings.of(outcome))["ladder"] is None

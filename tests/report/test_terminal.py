@@ -4,12 +4,13 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+from retrodict import findings
 from retrodict.report.terminal import print_summary
 
 
 def printed(outcome, units="si", width=140):
     out = io.StringIO()
-    print_summary(outcome, Console(file=out, width=width), units)
+    print_summary(findings.of(outcome), Console(file=out, width=width), units)
     return out.getvalue()
 
 

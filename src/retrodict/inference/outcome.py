@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -69,7 +68,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Outcome:
-    """All that a report needs; nothing in it has to be computed again.
+    """All that findings are computed from: plain data, which can be pickled.
 
     Args:
         scene: what was measured.
@@ -85,7 +84,7 @@ class Outcome:
         settings: method, chains, draws, warmup.
         complete: False when the run was interrupted.
         notes: how the run helped itself.
-        unfinished: what an interrupted run needs to go on, as a file holds it.
+        unfinished: content of the file that an interrupted run goes on from; None where there is none.
         modes: the solutions found, the first of them the scene's; `mode` in sample_stats counts them
             where the draws are of several.
     """
@@ -100,5 +99,5 @@ class Outcome:
     settings: dict[str, int | str]
     complete: bool = True
     notes: tuple[str, ...] = field(default=())
-    unfinished: Callable[[], bytes] | None = field(default=None, repr=False)
+    unfinished: bytes | None = field(default=None, repr=False)
     modes: tuple[Mode, ...] = ()

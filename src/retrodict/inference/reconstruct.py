@@ -51,7 +51,7 @@ def reconstruct(
     Args:
         scene: what was measured.
         model: a name in `retrodict.models.RUNGS`.
-        method: a name in `retrodict.inference.methods.METHODS`.
+        method: a name in `retrodict.inference.samplers.METHODS`.
         chains: of draws; independent replicates where a method has no chains.
         draws: kept of each; None for as many as the method takes by default.
         warmup: iterations before them, where a method has any.
@@ -192,7 +192,7 @@ def compile_ahead(
     Args:
         scene: as of `reconstruct`, and so are the others.
         model: a name in `retrodict.models.RUNGS`.
-        method: a name in `retrodict.inference.methods.METHODS`.
+        method: a name in `retrodict.inference.samplers.METHODS`.
         warmup: iterations before the draws.
         pictured: whether the prior and run-outs are recorded too.
     """

@@ -54,7 +54,7 @@ class Run:
     seconds: float
     complete: bool
     notes: tuple[str, ...]
-    unfinished: Callable[[], bytes] | None
+    unfinished: bytes | None
     modes: tuple[Mode, ...]
     drawn: list[Draws]
 

@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any, Concatenate
 
 import matplotlib as mpl
 import numpy as np
-from arviz_stats import hdi
 from arviz_stats.base import array_stats
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from retrodict.report.findings import NOT_TO_BE_RELIED_ON
+from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
+from retrodict.findings.statistics import UNKNOWNS
 from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
 
 if TYPE_CHECKING:
+    from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 DPI = 200
@@ -31,7 +32,6 @@ INK, GREY, PALE = "#222222", "#777777", "#d9d9d9"
 BLUE, ORANGE = "#0072B2", "#D55E00"
 OF_VEHICLE = {"a": BLUE, "b": ORANGE}
 LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
-_SHOWN = ("speed_a", "speed_b", "e", "e_m", "mu")  # in the figures of unknowns
 SHORT = {"speed_a": "speed of A", "speed_b": "speed of B", "e": "e", "e_m": "e$_m$", "mu": "μ"}
 
 STYLE: dict[Any, Any] = {
@@ -57,15 +57,21 @@ STYLE: dict[Any, Any] = {
 
 
 def styled[**P](
-    draw: Callable[Concatenate[Outcome, Units, P], Figure],
-) -> Callable[Concatenate[Outcome, Units, P], Figure]:
+    draw: Callable[Concatenate[Findings, Outcome, Units, P], Figure],
+) -> Callable[Concatenate[Findings, Outcome, Units, P], Figure]:
     """A figure's function made to draw in the common style, under a banner where checks failed."""
 
     @functools.wraps(draw)
-    def drawn(outcome: Outcome, units: Units = "si", *args: P.args, **kwargs: P.kwargs) -> Figure:
+    def drawn(
+        findings: Findings,
+        outcome: Outcome,
+        units: Units = "si",
+        *args: P.args,
+        **kwargs: P.kwargs,
+    ) -> Figure:
         with mpl.rc_context(STYLE):
-            figure = draw(outcome, units, *args, **kwargs)
-            if not outcome.checks.passed:
+            figure = draw(findings, outcome, units, *args, **kwargs)
+            if not findings.checks.passed:
                 # the style's banner is a title of the figure, which its layout makes room for
                 figure.suptitle(
                     f"{NOT_TO_BE_RELIED_ON}: checks of the draws failed",
@@ -89,9 +95,9 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout=layout, facecolor="white")
 
 
-def shown(outcome: Outcome) -> tuple[str, ...]:
+def shown(findings: Findings) -> tuple[str, ...]:
     """The quantities that the figures of unknowns hold, in their order."""
-    return tuple(name for name in _SHOWN if name in outcome.scene.reported())
+    return tuple(name for name in UNKNOWNS if name in findings.scene.reported())
 
 
 def axis_label(name: str, units: Units) -> str:
@@ -111,12 +117,6 @@ def density(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         return None
     grid, height, _ = array_stats.kde(values)
     return grid, height
-
-
-def interval(values: np.ndarray, level: int) -> tuple[float, float]:
-    """The shortest interval that holds so many per cent of the draws."""
-    low, high = np.asarray(hdi(values, prob=level / 100, method="nearest"))
-    return float(low), float(high)
 
 
 def nothing_here(axes: Axes, what: str) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
+    from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 
@@ -35,34 +36,38 @@ class DrawingProcess:
             start_new_session=True,  # Ctrl-C ends the sampling; its draws are still to be drawn
         )
 
-    def begin(self, outcome: Outcome, units: Units) -> Callable[[], dict[str, bytes]]:
+    def begin(
+        self, findings: Findings, outcome: Outcome, units: Units
+    ) -> Callable[[], dict[str, bytes]]:
         """Hand over what to draw, once.
 
         Args:
-            outcome: the reconstruction.
+            findings: of the reconstruction.
+            outcome: its draws.
             units: "si" or "us".
 
         Returns:
             A function that draws the last figure, waits for the others, and gives their images: PNG
             by name, in the order of the report. Where the process failed, it draws them all.
         """
-        # neither is drawn, and the process would import JAX to read them
+        # none of this is drawn, and the process would import JAX to read models' descriptions
+        found = replace(findings, description=None, ladder=None)  # type: ignore[arg-type]
         bare = replace(outcome, description=None, unfinished=None)  # type: ignore[arg-type]
         assert self._process.stdin is not None
         # if the process is gone already, so is its answer
         with suppress(OSError), self._process.stdin as to_it:
-            pickle.dump((bare, units), to_it)
+            pickle.dump((found, bare, units), to_it)
 
         def images() -> dict[str, bytes]:
             from retrodict.report import figures  # matplotlib is slow to import
 
-            here = figures.images(outcome, units, _HERE)
+            here = figures.images(findings, outcome, units, _HERE)
             assert self._process.stdout is not None
             try:
                 with self._process, self._process.stdout as from_it:
                     return pickle.load(from_it) | here
             except (EOFError, pickle.UnpicklingError):
-                return figures.images(outcome, units, _THERE) | here
+                return figures.images(findings, outcome, units, _THERE) | here
 
         return images
 
@@ -71,8 +76,8 @@ def _main() -> None:
     import retrodict.inference.outcome  # noqa: F401
     from retrodict.report.figures import images
 
-    outcome, units = pickle.load(sys.stdin.buffer)
-    pickle.dump(images(outcome, units, _THERE), sys.stdout.buffer)
+    findings, outcome, units = pickle.load(sys.stdin.buffer)
+    pickle.dump(images(findings, outcome, units, _THERE), sys.stdout.buffer)
 
 
 if __name__ == "__main__":

@@ -11,13 +11,14 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.stats import gaussian_kde
 
+from retrodict.findings.rounding import format_value
+from retrodict.findings.statistics import finite_draws
 from retrodict.report import drawing
-from retrodict.report.findings import draws
-from retrodict.report.results import is_withheld, marked
-from retrodict.report.rounding import told
+from retrodict.report.results import marked
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
+    from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 CAPTION = (
@@ -29,19 +30,20 @@ _DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45
 
 
 @drawing.styled
-def pair_figure(outcome: Outcome, units: Units = "si") -> Figure:
+def pair_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
     """Pair plot of the unknown speeds, e, e_m and μ with density regions and correlations.
 
     Args:
-        outcome: the reconstruction.
+        findings: of the reconstruction.
+        outcome: its draws.
         units: "si" or "us".
 
     Returns:
         The figure.
     """
-    names = drawing.shown(outcome)
+    names = drawing.shown(findings)
     values = {
-        name: None if (v := draws(outcome, "posterior", name)) is None
+        name: None if (v := finite_draws(outcome, "posterior", name)) is None
         else v / drawing.worth(name, units).worth
         for name in names
     }  # fmt: skip
@@ -57,7 +59,7 @@ def pair_figure(outcome: Outcome, units: Units = "si") -> Figure:
             elif i > j:
                 _joint(axes, x, y)
             else:
-                _correlation(axes, outcome, (row, column), x, y)
+                _correlation(axes, findings, (row, column))
             _frame(axes, i, j, units, values)
     figure.align_ylabels(grid[:, 0])
     figure.legend(
@@ -129,14 +131,13 @@ def _joint(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
         )  # fmt: skip
 
 
-def _correlation(
-    axes: Axes, outcome: Outcome, names: tuple[str, str], x: np.ndarray, y: np.ndarray
-) -> None:
+def _correlation(axes: Axes, findings: Findings, names: tuple[str, str]) -> None:
     axes.set_axis_off()
-    if x.size != y.size or np.ptp(x) <= 0 or np.ptp(y) <= 0:
+    r = findings.correlations.get(names)
+    if r is None:
         return
-    r = float(np.corrcoef(x, y)[0, 1])
-    text = marked(outcome, told(r, 2), any(is_withheld(outcome, name) for name in names))
+    withheld = any(findings.quantities[name].withheld for name in names)
+    text = marked(findings, format_value(r, 2), withheld)
     size = 10 + 7 * abs(r) if text[0].isdigit() or text[0] == "−" else 10
     kwargs: dict[str, Any] = {"ha": "center", "transform": axes.transAxes}
     axes.text(0.5, 0.52, text, va="center", size=size, color=drawing.INK, **kwargs)

@@ -11,14 +11,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from retrodict.inference.digits import decimals_of
+from retrodict.findings.rounding import format_range, format_value
+from retrodict.findings.statistics import finite_draws, scaled, scaled_interval
 from retrodict.report import drawing
-from retrodict.report.findings import draws, scaled, statistics
-from retrodict.report.results import is_withheld, marked
-from retrodict.report.rounding import told, told_range
+from retrodict.report.results import marked
 from retrodict.scene.quantities import REPORTED, Units
 
 if TYPE_CHECKING:
+    from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 CAPTION = (
@@ -30,36 +30,40 @@ CAPTION = (
 
 
 @drawing.styled
-def posterior_figure(outcome: Outcome, units: Units = "si") -> Figure:
+def posterior_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
     """Marginal posteriors of the unknown speeds, e, e_m and μ over their priors.
 
     Args:
-        outcome: the reconstruction.
+        findings: of the reconstruction.
+        outcome: its draws.
         units: "si" or "us".
 
     Returns:
         The figure.
     """
-    names = drawing.shown(outcome)
+    names = drawing.shown(findings)
     rows = (len(names) + 1) // 2
     figure = drawing.new_figure(7.2, 2.5 * rows)
     panels = figure.subplots(rows, 2).flat
     for axes, name in zip(panels, names, strict=False):
-        _panel(axes, outcome, name, units)
+        _panel(axes, findings, outcome, name, units)
     for axes in panels[len(names) :]:
         axes.set_axis_off()
     figure.legend(handles=_legend(), loc="outside lower center", ncols=5)
     return figure
 
 
-def _panel(axes: Axes, outcome: Outcome, name: str, units: Units) -> None:
-    values = draws(outcome, "posterior", name)
+def _panel(axes: Axes, findings: Findings, outcome: Outcome, name: str, units: Units) -> None:
+    values = finite_draws(outcome, "posterior", name)
     unit = drawing.worth(name, units)
     curve = None if values is None else drawing.density(values / unit.worth)
     if values is None or curve is None:
         drawing.nothing_here(axes, f"no draws of {REPORTED[name][0]}")
         return
-    values = values / unit.worth
+    found = findings.quantities[name]
+    precision = found.precision[units]
+    median = scaled(found.median, unit.worth)
+    half, most = (scaled_interval(found.intervals[level], unit.worth) for level in (50, 90))
     grid, height = curve
     top = float(height.max())
     axes.fill_between(grid, height, color=drawing.BLUE, alpha=0.25, lw=0)
@@ -67,13 +71,10 @@ def _panel(axes: Axes, outcome: Outcome, name: str, units: Units) -> None:
     margin = 0.25 * np.ptp(grid)
     axes.set_xlim(grid[0] - margin, grid[-1] + margin)
     _prior(axes, outcome, name, unit.worth)
-    low, high = drawing.interval(values, 90)
     y = -0.09 * top
-    axes.plot([low, high], [y, y], color=drawing.INK, lw=1.2, marker="|", ms=5)
-    axes.plot(
-        drawing.interval(values, 50), [y, y], color=drawing.INK, lw=4.5, solid_capstyle="butt"
-    )
-    axes.plot(np.median(values), y, "o", color="white", mec=drawing.INK, ms=5, zorder=5)
+    axes.plot(most, [y, y], color=drawing.INK, lw=1.2, marker="|", ms=5)
+    axes.plot(half, [y, y], color=drawing.INK, lw=4.5, solid_capstyle="butt")
+    axes.plot(median, y, "o", color="white", mec=drawing.INK, ms=5, zorder=5)
     axes.set_ylim(-0.18 * top, 1.12 * top)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
@@ -81,15 +82,13 @@ def _panel(axes: Axes, outcome: Outcome, name: str, units: Units) -> None:
     axes.set_xlabel(f"{unit.symbol}" if unit.symbol else "dimensionless")
     label = REPORTED[name][0]
     axes.set_title(label[0].upper() + label[1:].replace("e_m", r"$\mathbf{e_m}$"))
-    errors = statistics(outcome, (name,))[name]
-    decimals, of_limits = (
-        decimals_of(float(values.std()), error=scaled(errors[key], unit.worth))
-        for key in ("error", "error_90")
-    )
-    median = f"{told(float(np.median(values)), decimals)} {unit.symbol}".rstrip()
-    lines = [median, f"90 %: {told_range((low, high), of_limits)}"]
-    withheld = is_withheld(outcome, name)
-    shown = [marked(outcome, line, withheld) for line in (lines[:1] if withheld else lines)]
+    lines = [
+        f"{format_value(median, precision.decimals)} {unit.symbol}".rstrip(),
+        f"90 %: {format_range(most, precision.of_level[90])}",
+    ]
+    if found.withheld:
+        lines = lines[:1]
+    shown = [marked(findings, line, found.withheld) for line in lines]
     axes.text(
         0.99,
         0.98,
@@ -103,7 +102,7 @@ def _panel(axes: Axes, outcome: Outcome, name: str, units: Units) -> None:
 
 
 def _prior(axes: Axes, outcome: Outcome, name: str, worth: float) -> None:
-    prior = draws(outcome, "prior", name)
+    prior = finite_draws(outcome, "prior", name)
     curve = None if prior is None else drawing.density(prior / worth)
     if curve is None:
         return

@@ -11,12 +11,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from retrodict.findings.inputs import InputRow
+from retrodict.findings.rounding import format_value
 from retrodict.report import drawing
-from retrodict.report.findings import InputRow, draws, inputs_table
-from retrodict.report.rounding import told
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
+    from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 CAPTION = (
@@ -34,28 +35,29 @@ _ROW = 0.19  # inches
 
 
 @drawing.styled
-def predictive_figure(outcome: Outcome, units: Units = "si") -> Figure:
+def predictive_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
     """Evidence as predicted and inputs as inferred, about what was measured.
 
     Args:
-        outcome: the reconstruction.
+        findings: of the reconstruction.
+        outcome: not asked: all that is drawn is in the findings.
         units: "si" or "us".
 
     Returns:
         The figure.
     """
-    rows = [row for row in inputs_table(outcome) if row.measured.sd > 0]
+    rows = [row for row in findings.measured if row.measured.sd > 0]
     kinds = [
-        ("evidence", "posterior_predictive", "Evidence: predicted about measured"),
-        ("input", "posterior", "Inputs: posterior about measured"),
+        ("evidence", "Evidence: predicted about measured"),
+        ("input", "Inputs: posterior about measured"),
     ]
-    counts = [max(sum(row.kind == kind for row in rows), 2) for kind, _, _ in kinds]
+    counts = [max(sum(row.kind == kind for row in rows), 2) for kind, _ in kinds]
     figure = drawing.new_figure(7.2, _ROW * sum(counts) + 2.0)
     panels = figure.subplots(2, 1, height_ratios=counts, sharex=True)
     reach = 3.0
-    for axes, (kind, group, title) in zip(panels, kinds, strict=True):
+    for axes, (kind, title) in zip(panels, kinds, strict=True):
         shown = [row for row in rows if row.kind == kind]
-        reach = max(reach, _panel(axes, outcome, group, shown, units))
+        reach = max(reach, _panel(axes, shown, units))
         axes.set_title(title)
     reach = min(1.08 * reach, 12.0)  # an item further out is drawn at the edge by its own arrow
     panels[0].set_xlim(-reach, reach)
@@ -65,7 +67,7 @@ def predictive_figure(outcome: Outcome, units: Units = "si") -> Figure:
     return figure
 
 
-def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units: Units) -> float:
+def _panel(axes: Axes, rows: list[InputRow], units: Units) -> float:
     """Draw the rows, first on top; return how far the furthest bar reaches."""
     reach = 0.0
     for band, shade in ((2, "#efefef"), (1, "#dedede")):
@@ -73,19 +75,17 @@ def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units
     axes.axvline(0, color=drawing.INK, lw=0.8, zorder=1)
     bars = []  # y, then the quantiles
     for y, row in enumerate(rows):
-        values = draws(outcome, group, row.name)
-        if values is None:
+        quantiles = row.quantiles
+        if quantiles is None:
             axes.text(0, y, "no draws", ha="center", va="center", color=drawing.GREY, size=7.5)
             continue
-        z = (values - row.measured.value) / row.measured.sd
-        quantiles = np.quantile(z, [0.025, 0.25, 0.5, 0.75, 0.975])
         bars.append((y, *quantiles))
         reach = max(reach, *np.abs(quantiles))
         middle = quantiles[2]
         if abs(middle) > 12:
             right = middle > 0
             axes.annotate(
-                told(middle, 0) + " sd", (0.99 if right else 0.01, y), va="center",
+                format_value(middle, 0) + " sd", (0.99 if right else 0.01, y), va="center",
                 ha="right" if right else "left", xycoords=axes.get_yaxis_transform(),
                 weight="bold", color=drawing.ORANGE,
             )  # fmt: skip
@@ -104,7 +104,7 @@ def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units
     right = axes.secondary_yaxis("right")
     right.set_yticks(
         range(len(rows)),
-        [_told(row, units) for row in rows],
+        [_measured(row, units) for row in rows],
     )
     right.tick_params(length=0, labelsize=7.5)
     for spine in ("left", "right"):
@@ -113,9 +113,9 @@ def _panel(axes: Axes, outcome: Outcome, group: str, rows: list[InputRow], units
     return reach
 
 
-def _told(row: InputRow, units: Units) -> str:
-    missed = f", {row.told_model(units)}" if row.measured.model_sd else ""
-    return f"{row.told_measured(units)}{missed} {row.unit(units)}{_STARS[row.assumed]}"
+def _measured(row: InputRow, units: Units) -> str:
+    missed = f", {row.format_model(units)}" if row.measured.model_sd else ""
+    return f"{row.format_measured(units)}{missed} {row.unit(units)}{_STARS[row.assumed]}"
 
 
 def _legend() -> list[Patch | Line2D]:

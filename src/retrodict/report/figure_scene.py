@@ -20,6 +20,7 @@ from retrodict.scene.records import VEHICLES, Edge, Measured, Scene, Vehicle
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
 
+    from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 CAPTION = (
@@ -40,17 +41,18 @@ Pose = tuple[float, float, float]
 
 
 @drawing.styled
-def scene_figure(outcome: Outcome, units: Units = "si") -> Figure:
+def scene_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
     """Scaled top view: surfaces, impact, measured poses and a fan of posterior run-outs.
 
     Args:
-        outcome: the reconstruction.
+        findings: of the reconstruction.
+        outcome: its draws.
         units: "si" or "us".
 
     Returns:
         The figure.
     """
-    scene, unit = outcome.scene, unit_of("length", units)
+    scene, unit = findings.scene, unit_of("length", units)
     paths = _paths(outcome, unit.worth)
     view = _view(scene, paths, unit.worth)
     width, height = view[1] - view[0], view[3] - view[2]

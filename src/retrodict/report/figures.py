@@ -24,6 +24,7 @@ from retrodict.report.files import write_whole
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
+    from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 __all__ = [
@@ -47,7 +48,7 @@ _MARGIN = 16  # pixels of white about what is drawn
 class Registered:
     """A figure of the report: its function, its title and what its caption says is drawn."""
 
-    draw: Callable[[Outcome, Units], Figure]
+    draw: Callable[[Findings, Outcome, Units], Figure]
     title: str
     caption: str
 
@@ -88,11 +89,14 @@ def to_svg(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def images(outcome: Outcome, units: Units = "si", which: slice = _ALL) -> dict[str, bytes]:
+def images(
+    findings: Findings, outcome: Outcome, units: Units = "si", which: slice = _ALL
+) -> dict[str, bytes]:
     """Figures as PNG images.
 
     Args:
-        outcome: the reconstruction.
+        findings: of the reconstruction.
+        outcome: its draws.
         units: "si" or "us".
         which: of `FIGURES`; all by default.
 
@@ -100,14 +104,17 @@ def images(outcome: Outcome, units: Units = "si", which: slice = _ALL) -> dict[s
         The images by name, in the order of the report.
     """
     chosen = list(FIGURES.items())[which]
-    return {name: to_png(figure.draw(outcome, units)) for name, figure in chosen}
+    return {name: to_png(figure.draw(findings, outcome, units)) for name, figure in chosen}
 
 
-def save_figures(outcome: Outcome, directory: Path, units: Units = "si") -> list[Path]:
+def save_figures(
+    findings: Findings, outcome: Outcome, directory: Path, units: Units = "si"
+) -> list[Path]:
     """Write every figure as a PNG file, each whole or not at all.
 
     Args:
-        outcome: the reconstruction.
+        findings: of the reconstruction.
+        outcome: its draws.
         directory: made where missing.
         units: "si" or "us".
 
@@ -117,5 +124,5 @@ def save_figures(outcome: Outcome, directory: Path, units: Units = "si") -> list
     Raises:
         OSError: a file could not be written.
     """
-    drawn = images(outcome, units)
+    drawn = images(findings, outcome, units)
     return [write_whole(directory / f"{name}.png", image) for name, image in drawn.items()]

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from retrodict.findings.rounding import NOTHING, format_range, format_value, format_with_sd
+from retrodict.findings.statistics import LEVELS
+from retrodict.findings.summary import ladder_data
+from retrodict.inference.digits import decimals_of
 from retrodict.report.files import csv_text, write_whole
-from retrodict.report.findings import LEVELS, ladder_data, told_as
-from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
-from retrodict.scene.quantities import Units
+from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
     from retrodict.studies.ladder import Ladder, Step
@@ -64,7 +66,7 @@ def ladder_rows(ladder: Ladder, units: Units = "si") -> list[LadderRow]:
             fit=NOTHING if step.fit is None else f"{step.fit.probability:.2g}",
             evidence=_evidence(step),
             parameters=NOTHING if step.parameters is None else str(step.parameters),
-            seconds=told(step.seconds, 1),
+            seconds=format_value(step.seconds, 1),
             verdict=step.verdict,
             priors=_priors(step, units),
             furthest=_furthest(step),
@@ -75,7 +77,7 @@ def ladder_rows(ladder: Ladder, units: Units = "si") -> list[LadderRow]:
 
 def headings(ladder: Ladder, units: Units = "si") -> list[str]:
     """Of the columns that hold the answers: what is asked, with its unit."""
-    labels = [told_as(name, units) for name in ladder.question]
+    labels = [label_and_unit(name, units) for name in ladder.question]
     return [f"{label}, {unit.symbol}" if unit.symbol else label for label, unit in labels]
 
 
@@ -134,25 +136,26 @@ def _answer(step: Step, name: str, units: Units) -> tuple[str, str]:
     found = step.answers.get(name)
     if found is None:
         return NOTHING, NOTHING
-    worth = told_as(name, units)[1].worth
+    worth = label_and_unit(name, units)[1].worth
     low, high = found.intervals[90]
     bounds = (low / worth, high / worth)
     return (
-        told_with_sd(found.median / worth, found.sd / worth),
-        told_range(bounds, decimals_of(found.sd / worth)),
+        format_with_sd(found.median / worth, found.sd / worth),
+        format_range(bounds, decimals_of(found.sd / worth)),
     )
 
 
 def _evidence(step: Step) -> str:
     if step.log_evidence is None or not math.isfinite(step.log_evidence):
         return NOTHING
-    return told_with_sd(step.log_evidence, step.log_evidence_sd)
+    return format_with_sd(step.log_evidence, step.log_evidence_sd)
 
 
 def _priors(step: Step, units: Units) -> tuple[tuple[str, str], ...]:
-    worth = told_as("speed_b", units)[1].worth
+    worth = label_and_unit("speed_b", units)[1].worth
     return tuple(
-        (other.prior, told_with_sd(other.median / worth, other.sd / worth)) for other in step.priors
+        (other.prior, format_with_sd(other.median / worth, other.sd / worth))
+        for other in step.priors
     )
 
 
@@ -161,4 +164,4 @@ def _furthest(step: Step) -> str:
     if not items:
         return NOTHING
     furthest = max(items, key=lambda item: abs(item.residual or 0.0))
-    return f"{told_as(furthest.name, 'si')[0]}: {told(furthest.residual, 1)} sd"
+    return f"{label_and_unit(furthest.name, 'si')[0]}: {format_value(furthest.residual, 1)} sd"

@@ -8,71 +8,46 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict.inference.digits import rhat_text
-from retrodict.report.findings import LEVELS, NOT_TO_BE_RELIED_ON, told_as
+from retrodict.findings.rounding import NOTHING
+from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON
+from retrodict.findings.statistics import LEVELS
 from retrodict.report.ladder import ladder_rows
 from retrodict.report.layout import print_table
-from retrodict.report.results import MARK, answer, result_rows
-from retrodict.report.rounding import NOTHING, told
-from retrodict.scene.quantities import Units
+from retrodict.report.results import result_rows
+from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
-    from retrodict.inference.outcome import Outcome
+    from retrodict.findings import Findings
     from retrodict.studies.ladder import Ladder
 
 _WIDE = 120  # columns that a row with all of its intervals side by side needs
 
 
-def print_summary(
-    outcome: Outcome, console: Console, units: Units = "si", ladder: Ladder | None = None
-) -> None:
+def print_summary(findings: Findings, console: Console, units: Units = "si") -> None:
     """Print the results, the verdict of the checks and its reasons.
 
     Numbers of a run that failed its checks are marked; those of a quantity that failed checks of
     its own are withheld.
 
     Args:
-        outcome: the reconstruction.
+        findings: of the reconstruction.
         console: where to.
         units: "si" or "us".
-        ladder: that chose the model, if one did.
     """
-    checks = outcome.checks
-    _line(console, outcome.scene.title, "bold")
-    _line(console, outcome.description.title, "dim")
-    print_table(console, _table(outcome, units, wide=console.width >= _WIDE))
-    _line(console, answer(outcome, units), "bold" if checks.passed else "bold red")
-    _line(console, verdict(outcome), "green" if checks.passed else "bold red")
+    checks = findings.checks
+    _line(console, findings.scene.title, "bold")
+    _line(console, findings.description.title, "dim")
+    print_table(console, _table(findings, units, wide=console.width >= _WIDE))
+    _line(console, findings.answers[units], "bold" if checks.passed else "bold red")
+    _line(console, findings.verdict, "green" if checks.passed else "bold red")
     for reason in checks.reasons:
         _line(console, f"  {MARK} {reason}", "red")
     for flag in checks.flags:
         _line(console, f"  note: {flag}", "yellow")
-    for note in outcome.notes:
+    for note in findings.notes:
         _line(console, f"  note: {note}", "dim")
-    if ladder:
-        _line(console, f"  model: {ladder.reason}", "dim")
-
-
-def verdict(outcome: Outcome) -> str:
-    """The checks in one line.
-
-    Args:
-        outcome: the reconstruction.
-
-    Returns:
-        The verdict with the figures it rests on.
-    """
-    checks = outcome.checks
-    words = "Checks passed" if checks.passed else f"Checks FAILED ({MARK} {NOT_TO_BE_RELIED_ON})"
-    own = "" if checks.divergences is None else f"{checks.divergences} divergences, "
-    if checks.pareto_k is not None:
-        own = f"Pareto k {told(checks.pareto_k, 2)}, "
-    text = (
-        f"{words}: {own}R-hat at most {rhat_text(checks.max_rhat)}, "
-        f"effective sample size at least {told(checks.min_ess_bulk, 0)} (bulk), "
-        f"{told(checks.min_ess_tail, 0)} (tail)."
-    )
-    return text if outcome.complete else f"{text} The run was interrupted before its end."
+    if findings.ladder:
+        _line(console, f"  model: {findings.ladder.reason}", "dim")
 
 
 def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
@@ -89,13 +64,13 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
     table = Table(show_lines=not wide, padding=(0, 1) if wide else 0)
     table.add_column("rung", no_wrap=True)
     for name in ladder.question:
-        unit = told_as(name, units)[1].symbol
+        unit = label_and_unit(name, units)[1].symbol
         table.add_column(Text(f"{name}\n{unit}" if unit else name), justify="right", no_wrap=True)
     for heading in ("fit p", "ln evid.", "n", "s"):
         table.add_column(heading, justify="right", no_wrap=True)
     rows = ladder_rows(ladder, units)
     for row in rows:
-        if row.fit == NOTHING:  # not run: told below
+        if row.fit == NOTHING:  # not run: its verdict follows
             continue
         cells = [row.name, *(answer for answer, _ in row.answers)]
         cells += [row.fit, row.evidence, row.parameters, row.seconds]
@@ -113,15 +88,15 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
     _line(console, ladder.reason, "bold" if ladder.choice else "bold red")
 
 
-def _table(outcome: Outcome, units: Units, wide: bool) -> Table:
-    title = None if outcome.checks.passed else Text(f"{MARK} {NOT_TO_BE_RELIED_ON}", "bold red")
+def _table(findings: Findings, units: Units, wide: bool) -> Table:
+    title = None if findings.checks.passed else Text(f"{MARK} {NOT_TO_BE_RELIED_ON}", "bold red")
     table = Table(title=title, title_justify="left", show_lines=not wide)
     table.add_column("quantity")
     headings = [f"{level} %" for level in LEVELS] if wide else ["shortest intervals"]
     fold = " " if wide else "\n"  # a narrow table breaks its cells where the eye would
     for heading in ("median", f"mean{fold}± sd", *headings, "R-hat", f"ESS bulk{fold}/ tail"):
         table.add_column(Text(heading), justify="right", no_wrap=True)
-    for row in result_rows(outcome, units):
+    for row in result_rows(findings, units):
         intervals = [row.intervals[level] for level in LEVELS]
         if not wide:
             pairs = zip(LEVELS, intervals, strict=True)

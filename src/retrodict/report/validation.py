@@ -12,10 +12,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from retrodict.findings.rounding import NOTHING, format_range, format_value, format_with_sd
+from retrodict.findings.statistics import LEVELS
+from retrodict.inference.digits import decimals_of
 from retrodict.report.files import csv_text, write_whole
-from retrodict.report.findings import LEVELS
 from retrodict.report.layout import print_table
-from retrodict.report.rounding import NOTHING, decimals_of, told, told_range, told_with_sd
 from retrodict.scene.quantities import Units, describe, unit_of
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def percent(value: float | None, of: float | None) -> str:
     """A speed as a share of another, such as "−4.2 %"; a dash where there is none."""
     if value is None or not of:
         return NOTHING
-    return f"{told(100 * value / of, 1)} %"
+    return f"{format_value(100 * value / of, 1)} %"
 
 
 def cells(score: Score, units: Units = "si") -> dict[str, str]:
@@ -44,24 +45,25 @@ def cells(score: Score, units: Units = "si") -> dict[str, str]:
     row = {
         "case": score.case,
         "speed": score.quantity[-1:].upper(),
-        "true": told(score.truth and score.truth / unit.worth, 2),
+        "true": format_value(score.truth and score.truth / unit.worth, 2),
         "median ± sd": withheld,
         **{f"{level} %": withheld for level in LEVELS},
         "error": percent(score.error, score.truth),
         "sd": NOTHING,
         "model": score.model or NOTHING,
         "published": ", ".join(
-            f"{name} {told(speed / unit.worth, 2)}" for name, speed in score.published.items()
+            f"{name} {format_value(speed / unit.worth, 2)}"
+            for name, speed in score.published.items()
         )
         or NOTHING,
         "checks": "passed" if score.counts else "FAILED" if score.answer else "no answer",
     }
     if answer:
         decimals = decimals_of(answer.sd / unit.worth)
-        row["median ± sd"] = told_with_sd(answer.median / unit.worth, answer.sd / unit.worth)
+        row["median ± sd"] = format_with_sd(answer.median / unit.worth, answer.sd / unit.worth)
         row["sd"] = percent(answer.sd, answer.median)
         for level, (low, high) in answer.intervals.items():
-            bounds = told_range((low / unit.worth, high / unit.worth), decimals)
+            bounds = format_range((low / unit.worth, high / unit.worth), decimals)
             row[f"{level} %"] = f"{bounds}{HOLDS if score.inside(level) else ''}"
     return row
 

@@ -147,6 +147,23 @@ def unit_of(dimension: str, units: Units = "si") -> Unit:
     return _UNITS[dimension][units]
 
 
+def label_and_unit(name: str, units: Units) -> tuple[str, Unit]:
+    """Label of a quantity, and the unit that it is printed in.
+
+    Args:
+        name: its flat name.
+        units: "si" or "us".
+
+    Returns:
+        (label, unit).
+
+    Raises:
+        KeyError: no quantity has that name.
+    """
+    label, dimension = describe(name)
+    return label, unit_of(dimension, units)
+
+
 def si_symbol(dimension: str) -> str:
     """The SI unit that numbers of a dimension are stored in (angles in rad)."""
     return _SI_SYMBOLS.get(dimension, _UNITS[dimension]["si"].symbol)

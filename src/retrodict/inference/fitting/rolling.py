@@ -43,7 +43,7 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
-        method: a name in `retrodict.inference.methods.METHODS`.
+        method: a name in `retrodict.inference.samplers.METHODS`.
     """
     structure = RUNGS[rung].of_scene(scene)[0]
     pinned = any(name in structure.evidence for name in structure.aims)

@@ -62,7 +62,7 @@ class Draws:
     faults: tuple[str, ...] = ()
     attributes: dict[str, float] = field(default_factory=dict)
     quantities: dict[str, np.ndarray] | None = field(default=None, repr=False)
-    unfinished: Callable[[], bytes] | None = field(default=None, repr=False)
+    unfinished: bytes | None = field(default=None, repr=False)
     more: Callable[[], Draws] | None = field(default=None, repr=False)
 
     def known(self, posterior: Posterior) -> dict[str, np.ndarray]:

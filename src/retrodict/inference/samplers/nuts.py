@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
@@ -69,7 +68,7 @@ def _told(
     found: Chains, task: Task, original: Posterior, target_accept: float, notes: tuple[str, ...]
 ) -> Draws:
     first = target_accept == targets(task.posterior.programs.structure)[0] and not found.complete
-    unfinished = partial(checkpoint.packed, found, chains.settings(task)) if first else None
+    unfinished = checkpoint.packed(found, chains.settings(task)) if first else None
     w = found.w
     if transform_of(original.programs.structure).refit_to_draws:
         w = task.posterior.converted_to(original, w.reshape(-1, original.size)).reshape(w.shape)

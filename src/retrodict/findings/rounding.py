@@ -10,7 +10,7 @@ NOTHING = "–"
 _MINUS = "\N{MINUS SIGN}"
 
 
-def told(value: float | None, decimals: int | None) -> str:
+def format_value(value: float | None, decimals: int | None) -> str:
     """A number as it is printed.
 
     Args:
@@ -30,7 +30,7 @@ def told(value: float | None, decimals: int | None) -> str:
     return text.replace("-", _MINUS)
 
 
-def told_with_sd(value: float | None, sd: float | None, decimals: int | None = None) -> str:
+def format_with_sd(value: float | None, sd: float | None, decimals: int | None = None) -> str:
     """A value ± its standard uncertainty, both to the same decimals.
 
     Args:
@@ -45,11 +45,11 @@ def told_with_sd(value: float | None, sd: float | None, decimals: int | None = N
     if value is None or not math.isfinite(value):
         return NOTHING
     if decimals is None:
-        return told(value, None)
-    return f"{told(value, decimals)} ± {told(sd, decimals)}"
+        return format_value(value, None)
+    return f"{format_value(value, decimals)} ± {format_value(sd, decimals)}"
 
 
-def told_range(bounds: tuple[float | None, float | None], decimals: int | None) -> str:
+def format_range(bounds: tuple[float | None, float | None], decimals: int | None) -> str:
     """An interval as it is printed, such as "17.2 to 20.6".
 
     Args:
@@ -59,5 +59,5 @@ def told_range(bounds: tuple[float | None, float | None], decimals: int | None) 
     Returns:
         The text; a dash where there is no interval.
     """
-    low, high = (told(bound, decimals) for bound in bounds)
+    low, high = (format_value(bound, decimals) for bound in bounds)
     return NOTHING if NOTHING in (low, high) else f"{low} to {high}"

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from retrodict.report.rounding import told, told_range, told_with_sd
+from retrodict.findings.rounding import format_range, format_value, format_with_sd
 
 
 @pytest.mark.parametrize(
@@ -24,17 +24,17 @@ from retrodict.report.rounding import told, told_range, told_with_sd
     ],
 )
 def test_a_value_is_rounded_to_two_digits_of_its_uncertainty(value, sd, text):
-    assert told_with_sd(value, sd) == text
+    assert format_with_sd(value, sd) == text
 
 
 def test_fewer_decimals_are_taken_off_both_numbers():
-    assert told_with_sd(19.164, 0.8864, 1) == "19.2 ± 0.9"
+    assert format_with_sd(19.164, 0.8864, 1) == "19.2 ± 0.9"
 
 
 def test_an_interval_uses_the_decimals_of_the_uncertainty():
-    assert told_range((-1.2345, 20.6), 1) == "−1.2 to 20.6"
-    assert told_range((None, 2.0), 1) == "–"
+    assert format_range((-1.2345, 20.6), 1) == "−1.2 to 20.6"
+    assert format_range((None, 2.0), 1) == "–"
 
 
 def test_a_number_without_decimals_keeps_six_digits():
-    assert told(4.986876640, None) == "4.98688"
+    assert format_value(4.986876640, None) == "4.98688"

@@ -1,0 +1,116 @@
+"""The record of what was found: made once of a reconstruction, then printed, drawn and saved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, get_args
+
+from retrodict.findings.inputs import InputRow, input_rows
+from retrodict.findings.sentences import answer, assumptions, verdict
+from retrodict.findings.statistics import DERIVED, Quantity, correlations, reported, statistics
+from retrodict.scene.quantities import Units
+from retrodict.studies.conflict import LeftOut, conflicts
+from retrodict.studies.narrowing import Narrowed, narrowing
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Checks, Outcome
+    from retrodict.models.description import Description
+    from retrodict.scene.records import Scene
+    from retrodict.studies.ladder import Ladder
+
+SCHEMA: Literal[1] = 1  # raised when a reader of `summary.json` has to change
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that is reported of a reconstruction (SI units, radians); plain data, without draws.
+
+    Args:
+        scene: what was measured.
+        description: the model, in words.
+        quantities: the reported ones, by name.
+        derived: what follows from the same draws, by name.
+        correlations: of the unknowns, pair by pair.
+        measured: inputs and evidence, with what became of each.
+        left_out: what all else says of each item of evidence.
+        narrowing: the sd of each speed that was sought, were a quantity known exactly; nothing where
+            checks failed.
+        assumptions: what is taken for granted, one line each.
+        checks: the verdict on the draws.
+        verdict: the same, in a line.
+        answers: the answer in sentences, by the system of units that comes first.
+        size: chains, and draws kept of each; None where there are none.
+        seconds, versions, seed, settings, complete, notes: as of the outcome.
+        ladder: what the other models say, where the ladder chose this one.
+        schema: version of this record and of its serialisation.
+    """
+
+    scene: Scene
+    description: Description
+    quantities: dict[str, Quantity]
+    derived: dict[str, Quantity]
+    correlations: dict[tuple[str, str], float]
+    measured: tuple[InputRow, ...]
+    left_out: tuple[LeftOut, ...]
+    narrowing: dict[str, tuple[Narrowed, ...]]
+    assumptions: tuple[str, ...]
+    checks: Checks
+    verdict: str
+    answers: dict[Units, str]
+    size: tuple[int, int] | None
+    seconds: dict[str, float]
+    versions: dict[str, str]
+    seed: int
+    settings: dict[str, int | str]
+    complete: bool
+    notes: tuple[str, ...]
+    ladder: Ladder | None = None
+    schema: Literal[1] = SCHEMA
+
+
+def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
+    """Compute what a reconstruction comes to.
+
+    Args:
+        outcome: the reconstruction.
+        ladder: what the other models say, where the ladder chose this one.
+
+    Returns:
+        The record; each statistic in it was computed once.
+    """
+    names, derived = reported(outcome), reported(outcome, DERIVED)
+    found = statistics(outcome, dict.fromkeys((*names, *derived)))
+    quantities = {name: found[name] for name in names}
+    sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
+    return Findings(
+        scene=outcome.scene,
+        description=outcome.description,
+        quantities=quantities,
+        derived={name: found[name] for name in derived},
+        correlations=correlations(outcome),
+        measured=input_rows(outcome),
+        left_out=conflicts(outcome),
+        narrowing=_narrowing(outcome, quantities),
+        assumptions=assumptions(outcome),
+        checks=outcome.checks,
+        verdict=verdict(outcome),
+        answers={units: answer(outcome, quantities, units) for units in get_args(Units)},
+        size=None if sizes is None else (sizes.get("chain", 0), sizes.get("draw", 0)),
+        seconds=dict(outcome.seconds),
+        versions=dict(outcome.versions),
+        seed=int(outcome.seed),
+        settings=dict(outcome.settings),
+        complete=bool(outcome.complete),
+        notes=outcome.notes,
+        ladder=ladder,
+    )
+
+
+def _narrowing(
+    outcome: Outcome, quantities: dict[str, Quantity]
+) -> dict[str, tuple[Narrowed, ...]]:
+    if not outcome.checks.passed:
+        return {}
+    sought = [name for name in quantities if name in ("speed_a", "speed_b")]
+    found = {name: narrowing(outcome, name) for name in sought}
+    return {name: known for name, known in found.items() if known}

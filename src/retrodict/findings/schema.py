@@ -1,0 +1,181 @@
+"""What `summary.json` holds, as types; run as a command it prints the JSON schema made of them.
+
+python -m retrodict.findings.schema > docs/summary.schema.json
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Literal, NotRequired, TypedDict
+
+Number = float | None  # None where there is none that is finite
+_Limits = list[Number]
+
+
+class SceneEntry(TypedDict):
+    """The scene, by its names."""
+
+    title: str
+    name: str
+
+
+class PrecisionEntry(TypedDict):
+    """How numbers are printed: unit, and decimals of them and of the limits of each interval.
+
+    Decimals are negative for tens and up, and null where there is no uncertainty to round to.
+    """
+
+    unit: str
+    decimals: int | None
+    decimals_50: int | None
+    decimals_90: int | None
+    decimals_95: int | None
+
+
+class QuantityEntry(TypedDict):
+    """Statistics of the posterior draws of a quantity, in `unit`.
+
+    hdi: shortest intervals; mcse_mean, error (of mean and median, the larger) and error_50, _90, _95
+    (of the limits, the larger): Monte Carlo standard errors; passed: it has numbers and no check of its
+    own failed; withheld: its numbers are not printed; printed: how they are, in SI and US units.
+    """
+
+    unit: str
+    label: str
+    mean: Number
+    sd: Number
+    median: Number
+    hdi_50: _Limits
+    hdi_90: _Limits
+    hdi_95: _Limits
+    ess_bulk: Number
+    ess_tail: Number
+    rhat: Number
+    mcse_mean: Number
+    error: Number
+    error_50: Number
+    error_90: Number
+    error_95: Number
+    passed: bool
+    withheld: bool
+    printed: dict[Literal["si", "us"], PrecisionEntry]
+
+
+CorrelationEntry = TypedDict("CorrelationEntry", {"of": str, "and": str, "value": float})
+CorrelationEntry.__doc__ = "Coefficient of correlation of two unknowns over all draws."
+
+
+class MeasuredEntry(TypedDict):
+    """A measured input or item of evidence, and what became of it (SI units, radians).
+
+    value, sd, law, source: as measured; assumed: what of it is a default, "sd" or "value" or nothing;
+    mean, sd_found: of the posterior of an input, of the prediction of an item of evidence; shift: mean
+    less value in sd; quantiles: at 2.5, 25, 50, 75 and 97.5 % of the same draws, likewise.
+    """
+
+    kind: Literal["input", "evidence"]
+    label: str
+    value: float
+    sd: float
+    law: str
+    source: str
+    assumed: str
+    mean: Number
+    sd_found: Number
+    shift: Number
+    quantiles: list[float] | None
+
+
+class ChecksEntry(TypedDict):
+    """The verdict on the draws' numerical quality."""
+
+    divergences: int | None
+    pareto_k: Number
+    max_rhat: Number
+    min_ess_bulk: Number
+    min_ess_tail: Number
+    passed: bool
+    reasons: list[str]
+    flags: list[str]
+
+
+class LeftOutEntry(TypedDict):
+    """An item of evidence against what all else says of it (SI units, radians).
+
+    expected, expected_sd: of the measurement, from all else; probability: two-sided; speed_b,
+    speed_b_sd: without the item; told: whether pareto_k allows these to be relied on; believed: share of
+    an error in it that the posterior would follow; moved: by how much one sd of it would move speed_b.
+    """
+
+    value: float
+    sd: float
+    expected: Number
+    expected_sd: Number
+    probability: Number
+    speed_b: Number
+    speed_b_sd: Number
+    pareto_k: Number
+    believed: Number
+    moved: Number
+    believed_error: Number
+    moved_error: Number
+    told: bool
+    disagrees: bool
+
+
+class LadderEntry(TypedDict):
+    """What every model says, simplest first, and which of them was chosen."""
+
+    scene: SceneEntry
+    question: list[str]
+    choice: str | None
+    reason: str
+    share: float
+    factor: float
+    seed: int
+    complete: bool
+    steps: list[dict[str, Any]]
+
+
+class Summary(TypedDict):
+    """The findings of a reconstruction: SI units and radians, null for what is not finite.
+
+    parameters: the reported quantities; derived: what follows from the same draws; narrowing: the sd of
+    each speed that was sought, were a quantity known exactly; answers: by the system of units that comes
+    first; files: SHA-256 of the other files of the same result.
+    """
+
+    schema: Literal[1]
+    scene: SceneEntry
+    model: str
+    assumptions: list[str]
+    parameters: dict[str, QuantityEntry]
+    derived: dict[str, QuantityEntry]
+    correlations: list[CorrelationEntry]
+    measured: dict[str, MeasuredEntry]
+    checks: ChecksEntry
+    verdict: str
+    answers: dict[Literal["si", "us"], str]
+    seconds: dict[str, Number]
+    versions: dict[str, str]
+    seed: int
+    settings: dict[str, int | str]
+    complete: bool
+    notes: list[str]
+    ladder: LadderEntry | None
+    left_out: dict[str, LeftOutEntry]
+    narrowing: dict[str, dict[str, float]]
+    files: NotRequired[dict[str, str]]
+
+
+def json_schema() -> str:
+    """The JSON schema (2020-12) of `summary.json`, as its file holds it."""
+    from pydantic import TypeAdapter
+
+    made = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    made |= TypeAdapter(Summary).json_schema()
+    return json.dumps(made, indent=2, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    print(json_schema(), end="")

@@ -1,0 +1,123 @@
+"""The sentences: the answer, the verdict of the checks, and what is taken for granted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from retrodict.findings.rounding import format_value
+from retrodict.findings.statistics import Quantity, scaled
+from retrodict.inference.digits import decimals_of, rhat_text
+from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.quantities import Unit, Units, unit_of
+from retrodict.scene.records import VEHICLES
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+MARK = "†"
+WITHHELD = "withheld"
+NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
+
+
+def answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units) -> str:
+    """The answer, a sentence a speed: each that was sought with its 95 % interval, or why not.
+
+    Args:
+        outcome: the reconstruction.
+        quantities: by name; of a speed that is missing nothing is known.
+        units: which come first; both are given.
+
+    Returns:
+        One sentence or two, that of A first.
+    """
+    sought = outcome.scene.reported()
+    return " ".join(
+        _answer(outcome, quantities.get(f"speed_{v}"), units, v)
+        for v in VEHICLES
+        if f"speed_{v}" in sought
+    )
+
+
+def _answer(outcome: Outcome, found: Quantity | None, units: Units, v: str) -> str:
+    who = f"Vehicle {v.upper()} ({outcome.scene.vehicles[v].name})"
+    if found is None or not (outcome.checks.passed and found.passed):
+        return f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
+    # a court outside the United States reads km/h, which is no unit of the tables
+    metric = [Unit("m/s", 1.0), Unit("km/h", 1 / 3.6)]
+    us = [unit_of("speed", "us")]
+    middle, between = [], []
+    for unit in us + metric if units == "us" else metric + us:
+        # one digit of the uncertainty: a sentence is quoted without its table
+        sd, median = scaled(found.sd, unit.worth), scaled(found.median, unit.worth)
+        decimals = decimals_of(sd, digits=1, error=scaled(found.error, unit.worth))
+        of_limits = decimals_of(sd, digits=1, error=scaled(found.errors[95], unit.worth))
+        low, high = (
+            format_value(scaled(bound, unit.worth), of_limits) for bound in found.intervals[95]
+        )
+        middle.append(f"{format_value(median, decimals)} {unit.symbol}")
+        between.append(f"{low} and {high} {unit.symbol}")
+    return (
+        f"{who} was travelling at about {_first_and_rest(middle)} before impact; given the model "
+        f"and the inputs below, with 95 % probability between {_first_and_rest(between)}."
+    )
+
+
+def _first_and_rest(texts: list[str]) -> str:
+    return f"{texts[0]} ({'; '.join(texts[1:])})"
+
+
+def verdict(outcome: Outcome) -> str:
+    """The checks in one line.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        The verdict with the figures it rests on.
+    """
+    checks = outcome.checks
+    words = "Checks passed" if checks.passed else f"Checks FAILED ({MARK} {NOT_TO_BE_RELIED_ON})"
+    own = "" if checks.divergences is None else f"{checks.divergences} divergences, "
+    if checks.pareto_k is not None:
+        own = f"Pareto k {format_value(checks.pareto_k, 2)}, "
+    text = (
+        f"{words}: {own}R-hat at most {rhat_text(checks.max_rhat)}, "
+        f"effective sample size at least {format_value(checks.min_ess_bulk, 0)} (bulk), "
+        f"{format_value(checks.min_ess_tail, 0)} (tail)."
+    )
+    return text if outcome.complete else f"{text} The run was interrupted before its end."
+
+
+def assumptions(outcome: Outcome) -> tuple[str, ...]:
+    """What is taken for granted: by the model, and how far its run-out is taken to miss a car."""
+    vehicles, found = outcome.scene.vehicles, list(outcome.description.assumptions)
+    missing = {name for name, m in outcome.scene.evidence().items() if m.model_sd}
+    for v in sorted({name[-1] for name in missing}):
+        missed = vehicles[v].run_out_error
+        long = f"{DEFAULTS['run_out_settled'].of(0.0):g} m"
+        of_each = (
+            (
+                missed.position,
+                False,
+                f"each coordinate of {v.upper()}'s place",
+                0.01,
+                "% of its way",
+            ),
+            (
+                missed.heading,
+                True,
+                f"{v.upper()}'s heading",
+                math.radians(1),
+                f"deg after {long} of it",
+            ),
+        )
+        found += [
+            f"beyond what its inputs explain, the run-out misses {what} by "
+            f"{format_value(m.value / worth, decimals_of(m.value / worth))} {unit} from the impact "
+            f"(one standard deviation; {m.source or 'source not given'})"
+            for m, turns, what, worth, unit in of_each
+            if any(n[-1] == v and ("heading" in n) == turns for n in missing)
+        ]
+    return tuple(found)

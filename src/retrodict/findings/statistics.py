@@ -1,0 +1,232 @@
+"""Statistics and diagnostics of the posterior draws of each quantity, and the digits to print."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+import xarray as xr
+
+from retrodict.inference.digits import decimals_of, monte_carlo_error
+from retrodict.scene.quantities import Unit, Units, describe, si_symbol, unit_of
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+LEVELS = (50, 90, 95)  # per cent; not those of studies.fit, which brings JAX
+Interval = tuple[float | None, float | None]
+
+# what follows from the same draws and is reported with the unknowns
+DERIVED = (
+    "delta_v_a",
+    "delta_v_b",
+    "energy_lost",
+    "Vax",
+    "Vay",
+    "Omega_a",
+    "Vbx",
+    "Vby",
+    "Omega_b",
+)
+UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")  # of the figures, and of the correlations
+
+
+@dataclass(frozen=True, slots=True)
+class Precision:
+    """How a quantity's numbers are printed in a system of units.
+
+    Args:
+        unit: that they are printed in.
+        decimals: of median, mean and sd; None where there is no uncertainty to round to.
+        of_level: of the limits of the interval of each level in per cent; likewise.
+    """
+
+    unit: Unit
+    decimals: int | None
+    of_level: dict[int, int | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What the posterior draws say of a quantity (SI units, radians); None where not finite.
+
+    Args:
+        name: its flat name.
+        label: in words.
+        unit: symbol of the SI unit that its numbers are in.
+        mean, sd, median: of the draws.
+        intervals: the shortest that hold so many per cent of the draws, by level.
+        ess_bulk, ess_tail, rhat: diagnostics.
+        mcse_mean: Monte Carlo standard error of the mean.
+        error: Monte Carlo standard error of mean and median, the larger.
+        errors: of the limits of the intervals, the larger, by level.
+        passed: whether it has numbers, and no check of its own failed.
+        withheld: whether its numbers are held back, for a check of its own or of what it follows
+            from failed.
+        precision: how its numbers are printed, by system of units.
+    """
+
+    name: str
+    label: str
+    unit: str
+    mean: float | None
+    sd: float | None
+    median: float | None
+    intervals: dict[int, Interval]
+    ess_bulk: float | None
+    ess_tail: float | None
+    rhat: float | None
+    mcse_mean: float | None
+    error: float | None
+    errors: dict[int, float | None]
+    passed: bool
+    withheld: bool
+    precision: dict[Units, Precision]
+
+
+def reported(outcome: Outcome, names: Iterable[str] | None = None) -> tuple[str, ...]:
+    """The quantities that a model has draws of: a simpler one has fewer.
+
+    Args:
+        outcome: the reconstruction.
+        names: to choose from; None for those that its scene reports.
+
+    Returns:
+        Those that it has draws of, in their order; all where there are no draws.
+    """
+    names = outcome.scene.reported() if names is None else names
+    if "posterior" not in outcome.idata.children:
+        return tuple(names)
+    return tuple(name for name in names if name in outcome.idata["posterior"].data_vars)
+
+
+def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
+    """Mean, sd, median, shortest intervals, diagnostics and digits of quantities.
+
+    Args:
+        outcome: the reconstruction.
+        names: of variables in the posterior group, each once.
+
+    Returns:
+        One record a name, whether there are draws of it or not.
+    """
+    # arviz_stats takes a while to import, and findings are not always asked for
+    from arviz_stats import ess, hdi, mcse, rhat
+
+    names, idata, checks = tuple(names), outcome.idata, outcome.checks
+    posterior = idata["posterior"].to_dataset() if "posterior" in idata.children else xr.Dataset()
+    data = posterior[[name for name in names if name in posterior.data_vars]]
+    measures, intervals = {}, {}
+    if data.data_vars:
+        with np.errstate(all="ignore"):
+            of_mean = mcse(data, method="mean")
+            of_median = mcse(data, method="quantile", prob=0.5)
+            measures = {
+                "mean": data.mean(),
+                "sd": data.std(ddof=1),
+                "median": data.median(),
+                "ess_bulk": ess(data, method="bulk"),
+                "ess_tail": ess(data, method="tail"),
+                "rhat": rhat(data, method="rank"),
+                "mcse_mean": of_mean,
+                "error": np.maximum(of_mean, of_median),
+                **{f"error_{level}": monte_carlo_error(data, level / 100) for level in LEVELS},
+            }
+            intervals = {level: hdi(data, prob=level / 100, method="nearest") for level in LEVELS}
+
+    def number(measure: str, name: str) -> float | None:
+        return finite(measures[measure][name]) if name in data else None
+
+    def interval(level: int, name: str) -> Interval:
+        if name not in data:
+            return None, None
+        low, high = intervals[level][name].values
+        return finite(low), finite(high)
+
+    found = {}
+    for name in names:
+        label, dimension = describe(name)
+        mean, sd, error = (number(each, name) for each in ("mean", "sd", "error"))
+        errors = {level: number(f"error_{level}", name) for level in LEVELS}
+        found[name] = Quantity(
+            name=name,
+            label=label,
+            unit=si_symbol(dimension),
+            mean=mean,
+            sd=sd,
+            median=number("median", name),
+            intervals={level: interval(level, name) for level in LEVELS},
+            ess_bulk=number("ess_bulk", name),
+            ess_tail=number("ess_tail", name),
+            rhat=number("rhat", name),
+            mcse_mean=number("mcse_mean", name),
+            error=error,
+            errors=errors,
+            passed=mean is not None and name not in checks.failed,
+            withheld=name in checks.failed or (name in DERIVED and bool(checks.failed)),
+            precision={
+                units: _precision(unit_of(dimension, units), sd, error, errors)
+                for units in get_args(Units)
+            },
+        )
+    return found
+
+
+def _precision(
+    unit: Unit, sd: float | None, error: float | None, errors: dict[int, float | None]
+) -> Precision:
+    """Two digits of the standard deviation, or fewer where a Monte Carlo error reaches them."""
+    sd = scaled(sd, unit.worth)
+    of_level = {
+        level: decimals_of(sd, error=scaled(each, unit.worth)) for level, each in errors.items()
+    }
+    return Precision(unit, decimals_of(sd, error=scaled(error, unit.worth)), of_level)
+
+
+def correlations(outcome: Outcome) -> dict[tuple[str, str], float]:
+    """Coefficients of correlation of the unknowns, pair by pair, over all draws.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        By names in the order of `UNKNOWNS`; no pair of which one has no draws, or does not vary.
+    """
+    asked = [name for name in UNKNOWNS if name in outcome.scene.reported()]
+    values = {name: finite_draws(outcome, "posterior", name) for name in asked}
+    vary = {name: x for name, x in values.items() if x is not None and np.ptp(x) > 0}
+    return {
+        (one, other): float(np.corrcoef(x, y)[0, 1])
+        for (one, x), (other, y) in combinations(vary.items(), 2)
+        if x.size == y.size
+    }
+
+
+def finite_draws(outcome: Outcome, group: str, name: str) -> np.ndarray | None:
+    """The finite draws of a variable in one row, or None where the group or variable is missing."""
+    if group not in outcome.idata.children or name not in outcome.idata[group].data_vars:
+        return None
+    values = np.asarray(outcome.idata[group][name].values, dtype=float).ravel()
+    values = values[np.isfinite(values)]
+    return values if values.size else None
+
+
+def scaled(value: float | None, worth: float) -> float | None:
+    """A number in a unit of that worth; None stays None."""
+    return None if value is None else value / worth
+
+
+def scaled_interval(bounds: Interval, worth: float) -> Interval:
+    """Both bounds in a unit of that worth; None stays None."""
+    low, high = bounds
+    return scaled(low, worth), scaled(high, worth)
+
+
+def finite(value: Any) -> float | None:
+    """A number, or None where it is not finite."""
+    number = float(value)
+    return number if math.isfinite(number) else None
