@@ -100,7 +100,8 @@ def forward_model(
     mu_c = critical_mu(before, bodies, e, e_m)
     if "mu" in free:
         mu_c = jnp.nan_to_num(mu_c, posinf=1e9, neginf=-1e9)
-        mu = numpyro.sample("mu", Friction(mu_c, *priors["mu"], structure.interlocked))
+        scale, median = priors["mu"]
+        mu = numpyro.sample("mu", Friction(mu_c, scale, median, structure.interlocked))
     else:
         mu = mu_c
 

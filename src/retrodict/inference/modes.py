@@ -98,9 +98,9 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
     Raises:
         Unanswerable: no number of turns leads to the rest poses, or none has a finite mode.
     """
-    evidence = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
+    items = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
     unknown = [
-        v for v in VEHICLES if f"rest_heading_{v}" in evidence and not scene.rest[v].turns_known
+        v for v in VEHICLES if f"rest_heading_{v}" in items and not scene.rest[v].turns_known
     ]
     if not unknown:
         return _on_branches(scene, rung, {})

@@ -255,11 +255,11 @@ def _narrowed(findings: Findings, units: Units) -> list[dict[str, Any]]:
             sd = each.sd / speed
             cells = {"now": now, "sd": format_value(sd, decimals_of(sd))}
             rows.append({"label": label, "unit": unit.symbol} | cells)
-        sd = scaled(findings.quantities[sought].sd, speed)
+        now_sd = scaled(findings.quantities[sought].sd, speed)
         tables.append(
             {
                 "label": label_and_unit(sought, units)[0],
-                "sd": format_value(sd, decimals_of(sd)),
+                "sd": format_value(now_sd, decimals_of(now_sd)),
                 "rows": rows,
             }
         )

@@ -72,9 +72,9 @@ def _panel(axes: Axes, findings: Findings, outcome: Outcome, name: str, units: U
     axes.set_xlim(grid[0] - margin, grid[-1] + margin)
     _prior(axes, outcome, name, unit.worth)
     y = -0.09 * top
-    axes.plot(most, [y, y], color=drawing.INK, lw=1.2, marker="|", ms=5)
-    axes.plot(half, [y, y], color=drawing.INK, lw=4.5, solid_capstyle="butt")
-    axes.plot(median, y, "o", color="white", mec=drawing.INK, ms=5, zorder=5)
+    axes.plot(np.array(most, float), [y, y], color=drawing.INK, lw=1.2, marker="|", ms=5)
+    axes.plot(np.array(half, float), [y, y], color=drawing.INK, lw=4.5, solid_capstyle="butt")
+    axes.plot(np.array(median, float), y, "o", color="white", mec=drawing.INK, ms=5, zorder=5)
     axes.set_ylim(-0.18 * top, 1.12 * top)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)

@@ -101,15 +101,15 @@ def _panel(axes: Axes, rows: list[InputRow], units: Units) -> float:
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_yticks(range(len(rows)), [row.label for row in rows])
     axes.tick_params(axis="y", length=0)
-    right = axes.secondary_yaxis("right")
-    right.set_yticks(
+    opposite = axes.secondary_yaxis("right")
+    opposite.set_yticks(
         range(len(rows)),
         [_measured(row, units) for row in rows],
     )
-    right.tick_params(length=0, labelsize=7.5)
+    opposite.tick_params(length=0, labelsize=7.5)
     for spine in ("left", "right"):
         axes.spines[spine].set_visible(False)
-        right.spines[spine].set_visible(False)
+        opposite.spines[spine].set_visible(False)
     return reach
 
 
