@@ -165,7 +165,7 @@ def rungs(monkeypatch):
         "full": rung(2, ("speed_b", "e", "e_m", "mu")),
     }
     monkeypatch.setattr(ladders, "RUNGS", made)
-    monkeypatch.setattr(ladders, "size", lambda _: 25)
+    monkeypatch.setattr(ladders, "_unknowns", lambda _: 25)
     return made
 
 
