@@ -155,7 +155,7 @@ def rungs(monkeypatch):
     def rung(rank, answers, explains=""):
         return SimpleNamespace(
             answers=answers, explains=lambda name: explains in name, rank=rank,
-            above=lambda other: rank > other.rank, impact=rank, of_scene=lambda _: (None, None),
+            nests=lambda other: rank > other.rank, impact=rank, of_scene=lambda _: (None, None),
             run_out=SimpleNamespace(refusal=lambda _: ""),
         )  # fmt: skip
 

@@ -90,7 +90,7 @@ def test_a_valley_that_the_rest_pose_does_not_quite_reach_is_no_reason_to_trust_
     The latter misses the rest pose by some three standard deviations with all inputs at their means,
     and by none with others. It is what happened.
     """
-    scene = load_scene(Path(__file__).parents[1] / "data" / "valley.toml")
+    scene = load_scene(Path(__file__).parents[2] / "data" / "valley.toml")
     fitted, _, data, _ = rolling.seen(scene, "planar-moment+wheels")
     shot = regression.nearest(programs_for(fitted), data, every=True)
     regressions, error, _ = regression.fit(programs_for(fitted), data, shot.separation)

@@ -22,7 +22,7 @@ from retrodict.inference.transforms.rest_pose import RestPose, TransformParamete
 from retrodict.inference.transforms.soft_bounds import soft_interval, soft_lower_bound, softness_for
 from tests.scenes import collision
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 OWN = ("speed_b", "direction_b", "omega_b", "e", "mu", "e_m")
 
 
