@@ -99,20 +99,24 @@ def forward_model(
     # equivalent friction, up to the mu_c that just ends the sliding
     mu_c = critical_mu(before, bodies, e, e_m)
     if "mu" in free:
-        mu_c = jnp.nan_to_num(mu_c, posinf=1e9, neginf=-1e9)
+        most = jnp.nan_to_num(mu_c, posinf=1e9, neginf=-1e9)
         scale, median = priors["mu"]
-        mu = numpyro.sample("mu", Friction(mu_c, scale, median, structure.interlocked))
+        mu = numpyro.sample("mu", Friction(most, scale, median, structure.interlocked))
     else:
         mu = mu_c
 
     coefficients = Coefficients(e, mu, e_m)
     after = separation(before, bodies, coefficients)  # eqs 19-24
-    _record(before, bodies, coefficients, after)
+    _record(before, bodies, coefficients, mu_c, after)
     return after
 
 
 def _record(
-    before: Float[Array, "6"], bodies: Bodies, coefficients: Coefficients, after: Float[Array, "6"]
+    before: Float[Array, "6"],
+    bodies: Bodies,
+    coefficients: Coefficients,
+    mu_c: Float[Array, ""],
+    after: Float[Array, "6"],
 ) -> None:
     """Record energies, closing speed, normal impulse, mu_c and the motion after the impact."""
     energy = audit(before, bodies, coefficients)
@@ -124,7 +128,6 @@ def _record(
     numpyro.deterministic("closing_speed", closing * sign)
     P_n = impulse(before, bodies, coefficients)[0] @ axes(bodies)[0]
     numpyro.deterministic("normal_impulse", -P_n * sign)
-    mu_c = critical_mu(before, bodies, coefficients.e, coefficients.e_m)
     numpyro.deterministic("mu_critical", mu_c)
     parts.record_motion(after, (after - before).reshape(2, 3)[:, :2])
 

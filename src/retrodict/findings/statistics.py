@@ -124,7 +124,6 @@ def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
     if data.data_vars:
         with np.errstate(all="ignore"):
             of_mean = mcse(data, method="mean")
-            of_median = mcse(data, method="quantile", prob=0.5)
             measures = {
                 "mean": data.mean(),
                 "sd": data.std(ddof=1),
@@ -133,7 +132,7 @@ def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
                 "ess_tail": ess(data, method="tail"),
                 "rhat": rhat(data, method="rank"),
                 "mcse_mean": of_mean,
-                "error": np.maximum(of_mean, of_median),
+                "error": monte_carlo_error(data, 0, of_mean),
                 **{f"error_{level}": monte_carlo_error(data, level / 100) for level in LEVELS},
             }
             intervals = {level: hdi(data, prob=level / 100, method="nearest") for level in LEVELS}

@@ -87,7 +87,7 @@ def tree_of(
 
 
 def _weights(prior: dict[str, np.ndarray], evidence: Iterable[str]) -> np.ndarray:
-    """What crashes from the prior evaluate by the evidence; they sum to one, or all are zero."""
+    """Weights of crashes from the prior by the evidence; they sum to one, or all are zero."""
     fits = np.sum([np.asarray(prior[f"log_likelihood/{name}"]) for name in evidence], axis=0)
     if "closing_speed" in prior:  # vehicles that part are no crash
         fits = np.where(np.asarray(prior["closing_speed"]) > 0, fits, -np.inf)

@@ -33,12 +33,15 @@ def decimals_of(sd: float | None, digits: int = 2, error: float | None = None) -
     return min(places, math.ceil(-math.log10(error)) - 1)
 
 
-def monte_carlo_error(draws: xr.Dataset, level: float) -> xr.Dataset:
+def monte_carlo_error(
+    draws: xr.Dataset, level: float, of_mean: xr.Dataset | None = None
+) -> xr.Dataset:
     """The larger standard error of the limits of each variable's interval (Vehtari et al. 2021).
 
     Args:
         draws: with dimensions chain and draw.
         level: of the interval, which leaves as much at either end; 0 for mean and median.
+        of_mean: standard error of the mean, where it has been computed already.
 
     Returns:
         The errors, in the variables' units.
@@ -48,7 +51,7 @@ def monte_carlo_error(draws: xr.Dataset, level: float) -> xr.Dataset:
 
     low = mcse(draws, method="quantile", prob=0.5 - level / 2)
     if level == 0:
-        return np.maximum(mcse(draws, method="mean"), low)
+        return np.maximum(mcse(draws, method="mean") if of_mean is None else of_mean, low)
     return np.maximum(low, mcse(draws, method="quantile", prob=0.5 + level / 2))
 
 

@@ -16,8 +16,8 @@ from retrodict.inference.fitting.optimise import spread
 from retrodict.inference.fitting.posterior import (
     FLAT,
     IMPROBABLE,
+    LEAST_WEIGHT,
     RESOLVED,
-    RIVAL,
     Posterior,
     branches,
 )
@@ -192,14 +192,14 @@ def weigh_by_evidence(
         seed: of the draws.
 
     Returns:
-        Solutions of more weight than RIVAL, and those that may be since their weight does not settle;
-        a mode for each; and faults where one does not.
+        Solutions of more weight than LEAST_WEIGHT, and those that may be since their weight does not
+        settle; a mode for each; and faults where one does not.
     """
     middle = np.zeros(found[0].posterior.size)
     if len(found) == 1:
         return found, [Mode(1.0, 0.0, _values_at(found[0].posterior, middle), found[0].turns)], ()
     known = [(s, _settled(s.posterior, seed)) for s in found]
-    least = max(e.value for _, e in known) + np.log(RIVAL)
+    least = max(e.value for _, e in known) + np.log(LEAST_WEIGHT)
     known = [(s, e) for s, e in known if e.value > least or e.faults]
     found, evidence = [s for s, _ in known], [e for _, e in known]
     weights = shares(np.array([e.value for e in evidence]))
@@ -319,9 +319,9 @@ class PosteriorModes:
 
     Args:
         found: its solutions.
-        modes: what they evaluate, in the same order.
+        modes: their weights, in the same order.
         faults: for which no draws are to be relied on.
-        seed: that it was found by, and that unsampled are sought by.
+        seed: that it was found by, and that unsampled modes are sought by.
     """
 
     found: list[Solution]
@@ -331,12 +331,12 @@ class PosteriorModes:
 
     @cached_property
     def unsampled(self) -> list[UnsampledMode]:
-        """Other modes than the solutions' own, of more weight than RIVAL: sought when first asked."""
+        """Modes that no solution has, of more weight than LEAST_WEIGHT: sought when first asked."""
         return [
             UnsampledMode(i, odds, w)
             for i, (solution, mode) in enumerate(zip(self.found, self.modes, strict=True))
             for odds, w in unsampled(solution.posterior, self.seed)
-            if odds * mode.weight > RIVAL
+            if odds * mode.weight > LEAST_WEIGHT
         ]
 
 
@@ -348,7 +348,7 @@ def posterior_modes(
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
-        seed: of the draws that evaluate solutions, and of the search for unsampled.
+        seed: of the draws that weight solutions, and of the search for unsampled modes.
         method: by which it will be drawn from.
         progress: as of `solutions`.
 
@@ -375,12 +375,12 @@ def _unresolved(found: list[Solution]) -> tuple[str, ...]:
 
 
 def beside(found: list[Solution], modes: list[Mode], unreached: list[UnsampledMode]) -> list[Mode]:
-    """The modes of the solutions, then each other that no draw holds.
+    """The modes of the solutions, then each unsampled mode that no draw holds.
 
     Args:
         found: the solutions.
-        modes: what they evaluate, in the same order.
-        unreached: the unsampled.
+        modes: their weights, in the same order.
+        unreached: the unsampled modes.
 
     Returns:
         Modes; a other's weight, and what it takes from its solution's, are Laplace's.
@@ -426,7 +426,7 @@ def unsampled(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]
             continue
         log_odds = home - end.value + _log_volume(posterior, end.w)
         odds = np.exp(min(log_odds, _SURE))
-        if odds > RIVAL:
+        if odds > LEAST_WEIGHT:
             found.append((float(odds), end.w))
     return sorted(found, key=lambda other: -other[0])
 

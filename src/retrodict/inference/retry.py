@@ -42,7 +42,7 @@ class Run:
         complete: False when interrupted.
         notes: how it helped itself.
         unfinished: interrupted chains as a file holds them.
-        modes: the solutions, then each other that no draw holds.
+        modes: the solutions, then each unsampled mode that no draw holds.
         drawn: what the method drew of each solution.
     """
 
@@ -65,7 +65,7 @@ class Sampling:
 
     Args:
         found: its solutions.
-        modes: what they evaluate, in the same order.
+        modes: their weights, in the same order.
         unsampled: other modes, which draws should reach.
         faults: for which no draws are to be relied on.
         pictured: whether the prior and run-outs are recorded too, which figures show.
@@ -216,7 +216,7 @@ class Sampling:
         return self._priors[key]
 
     def _modes(self, drawn: list[Draws]) -> list[Mode]:
-        """The solutions, then each other that no draw of its solution holds."""
+        """The solutions, then each unsampled mode that no draw of its solution holds."""
         unreached = [
             other
             for other in self.unsampled

@@ -36,9 +36,8 @@ _MOST_FIXED = 3072
 _LAST_FIXED, _LAST_ADAPTIVE = 1e-3, 1e-5
 _TINY = 1e-18  # m²/s²: a wheel that is the instant centre of a motion without spin
 _STANDS = 1e-4  # m/s: what is slower is taken at this, to rest in closed form: derivatives exist
-_CLUSTER = (
-    0.85  # W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
-)
+# W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
+_CLUSTER = 0.85
 
 # Of paced steps, least error at equal cost (measured): share of the time in which friction would end
 # a wheel's slip, where much of it is left and where it is near its balance; of a radian; of the time

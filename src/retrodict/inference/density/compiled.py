@@ -30,11 +30,10 @@ from retrodict.models.arrays import Data, Structure
 
 BATCH = 512  # run-outs per call of `reached`
 CHUNK = 500  # draws per call of `simulate`
-ROWS = (
-    256  # points per call of `evaluate`: of fewer each takes longer, and a curvature takes some 400
-)
+# points per call of `evaluate`: of fewer each takes longer, and a curvature takes some 400
+ROWS = 256
 BLOCK = 50  # iterations per call of `advance`
-"""Chains run in blocks: between them progress is reported and an interrupt is heeded."""
+"""Chains run in blocks: between them progress is reported and an interrupt is handled."""
 
 # Good coordinates need trees of depth 3. A target that wants more than 63 leapfrogs a draw is not
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.

@@ -1,4 +1,4 @@
-"""The way down a potential: its slope, its curvature, and where it is minimise."""
+"""The way down a potential: its slope, its curvature, and its minimum."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Arrived = Callable[[Point], bool]
 
 _STEP = 0.05  # of differences, in standard deviations
 _STILL, _MOST = 1e-3, 400  # slope at which a search ends, and steps that it may take
-_IDLE, _ENOUGH = 1e-2, 3  # by likenesses it ends too where so many steps have been so short
+_IDLE, _ENOUGH = 1e-2, 3  # by surrogates it ends too where so many steps have been so short
 _OUTSIDE, _BACK = 1e10, 1e8  # the value where there is no potential, and how it rises outwards
 _STRIDE, _ROUNDS = 0.25, 30  # of many searches at once: share of the way to w = 0, and how many
 _LEVEL = 1e-300  # least slope that is divided by
@@ -39,7 +39,7 @@ class Potential(ABC):
 
     @abstractmethod
     def minimise(self, start: Point, arrived: Arrived | None = None) -> Found:
-        """Where it is minimise near a start; or where a search from there arrived at what was known."""
+        """Its minimum near a start; or where a search from there arrived at what was known."""
 
     def minimise_from(self, starts: Points, arrived: Arrived) -> list[Found]:
         """Where searches from many starts ended, but for those that arrived on the way."""
@@ -83,14 +83,14 @@ class Differentiated(Potential):
 
 @dataclass(frozen=True)
 class Differenced(Potential):
-    """A potential with a near enough surrogate_value about each point, whose values come by the batch.
+    """A potential with a good surrogate about each point, whose values come by the batch.
 
     A slope and all of the curvature then cost little more than a value, and no program for the slope
     has to be compiled, which takes as long as compiling that of the values.
 
     Args:
-        at: values at points, and what the surrogate_value misses there.
-        alike: values of likenesses at points, each of one that misses so much.
+        at: values at points, and what the surrogate misses there.
+        alike: values of surrogates at points, each of one that misses so much.
     """
 
     at: Callable[[Points], tuple[Values, Missed]]
@@ -119,7 +119,7 @@ class Differenced(Potential):
 
         def ended(w: Point) -> bool:
             nonlocal before, idle
-            # a surrogate_value's slope does not quite lead down, and in the end not at all
+            # a surrogate's slope does not quite lead down, and in the end not at all
             idle = idle + 1 if np.linalg.norm(w - before) < _IDLE else 0
             before = w.copy()
             return idle == _ENOUGH or bool(arrived and arrived(w))

@@ -30,7 +30,7 @@ from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
 from retrodict.scene.records import VEHICLES, Scene
 
-RIVAL = 1e-3  # weight from which on another mode counts
+LEAST_WEIGHT = 1e-3  # weight from which on another mode counts
 RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
 MOST_STEPS = 768
 _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
@@ -100,12 +100,12 @@ class Posterior:
         return Differentiated(at)
 
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The potential at points, and by what its surrogate_value misses the rest poses there."""
+        """The potential at points, and by what surrogates miss the rest poses there."""
         there = self._located(w)
         return self._sought(there), there.missed
 
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
-        """The potential at points if its surrogate_value missed by so much: no run-out is asked."""
+        """The potential at points if surrogates missed by so much: no run-out is asked."""
         return self._sought(self._located(w, missed))
 
     def _sought(self, there: Evaluated[np.ndarray]) -> np.ndarray:
@@ -124,7 +124,7 @@ class Posterior:
         return self.evaluate(w)[0]
 
     def about(self, w: np.ndarray) -> Posterior:
-        """The same posterior in coordinates whitened by draws of it; where whitening are plain only.
+        """The same posterior in coordinates whitened by draws of it; for plain transforms only.
 
         Args:
             w: the draws, shape (any, q).
@@ -152,7 +152,7 @@ class Posterior:
         return self.about(w) if whiten else self.responding_by(w)
 
     def converted_to(self, other: Posterior, w: np.ndarray) -> np.ndarray:
-        """Points in the coordinates of the same posterior about elsewhere; plain whitening only.
+        """Points in the coordinates of the same posterior about elsewhere; for plain transforms only.
 
         Args:
             other: whose coordinates are asked for.
@@ -172,7 +172,7 @@ class Posterior:
         return np.asarray(self._located(w[None]).q[0])
 
     def _located(self, w: np.ndarray, missed: np.ndarray | None = None) -> Evaluated[np.ndarray]:
-        """What points are known by; rest poses by their surrogate_value if `missed` is given."""
+        """What points are known by; rest poses by their surrogate if `missed` is given."""
         data, transform = self._numbers
         if missed is None:
             missed = np.full((len(w), len(self.programs.structure.surrogates)), np.nan)

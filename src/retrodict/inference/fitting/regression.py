@@ -27,9 +27,8 @@ from retrodict.scene.records import VEHICLES
 _ROUNDS = 4
 # standard deviations of a rest pose, by a regression, at which velocities that reach it differ
 _FAR = 4.0
-_PLAUSIBLE = (
-    3.5  # standard deviations that a run-out may miss a rest pose by, other inputs at their means
-)
+# standard deviations that a run-out may miss a rest pose by, other inputs at their means
+_PLAUSIBLE = 3.5
 REACHED = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
@@ -43,7 +42,7 @@ def _grid(*axes: list[float]) -> np.ndarray:
 
 # Starts: shares of the speed and of the yaw rate that sliding so far and turning so much ask for, and
 # the angle from the chord to the first course, rad. A car that rolls may come there without a spin, or
-# in a constrain with one the other way.
+# in a bend with one the other way.
 _SLIDING = _grid(
     [0.5, 0.7, 0.85, 1.0], [0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2], [0.0, -0.15, 0.15, -0.4]
 )
@@ -215,7 +214,7 @@ def fit(
             wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
             A = _terms(got, xi[:, shaping[v]])
-            # run-outs that miss by far say little of the regression where the posterior lies
+            # run-outs that miss by far are weakly informative on the regression where the posterior lies
             weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / _NEAR) ** 2)
             weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
             if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
@@ -263,7 +262,7 @@ def _response(
     A = _terms((velocity - centre) / unit, shape)
     value, sd = np.array([data.evidence[name] for name in names]).T
     off = np.linalg.norm((items - value) / sd, axis=1)
-    # far from what was measured a run-out says little, but enough of them have to speak
+    # far from what was measured a run-out is weakly informative, but enough of them have to speak
     reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
     surface = _least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
     return rest_pose.ResponseSurface(centre, unit, _as_quadratic(surface, size + shape.shape[1]))
@@ -309,7 +308,7 @@ def _value(coefficients: np.ndarray, z: np.ndarray, shape: np.ndarray) -> np.nda
 def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
     keep = weight > 0
     A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
-    # a whiff of ridge: some inputs (a zone nobody reaches) shape nothing
+    # a small ridge: some inputs (a zone nobody reaches) shape nothing
     ridge = 1e-4 * np.eye(A.shape[1])
     with one_blas_thread():  # beside the compiler's, its threads wait for each other for seconds
         return np.linalg.lstsq(

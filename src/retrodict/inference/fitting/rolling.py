@@ -19,15 +19,14 @@ from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.posterior import MOST_STEPS, RESOLVED, Posterior, run_outs_of
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
-from retrodict.inference.transforms.parameters import Guess, plain
+from retrodict.inference.transforms.parameters import Guess
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.runouts import roll
 from retrodict.scene.records import VEHICLES, Scene
 
-_FITS = (
-    0.5  # standard deviations of the rest pose: a regression's error that makes good coordinates
-)
+# standard deviations of the rest pose: a regression's error that makes good coordinates
+_FITS = 0.5
 # Of where particles start: coordinates beside inputs, in their own standard deviations. A velocity that
 # nothing pins may be off that of a likely crash by so much, m/s and rad/s.
 _WIDE, _OPEN = 1.5, np.array([10.0, 10.0, 3.0])
@@ -132,13 +131,14 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
         astray = (shot.missed > regression.REACHED) | shot.folds(regressions) | turns_open
         error = np.where(astray, np.inf, error)
     taken = np.where(error > _FITS, guess.taken, 0.0)
-    n = transform_of(sampled.structure).length(sampled.structure)
+    kind = transform_of(sampled.structure)
+    n = kind.length(sampled.structure)
     spun = np.zeros(())
     if rest_pose.spins(structure):
         # where its rest pose does not pin the yaw rate after it, and if that is the sharper of both
         sharper = data.inputs["omega_b"][1] < guess.off[1, 2]
         spun = np.array(float(taken[1] > 0 and sharper))
-    transform = plain(np.zeros(n), np.eye(n))._replace(
+    transform = kind.example(sampled.structure)._replace(
         regressions=regressions, guess=guess._replace(taken=taken, spun=spun)
     )
     found = Posterior(sampled, data, transform, error, -np.inf, 0.0, _reach(structure, data, n))

@@ -21,9 +21,8 @@ from retrodict.models.impact import SLIDING, E
 _NARROW = 1e-4  # of a margin's standard deviation: at least, so that something can be divided by it
 _LIKELY = 0.1, 0.98  # shares of the sliding that a search begins from
 _SOFT = 1e-3, 2.0  # the least and most
-_RAISED = (
-    0.35  # entry of q where a half-normal share is likeliest, if it is as soft as constraints are
-)
+# entry of q where a half-normal share is likeliest, if it is as soft as constraints are
+_RAISED = 0.35
 
 Point = Float[np.ndarray, " q"]
 Spread = Float[np.ndarray, "q any"]

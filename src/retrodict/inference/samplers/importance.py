@@ -58,7 +58,7 @@ class Evidence:
 
 
 def draw(task: Task, times: int = 1) -> Draws:
-    """Draw from the proposal, evaluate by the posterior, resample.
+    """Draw from the proposal, weight by the posterior, resample.
 
     Args:
         task: what is asked for.
@@ -228,7 +228,7 @@ class _Proposal:
     def outgrown(self, spread: np.ndarray, effective: float) -> float:
         """The largest ratio of a covariance to its own, over what chance makes of so many draws."""
         whitened = (self.axes / self.sd).T @ spread @ (self.axes / self.sd)
-        # the margin of the spectrum of a sample of the standard normal (Marchenko and Pastur 1967)
+        # the edge of the spectrum of a sample of the standard normal (Marchenko and Pastur 1967)
         margin = (1 + np.sqrt(self.sd.size / effective)) ** 2
         return float(np.linalg.eigvalsh(whitened)[-1] / margin)
 

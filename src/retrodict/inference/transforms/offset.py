@@ -13,10 +13,8 @@ from retrodict.inference.transforms.parameters import (
     Guess,
     Q,
     TransformParameters,
-    plain,
-    unwhitened,
 )
-from retrodict.inference.transforms.protocol import Transform
+from retrodict.inference.transforms.protocol import Located, Transform
 from retrodict.inference.transforms.rest_pose import (
     example_regressions,
     friction_scale,
@@ -49,25 +47,21 @@ class Offset(Transform):
         """Number of entries of q."""
         return length_for_regressions(structure)
 
-    def size(self, structure: Structure) -> int:
-        """Number of entries of w."""
-        return self.length(structure)
-
     def example(self, structure: Structure) -> TransformParameters:
         """Parameters of the right shapes and no meaning."""
-        n, nothing = self.length(structure), Guess(np.zeros(2), np.ones((2, 3)), np.zeros(()))
-        regressions = example_regressions(structure)
-        return plain(np.zeros(n), np.eye(n))._replace(regressions=regressions, guess=nothing)
+        parameters = super().example(structure)
+        nothing = Guess(np.zeros(2), np.ones((2, 3)), np.zeros(()))
+        return parameters._replace(regressions=example_regressions(structure), guess=nothing)
 
-    def forward_and_log_det(
+    def from_q(
         self,
         structure: Structure,
         data: Data,
         parameters: TransformParameters,
-        w: Float[Array, " w"],
-    ) -> tuple[parts.Values, Float[Array, ""], Q]:
-        """The unknowns at w, log |d unknowns / d w|, and q."""
-        q, log_det = unwhitened(parameters, w)
+        q: Q,
+        log_det: Float[Array, ""],
+    ) -> Located:
+        """The unknowns, the log determinant with that given, and q as it was moved."""
         sites, volume = _unknowns(structure, data, parameters, q)
         return sites, volume + log_det, q
 
@@ -77,7 +71,7 @@ def _unknowns(
 ) -> tuple[parts.Values, Float[Array, ""]]:
     """Unknowns at q, and log |d unknowns / d q|."""
     guess, impact = parameters.guess, RUNGS[structure.rung].impact
-    assert guess is not None, "whitening of offsets have one"
+    assert guess is not None, "parameters of offsets have one"
     last, spun = len(structure.aims) - 1, jnp.asarray(guess.spun) > 0
     deviate, q = q[last], q.at[last].set(jnp.where(spun, 0.0, q[last]))
     x = parts.from_standard(structure, data, split(structure, q)[1])

@@ -112,7 +112,7 @@ class TransformParameters(NamedTuple):
 
     Args:
         regressions: the quadratics for A and B.
-        constraints: the constrain.
+        constraints: on what the impact model bounds or holds.
         centre: q at w = 0, shape (q,).
         spread: q's change per w, shape (q, w); no column changes what is held, to first order.
         log_volume: log |det| of the spread and the directions of what is held together.

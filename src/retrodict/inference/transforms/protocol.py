@@ -5,11 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
+import numpy as np
 from jaxtyping import Array, Float
 
-from retrodict.inference.transforms.parameters import Q, TransformParameters
+from retrodict.inference.transforms.parameters import Q, TransformParameters, plain, unwhitened
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
+
+Located = tuple[parts.Values, Float[Array, ""], Q]
+"""A value for each of the model's sample sites, the log determinant so far, and q."""
 
 
 class Transform(ABC):
@@ -29,22 +33,33 @@ class Transform(ABC):
     def length(self, structure: Structure) -> int:
         """Number of entries of q."""
 
-    @abstractmethod
     def size(self, structure: Structure) -> int:
-        """Number of sampled coordinates, the entries of w."""
+        """Number of sampled coordinates, the entries of w: as many, unless some of q are held."""
+        return self.length(structure)
 
-    @abstractmethod
     def example(self, structure: Structure) -> TransformParameters:
         """Parameters of the right shapes and no meaning, to compile programs for."""
+        n = self.length(structure)
+        return plain(np.zeros(n), np.eye(n))
 
     @abstractmethod
+    def from_q(
+        self,
+        structure: Structure,
+        data: Data,
+        parameters: TransformParameters,
+        q: Q,
+        log_det: Float[Array, ""],
+    ) -> Located:
+        """`forward_and_log_det` from q on, whose log |d q / d w| is given."""
+
     def forward_and_log_det(
         self,
         structure: Structure,
         data: Data,
         parameters: TransformParameters,
         w: Float[Array, " w"],
-    ) -> tuple[parts.Values, Float[Array, ""], Q]:
+    ) -> Located:
         """The unknowns at w, and log |d unknowns / d w|.
 
         Args:
@@ -56,3 +71,4 @@ class Transform(ABC):
         Returns:
             A value for each of the model's sample sites, the log determinant, and q.
         """
+        return self.from_q(structure, data, parameters, *unwhitened(parameters, w))

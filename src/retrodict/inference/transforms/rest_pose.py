@@ -14,8 +14,8 @@ each, that changes it with the least change of all else, so that the margins lie
 point within them is reached. A simpler impact model holds such functions at zero (no moment impulse,
 no sliding left): then q is moved to where they are, and its coordinates are fewer than its entries.
 The share of the sliding that friction leaves is an entry of q itself, and the motion is held at it.
-Edges are just linear in the motion and nearly so in q: q is moved as if they were linear in it, then
-the motion, by the little that was missed, which are linear equations.
+Margins are exactly linear in the motion and nearly so in q: q is moved as if they were linear in it,
+then the motion, by the little that was missed, which are linear equations.
 """
 
 from __future__ import annotations
@@ -38,9 +38,8 @@ from retrodict.inference.transforms.parameters import (
     TransformParameters,
     saturated,
     times,
-    unwhitened,
 )
-from retrodict.inference.transforms.protocol import Transform
+from retrodict.inference.transforms.protocol import Located, Transform
 from retrodict.inference.transforms.soft_bounds import soft_lower_bound
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
@@ -452,10 +451,8 @@ class RestPose(Transform):
         regressions = example_regressions(structure)
         responses = []
         for vehicle in structure.responding:
-            m, k = (
-                len(structure.on_way_of(vehicle)),
-                regressions[VEHICLES.index(vehicle)].linear.shape[1],
-            )
+            m = len(structure.on_way_of(vehicle))
+            k = regressions[VEHICLES.index(vehicle)].linear.shape[1]
             surface = Quadratic(np.zeros(m), np.zeros((m, k)), np.zeros((m, k, k)))
             responses.append(ResponseSurface(np.zeros(v), np.ones(v), surface))
         levels = levels_of(structure)
@@ -470,15 +467,15 @@ class RestPose(Transform):
             regressions, constraints, np.zeros(n), spread, np.zeros(()), tuple(responses)
         )
 
-    def forward_and_log_det(
+    def from_q(
         self,
         structure: Structure,
         data: Data,
         parameters: TransformParameters,
-        w: Float[Array, " w"],
-    ) -> tuple[parts.Values, Float[Array, ""], Q]:
-        """The unknowns at w, log |d unknowns / d w|, and q."""
-        q, log_det = unwhitened(parameters, w)
+        q: Q,
+        log_det: Float[Array, ""],
+    ) -> Located:
+        """The unknowns, the log determinant with that given, and q as it was moved."""
         v = len(structure.aims)
         constrained = Constrained(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
         if levels_of(structure):
@@ -490,9 +487,8 @@ class RestPose(Transform):
         x["speed_a"] += constrained.motion[v]
         q = constrained.q + constrained.by_q
         sites, log_inverse = unknowns_of(structure, data, q, separation + constrained.motion[:v], x)
-        log_det += log_inverse - jnp.log(
-            sites["speed_b"]
-        )  # which stands with its direction for two
+        # B's speed and direction take the place of two components of its velocity
+        log_det += log_inverse - jnp.log(sites["speed_b"])
         if samples_sliding(structure):  # what is held at a share of a divisor moves with both
             x = parts.from_standard(structure, data, split(structure, q)[1])
             free = quotients((SLIDING,), separation + constrained.motion[:v], x)[1][0]

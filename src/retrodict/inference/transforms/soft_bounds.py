@@ -39,7 +39,7 @@ def raised(level: float | np.ndarray) -> Any:
 
 
 def softness_for(sd: Levels, level: Levels) -> Levels:
-    """How softly to soft_lower_bound what is `sd` wide, and at `level` when bounded.
+    """How soft a bound to use for what is `sd` wide, and at `level` when bounded.
 
     A normal cut off at zero, wherever, then looks like one again: importance sampling from that wastes
     3 % of its draws at most. As soft as wide would waste 40 % where it is cut far above its mean.

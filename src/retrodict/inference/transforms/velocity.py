@@ -21,8 +21,8 @@ import numpy as np
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 
-from retrodict.inference.transforms.parameters import Q, TransformParameters, plain, unwhitened
-from retrodict.inference.transforms.protocol import Transform
+from retrodict.inference.transforms.parameters import Q, TransformParameters
+from retrodict.inference.transforms.protocol import Located, Transform
 from retrodict.inference.transforms.soft_bounds import (
     soft_interval,
     soft_lower_bound,
@@ -210,23 +210,14 @@ class Velocity(Transform):
         """Number of entries of q."""
         return len(names(structure)) + len(structure.uncertain)
 
-    def size(self, structure: Structure) -> int:
-        """Number of entries of w."""
-        return self.length(structure)
-
-    def example(self, structure: Structure) -> TransformParameters:
-        """Parameters of the right shapes and no meaning."""
-        n = self.length(structure)
-        return plain(np.zeros(n), np.eye(n))
-
-    def forward_and_log_det(
+    def from_q(
         self,
         structure: Structure,
         data: Data,
         parameters: TransformParameters,
-        w: Float[Array, " w"],
-    ) -> tuple[parts.Values, Float[Array, ""], Q]:
-        """The unknowns at w, log |d unknowns / d w|, and q."""
-        q, log_det = unwhitened(parameters, w)
+        q: Q,
+        log_det: Float[Array, ""],
+    ) -> Located:
+        """The unknowns, the log determinant with that given, and q as it was moved."""
         sites, volume = locate(structure, data, q)
         return sites, volume + log_det, q
