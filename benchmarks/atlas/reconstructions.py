@@ -123,7 +123,8 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
             + ", ".join(
                 f"{states.get(s, 0)} {s}" for s in ("passed", "withheld", "refused", "raised")
             )
-            + f"; of those passed {missed} have the true speed of B outside the {LEVEL:.1%} interval, "
+            + f"; {(passed['by'] == method).sum()} passed by itself, the others by another method"
+            f"; of those passed {missed} have the true speed of B outside the {LEVEL:.1%} interval, "
             f"{'more than' if excess < CHANCE else 'which'} chance allows (p = {excess:.2g})"
             + (": " if missed else "")
             + ", ".join(f"seed {seed} by {by:.1f} sd" for seed, by in off.items())
@@ -153,6 +154,9 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
         sure = known.loc[mine.index]
         right, passed = ~(_off(mine, sure) > WRONG), mine["state"] == "passed"
         counts = ((right & passed), (right & ~passed), (~right & ~passed), (~right & passed))
+        if (wrong := _off(mine, sure)[~right & passed]).size:
+            by = ", ".join(f"seed {seed} by {off:.3f} sd" for seed, off in wrong.items())
+            yield "reconstructions", f"{method}, wrong and passed: {by}"
         yield "approximations", f"| {method} | {' | '.join(str(c.sum()) for c in counts)} |"
 
 
