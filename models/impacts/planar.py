@@ -115,7 +115,7 @@ def _record(
     before: Float[Array, "6"],
     bodies: Bodies,
     coefficients: Coefficients,
-    mu_c: Float[Array, ""],
+    mu_c: Float[Array, ""] | float,
     after: Float[Array, "6"],
 ) -> None:
     """Record energies, closing speed, normal impulse, mu_c and the motion after the impact."""
