@@ -37,6 +37,11 @@ CONVERSIONS = [
     ("3374 kg m2", units.INERTIA, 3374.0),
     ("0.002 s/m", units.INVERSE_SPEED, 0.002),
     ("0.001 1/mph", units.INVERSE_SPEED, 0.0022369363),
+    ("1.5 s", units.TIME, 1.5),
+    ("0.7 g", units.DECELERATION, 6.864655),
+    ("20 ft/s²", units.DECELERATION, 6.096),
+    ("100 kJ", units.ENERGY, 1e5),
+    ("1000 ft lbf", units.ENERGY, 1355.8179),
     ("0.5", units.NUMBER, 0.5),
 ]
 
@@ -51,8 +56,9 @@ def test_suggested_units_are_worth_what_pint_says():
     assert {unit for d in dimensions for unit in d.units} == set(units._WORTH)
     for dimension in dimensions:
         for unit in dimension.units:
-            # there a force
-            by_pint, base = units._base(unit.replace("lb ft s", "lbf ft s").replace("%", "percent"))
+            # there a force, and the acceleration of gravity
+            name = unit.replace("lb ft s", "lbf ft s").replace("%", "percent")
+            by_pint, base = units._base("gravity" if unit == "g" else name)
             assert units._WORTH[unit] == pytest.approx(by_pint, rel=1e-15), unit
             assert base == units._base(dimension.units[0].replace("%", "percent"))[1], unit
 

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error
-from retrodict.scene.quantities import Unit, Units, describe, si_symbol, unit_of
+from retrodict.scene.quantities import DERIVED, Unit, Units, describe, si_symbol, unit_of
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -20,18 +20,6 @@ if TYPE_CHECKING:
 LEVELS = (50, 90, 95)  # per cent; not those of studies.fit, which brings JAX
 Interval = tuple[float | None, float | None]
 
-# what follows from the same draws and is reported with the unknowns
-DERIVED = (
-    "delta_v_a",
-    "delta_v_b",
-    "energy_lost",
-    "Vax",
-    "Vay",
-    "Omega_a",
-    "Vbx",
-    "Vby",
-    "Omega_b",
-)
 UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")  # of the figures, and of the correlations
 
 

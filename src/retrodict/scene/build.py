@@ -10,6 +10,7 @@ from typing import Protocol
 from retrodict.scene import discrepancy
 from retrodict.scene.defaults import DEFAULTS, FRICTION, MOST_ROLLING
 from retrodict.scene.priors import Prior, default_priors, overridden
+from retrodict.scene.questions import questions_of
 from retrodict.scene.records import (
     UNKNOWNS,
     WHEELS,
@@ -115,6 +116,7 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
             if each.end_of_rotation
         },
         robust=entry.errors == "robust",
+        questions=questions_of(entry.questions),
     )
 
 

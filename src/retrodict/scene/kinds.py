@@ -257,6 +257,15 @@ EdgeUncertainty = Annotated[
         advice="it is itself one standard deviation",
     ),
 ]
+_EXACT = "a limit is exact"
+SpeedLimit = Annotated[
+    Measured, Kind(units.SPEED, 1, 150, "45 mph", uncertainty="refused", advice=_EXACT)
+]
+ReactionTime = Annotated[Measured, Kind(units.TIME, 0.05, 20, "1.5 ± 0.3 s", "lognormal")]
+Deceleration = Annotated[Measured, Kind(units.DECELERATION, 0.1, 20, "7 ± 0.7 m/s^2", "lognormal")]
+TimeBefore = Annotated[Measured, Kind(units.TIME, 0.05, 60, "2.5 ± 0.3 s", "lognormal")]
+DistanceBefore = Annotated[Measured, Kind(units.LENGTH, 0.1, 1000, "40 ± 3 m", "lognormal")]
+Span = Annotated[Measured, Kind(units.TIME, 0.1, 60, "3 s", uncertainty="refused")]
 _MARK = "that of the mark goes into its key uncertainty"
 MarkCoordinate = Annotated[
     Measured,

@@ -45,6 +45,19 @@ REPORTED: dict[str, tuple[str, str]] = {
     "omega_b": ("yaw rate of B before impact", "yaw rate"),
 }
 
+# what follows from the same draws and is reported with the unknowns
+DERIVED = (
+    "delta_v_a",
+    "delta_v_b",
+    "energy_lost",
+    "Vax",
+    "Vay",
+    "Omega_a",
+    "Vbx",
+    "Vby",
+    "Omega_b",
+)
+
 _SINGLE: dict[str, tuple[str, str]] = {
     "impact_x": ("impact centre, x", "length"),
     "impact_y": ("impact centre, y", "length"),

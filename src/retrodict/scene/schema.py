@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import (
@@ -11,20 +12,24 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainValidator,
     model_validator,
 )
 
+from retrodict.scene.asked import Proposition, read_comparison, read_proposition
 from retrodict.scene.defaults import FRICTION
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
     AxleDistance,
     BetweenVehicles,
     ContactLine,
+    Deceleration,
     DeltaV,
     DeltaVComponent,
     DepartureDirection,
     DepartureYawRate,
     Direction,
+    DistanceBefore,
     DragFactor,
     EdgeCoordinate,
     EdgeDirection,
@@ -44,16 +49,20 @@ from retrodict.scene.kinds import (
     NumberScale,
     OutlineLength,
     OutlineWidth,
+    ReactionTime,
     RestCoordinate,
     RestHeading,
     Rotation,
     RunOutHeading,
     RunOutPosition,
     Skid,
+    Span,
     Speed,
     SpeedDependence,
+    SpeedLimit,
     SpeedScale,
     Steer,
+    TimeBefore,
     Track,
     Wheel,
     YawInertia,
@@ -62,6 +71,7 @@ from retrodict.scene.kinds import (
     fault,
 )
 from retrodict.scene.records import UNKNOWNS
+from retrodict.scene.units import QuantityError
 
 
 def _line(limit: int) -> BeforeValidator:
@@ -423,6 +433,95 @@ class PriorsEntry(_Table):
     )
 
 
+def _propositions(raw: object) -> tuple[Proposition, ...]:
+    texts = raw if isinstance(raw, list) else [raw]
+    if len(texts) > _ASKED:
+        raise fault(f"{len(texts)} propositions; write at most {_ASKED}")
+    return tuple(_proposition(text) for text in texts)
+
+
+def _proposition(raw: object) -> Proposition:
+    try:
+        return read_proposition(raw)
+    except QuantityError as found:
+        raise fault(found.mend) from None
+
+
+def _one_limit(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
+    for each in asked:
+        if math.isfinite(each.low) and math.isfinite(each.high):
+            raise fault(f"{shown(each.text)} has two limits; write it under between")
+    return asked
+
+
+def _two_limits(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
+    for each in asked:
+        if not (math.isfinite(each.low) and math.isfinite(each.high)):
+            raise fault(f"{shown(each.text)} has one limit; write it under exceeds")
+    return asked
+
+
+_ASKED = 20  # of each kind of question
+Propositions = Annotated[tuple[Proposition, ...], PlainValidator(_propositions)]
+_FIRST, _SECOND = '"speed_b at most 45 mph"', '"speed_b at least 55 mph"'
+_AVOIDABLE = (
+    '[{ vehicle = "B", limit = "45 mph", reaction = "1.5 ± 0.3 s", deceleration = "0.7 ± 0.07 g", '
+    'seen_time = "2.5 ± 0.3 s" }]'
+)
+
+
+class LikelihoodRatioEntry(_Table):
+    """One of `likelihood_ratio`: two propositions about one speed before the impact."""
+
+    first: Annotated[Proposition, PlainValidator(_proposition)] = Field(examples=[_FIRST])
+    second: Annotated[Proposition, PlainValidator(_proposition)] = Field(examples=[_SECOND])
+
+    @model_validator(mode="after")
+    def _exclude_each_other(self) -> LikelihoodRatioEntry:
+        try:
+            read_comparison(self.first, self.second)
+        except QuantityError as found:
+            raise fault(found.mend) from None
+        return self
+
+
+class AvoidableEntry(_Table):
+    """One of `avoidable`: a driver, and how it would have reacted at the speed limit."""
+
+    vehicle: Literal["A", "B"] = Field(examples=['"B"'])
+    limit: SpeedLimit
+    reaction: ReactionTime
+    deceleration: Deceleration
+    seen_time: TimeBefore | None = None
+    seen_distance: DistanceBefore | None = None
+    clear: DistanceBefore | None = None
+
+    @model_validator(mode="after")
+    def _is_seen_once(self) -> AvoidableEntry:
+        if self.seen_time and self.seen_distance:
+            raise fault("the same twice; keep it, or seen_distance", "seen_time")
+        return self
+
+
+class QuestionsEntry(_Table):
+    """`[questions]`: what is asked of the answer."""
+
+    exceeds: Annotated[Propositions, AfterValidator(_one_limit)] = Field(
+        (), examples=['"speed_b > 45 mph"']
+    )
+    between: Annotated[Propositions, AfterValidator(_two_limits)] = Field(
+        (), examples=['"40 mph < speed_b < 50 mph"']
+    )
+    likelihood_ratio: list[LikelihoodRatioEntry] = Field(
+        [], max_length=_ASKED, examples=[f"[{{ first = {_FIRST}, second = {_SECOND} }}]"]
+    )
+    avoidable: list[AvoidableEntry] = Field([], max_length=_ASKED, examples=[_AVOIDABLE])
+    time_distance: Span | None = None
+    corners: bool = Field(False, strict=True, examples=["true"])
+    one_at_a_time: bool = Field(True, strict=True, examples=["false"])
+    checks: bool = Field(True, strict=True, examples=["false"])
+
+
 _ROAD = '{ road = { friction = "0.50 ± 0.03" } }'
 
 
@@ -452,6 +551,9 @@ class SceneEntry(_Table):
         {}, max_length=20, examples=[_ROAD]
     )
     priors: PriorsEntry = Field(PriorsEntry(), examples=["{ speed_b = { … } }"])
+    questions: QuestionsEntry = Field(
+        QuestionsEntry(), examples=['{ exceeds = "speed_b > 45 mph" }']
+    )
 
     @model_validator(mode="after")
     def _what_slid_slid_on_something(self) -> SceneEntry:

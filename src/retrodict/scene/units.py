@@ -37,6 +37,9 @@ SPEED = Dimension("a speed", ("m/s", "km/h", "mph", "ft/s"))
 ANGLE = Dimension("an angle", ("deg", "rad"))
 YAW_RATE = Dimension("a yaw rate", ("deg/s", "rad/s"))
 INVERSE_SPEED = Dimension("an inverse speed", ("s/m", "1/mph"))
+TIME = Dimension("a time", ("s",))
+DECELERATION = Dimension("a deceleration", ("m/s^2", "g", "ft/s^2"))
+ENERGY = Dimension("an energy", ("J", "kJ", "ft lbf"))
 SHARE = Dimension("a share", ("%",))
 NUMBER = Dimension("a plain number")
 
@@ -60,6 +63,13 @@ _WORTH = {
     "rad/s": 1.0,
     "s/m": 1.0,
     "1/mph": 1 / 0.44704,
+    "s": 1.0,
+    "m/s^2": 1.0,
+    "g": 9.80665,
+    "ft/s^2": 0.3048,
+    "J": 1.0,
+    "kJ": 1000.0,
+    "ft lbf": 1.3558179483314004,
     "%": 0.01,
 }
 

@@ -1,0 +1,45 @@
+"""One measured quantity: value, standard deviation, error law and source."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+Law = Literal["normal", "lognormal", "logitnormal"]
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One measured quantity.
+
+    Args:
+        value: the best estimate, SI units or radians.
+        sd: one standard deviation, same unit; 0 for a quantity taken as exact.
+        law: error law; "lognormal" (with this mean and sd) for quantities that cannot be negative;
+            "logitnormal" for shares between 0 and 1: logit normal about logit(value) with scale
+            sd / (value (1 - value)), by the delta method, so value is the median, and sd that of
+            the law to first order. A share without an uncertainty may be exactly 0 or 1.
+        source: who measured it and how, or where an assumed uncertainty comes from.
+        assumed: "sd" where the uncertainty is a default, "value" where the value is one too.
+        model_sd: what of `sd` is not the measurement's but how far the model that predicts it
+            misses; same unit.
+    """
+
+    value: float
+    sd: float = 0.0
+    law: Law = "normal"
+    source: str = ""
+    assumed: Literal["", "sd", "value"] = ""
+    model_sd: float = 0.0
+
+    @property
+    def measured_sd(self) -> float:
+        """What of `sd` is the measurement's own."""
+        return math.sqrt(self.sd**2 - self.model_sd**2) if self.model_sd else self.sd
+
+    def with_model_sd(self, model_sd: float) -> Measured:
+        """The same with a model's error beside the measurement's, independent of it."""
+        if not model_sd:
+            return self
+        return replace(self, sd=math.hypot(self.sd, model_sd), model_sd=model_sd)

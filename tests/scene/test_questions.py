@@ -1,0 +1,127 @@
+"""What a `[questions]` table may ask, and what is refused with one line that says what to write."""
+
+import math
+
+import pytest
+
+from retrodict.scene import parse_scene
+from retrodict.scene.asked import ASKABLE, Questions, read_proposition
+from retrodict.scene.errors import SceneError
+from retrodict.scene.quantities import describe
+from retrodict.scene.questions import questions_from
+from retrodict.scene.units import QuantityError
+from tests.scene.example import SCENE
+
+MPH = 0.44704
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "low", "high"),
+    [
+        ("speed_b > 45 mph", "speed_b", 45 * MPH, math.inf),
+        ("speed_b>=72 km/h", "speed_b", 20.0, math.inf),
+        ("delta_v_a at most 30 ft/s", "delta_v_a", -math.inf, 9.144),
+        ("omega_b below -60 deg/s", "omega_b", -math.inf, -math.pi / 3),
+        ("e > 0.2", "e", 0.2, math.inf),
+        ("energy_lost above 100 kJ", "energy_lost", 1e5, math.inf),
+        ("40 mph < speed_b <= 50 mph", "speed_b", 40 * MPH, 50 * MPH),
+        ("speed_b  between 40 mph and 50 mph", "speed_b", 40 * MPH, 50 * MPH),
+    ],
+)
+def test_a_proposition_is_read_in_any_unit(text, name, low, high):
+    found = read_proposition(text)
+    assert (found.name, found.text) == (name, " ".join(text.split()))
+    assert (found.low, found.high) == pytest.approx((low, high))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("speed_b > 45", "no unit"),
+        ("speed_b > 45 kg", "does not measure a speed"),
+        ("speed_b > 45 ± 2 mph", "no uncertainty"),
+        ("mass_a > 1000 kg", "not a reported quantity"),
+        ("50 mph < speed_b < 40 mph", "the smaller limit first"),
+        ("speed_b", "not a proposition"),
+        ("speed_b > 1 > 2", "not a quantity"),
+        ("__import__('os').system('id') > 3", "not a proposition"),
+        ("speed_b > \x1b[31m45 mph", "not a quantity"),
+        ("speed_b > " + "9" * 200, "not a proposition"),
+        (45, "not a proposition"),
+    ],
+)
+def test_what_is_no_proposition_is_refused_in_one_line(text, words):
+    with pytest.raises(QuantityError, match=words) as found:
+        read_proposition(text)
+    assert "\n" not in str(found.value)
+    assert str(found.value).isprintable()
+
+
+def test_every_reported_quantity_may_be_asked():
+    assert {"speed_b", "delta_v_a", "Omega_b", "energy_lost"} < set(ASKABLE)
+    units = {"speed": "m/s", "yaw rate": "rad/s", "energy": "kJ", "number": ""}
+    for name in ASKABLE:
+        assert read_proposition(f"{name} > 1 {units[describe(name)[1]]}".rstrip()).name == name
+
+
+FULL = {
+    "exceeds": ["speed_b > 45 mph", "delta_v_a > 30 km/h"],
+    "between": "40 mph < speed_b < 50 mph",
+    "likelihood_ratio": [{"first": "speed_b at most 45 mph", "second": "speed_b at least 55 mph"}],
+    "avoidable": [
+        {
+            "vehicle": "B",
+            "limit": "45 mph",
+            "reaction": "1.5 ± 0.3 s",
+            "deceleration": "0.7 ± 0.07 g",
+            "seen_time": "2.5 ± 0.3 s",
+        }
+    ],
+    "time_distance": "3 s",
+    "corners": True,
+}
+
+
+def test_a_table_is_read_whole():
+    found = questions_from(FULL, "case.toml")
+    assert [each.name for each in found.probabilities] == ["speed_b", "delta_v_a", "speed_b"]
+    (ratio,) = found.comparisons
+    assert (ratio.first.high, ratio.second.low) == pytest.approx((45 * MPH, 55 * MPH))
+    (avoidance,) = found.avoidance
+    assert avoidance.vehicle == "b"
+    assert avoidance.deceleration.value == pytest.approx(0.7 * 9.80665)
+    assert (found.time_distance, found.corners, found.checks) == (3.0, True, True)
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ({"exceeds": "speed_c > 3 m/s"}, 'questions.exceeds = "speed_c > 3 m/s": "speed_c" is not'),
+        ({"exceeds": "1 m/s < speed_b < 2 m/s"}, "write it under between"),
+        ({"between": "speed_b < 2 m/s"}, "write it under exceeds"),
+        ({"exceed": "speed_b > 3 m/s"}, 'unknown key; did you mean "exceeds"?'),
+        ({"likelihood_ratio": [{"first": "e > 1", "second": "e < 1"}]}, "not two propositions"),
+        (
+            {"likelihood_ratio": [{"first": "speed_b < 5 m/s", "second": "speed_b < 4 m/s"}]},
+            "both may hold at once",
+        ),
+        ({"avoidable": [{"vehicle": "C"}]}, "questions.avoidable[0].vehicle"),
+        ({"time_distance": "3 m"}, "does not measure a time"),
+        ({"corners": "yes"}, "questions.corners"),
+    ],
+)
+def test_what_does_not_fit_is_named_with_its_place(change, line):
+    with pytest.raises(SceneError) as found:
+        questions_from(change, "case.toml")
+    assert line in str(found.value)
+    assert all(each.startswith("case.toml: questions") for each in str(found.value).splitlines())
+
+
+def test_a_scene_without_questions_asks_the_default():
+    assert parse_scene(SCENE, "example").questions == Questions()
+
+
+def test_a_scene_file_may_ask():
+    asked = SCENE + '\n[questions]\nexceeds = "speed_b > 45 mph"\n'
+    (found,) = parse_scene(asked, "example").questions.probabilities
+    assert found.low == pytest.approx(45 * MPH)
