@@ -173,7 +173,7 @@ def of_scene(
     uncertain: list[tuple[str, str]] = [
         (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
     ]
-    numbers: dict[str, Array | np.ndarray] = {k: _location_and_scale(m) for k, m in inputs.items()}
+    numbers: dict[str, Array | np.ndarray] = {k: location_and_scale(m) for k, m in inputs.items()}
     if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
         uncertain.append(("speed_a", "halfnormal"))
         numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
@@ -238,7 +238,7 @@ def in_steps(structure: Structure, data: Data, count: int) -> tuple[Structure, D
     return structure, data._replace(steps=fixed_steps(count))
 
 
-def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
+def location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
     """Location and scale of the normal law, or of the normal under a lognormal or logitnormal one."""
     if m.law == "logitnormal" and m.sd > 0:  # sd to first order
         return np.array([np.log(m.value / (1 - m.value)), m.sd / (m.value * (1 - m.value))])

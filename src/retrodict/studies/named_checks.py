@@ -1,0 +1,208 @@
+"""The named checks of the field, measured against predicted in standard deviations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.scene.records import VEHICLES
+from retrodict.studies.draws import NotAnswered, draws_of
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+    from retrodict.scene.records import Departure
+    from retrodict.studies.conflict import LeftOut
+
+
+@dataclass(frozen=True, slots=True)
+class NamedCheck:
+    """One check (SI units, radians).
+
+    Args:
+        name: of the check.
+        of: what is compared, in words.
+        dimension: of it, a key for `unit_of`.
+        predicted, predicted_sd: by the posterior; of a measured delta-v by all else.
+        measured, measured_sd: what it is compared with; None where nothing was measured.
+        off: measured less predicted, in standard deviations of both; None where that cannot be told.
+        note: what to know of it.
+    """
+
+    name: str
+    of: str
+    dimension: str
+    predicted: float
+    predicted_sd: float
+    measured: float | None = None
+    measured_sd: float | None = None
+    off: float | None = None
+    note: str = ""
+
+
+def named_checks(outcome: Outcome, left_out: tuple[LeftOut, ...]) -> tuple[NamedCheck, ...]:
+    """Common velocity, delta-v, PDOF, energy and Newton's third law.
+
+    Args:
+        outcome: the reconstruction.
+        left_out: what all else says of each item of evidence.
+
+    Returns:
+        The checks that the model's quantities allow.
+    """
+    found: list[NamedCheck] = []
+    for check in (_common_velocity, _delta_v, _pdof, _energy, _third_law):
+        try:
+            found += check(outcome, {item.name: item for item in left_out})
+        except NotAnswered:  # a simpler model has no such quantity
+            continue
+    return tuple(found)
+
+
+def _common_velocity(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
+    """The contact points' relative velocity after the impact, which a common velocity makes zero."""
+    V_x, V_y = ([draws_of(outcome, f"V{v}{axis}") for v in VEHICLES] for axis in "xy")
+    apart = []
+    for i, v in enumerate(VEHICLES):
+        angle = draws_of(outcome, f"heading_{v}") + draws_of(outcome, f"impact_angle_{v}")
+        lever, Omega = draws_of(outcome, f"impact_distance_{v}"), draws_of(outcome, f"Omega_{v}")
+        apart.append(
+            np.array(
+                [V_x[i] - Omega * lever * np.sin(angle), V_y[i] + Omega * lever * np.cos(angle)]
+            )
+        )
+    x, y = apart[0] - apart[1]
+    Gamma = draws_of(outcome, "Gamma")
+    for words, speed in (
+        ("speed at which the contact points part", np.abs(x * np.cos(Gamma) + y * np.sin(Gamma))),
+        ("speed at which they still slide", np.abs(y * np.cos(Gamma) - x * np.sin(Gamma))),
+    ):
+        mean, sd = _moments(speed)
+        off = -mean / sd if sd > 0 else None
+        note = "0 is no measurement: it is what a common velocity means"
+        yield NamedCheck("common velocity", words, "speed", mean, sd, 0.0, 0.0, off, note)
+
+
+def _delta_v(outcome: Outcome, left_out: dict[str, LeftOut]) -> Iterator[NamedCheck]:
+    """Each measured delta-v, against what all else says of it; else the predicted one."""
+    labels = {"": "delta-v of {}", "_forward": "{}'s delta-v forward", "_left": "{}'s to the left"}
+    for v in VEHICLES:
+        items = [
+            (label, left_out[f"departure_delta_v{part}_{v}"])
+            for part, label in labels.items()
+            if f"departure_delta_v{part}_{v}" in left_out
+        ]
+        for label, item in items:
+            sd = math.sqrt(max(item.expected_sd**2 - item.sd**2, 0.0))
+            yield NamedCheck(
+                "delta-v",
+                label.format(v.upper()),
+                "speed",
+                item.expected,
+                sd,
+                item.value,
+                item.sd,
+                (item.value - item.expected) / item.expected_sd if item.told else None,
+                "predicted from all else" if item.told else "its weights cannot be relied on",
+            )
+        if not items:
+            mean, sd = _moments(draws_of(outcome, f"delta_v_{v}"))
+            yield NamedCheck("delta-v", f"delta-v of {v.upper()}", "speed", mean, sd)
+
+
+def _pdof(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
+    """The principal direction of force on each vehicle, clockwise from straight ahead."""
+    change = _change_of_a(outcome)
+    for v, sign in zip(VEHICLES, (1.0, -1.0), strict=True):
+        # the force acts along delta-v, so it comes from the opposite direction
+        source = np.arctan2(-sign * change[1], -sign * change[0])
+        angle = np.exp(1j * (draws_of(outcome, f"heading_{v}") - source))
+        middle = float(np.angle(angle.mean()))
+        sd = float(np.angle(angle * np.exp(-1j * middle)).std(ddof=1))
+        measured = measured_sd = off = None
+        departure = outcome.scene.departure.get(v)
+        forward, left = (
+            (departure.delta_v_forward, departure.delta_v_left) if departure else (None, None)
+        )
+        note = ""
+        if forward and left:
+            measured = math.atan2(left.value, -forward.value)
+            size = math.hypot(forward.value, left.value)
+            measured_sd = math.hypot(left.value * forward.sd, forward.value * left.sd) / size**2
+            off = math.remainder(measured - middle, math.tau) / math.hypot(sd, measured_sd)
+            note = "the recorded delta-v is part of the evidence"
+        yield NamedCheck(
+            "PDOF", f"force on {v.upper()}", "angle", middle, sd, measured, measured_sd, off, note
+        )
+
+
+def _energy(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
+    """The kinetic energy lost, which deforms the vehicles."""
+    lost = draws_of(outcome, "energy_lost")
+    mean, sd = _moments(lost)
+    gains = float((lost < 0).mean())
+    note = "gained in none of the draws" if gains == 0 else f"gained in {gains:.1%} of the draws"
+    yield NamedCheck("energy", "kinetic energy lost", "energy", mean, sd, note=note)
+
+
+def _third_law(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
+    """Momentum that A took up against what B gave off: the model makes them equal."""
+    impulses = []
+    for v in VEHICLES:
+        size, mass = (
+            _measured_change(outcome.scene.departure.get(v)),
+            outcome.scene.vehicles[v].mass,
+        )
+        if size is not None:
+            value, sd = size
+            impulses.append((mass.value * value, math.hypot(mass.value * sd, mass.sd * value)))
+    if len(impulses) == 2:
+        (of_a, sd_a), (of_b, sd_b) = impulses
+        sd = math.hypot(sd_a, sd_b)
+        yield NamedCheck(
+            "Newton's third law",
+            "impulse on A less that on B",
+            "impulse",
+            0.0,
+            0.0,
+            of_a - of_b,
+            sd,
+            (of_a - of_b) / sd,
+            "by each vehicle's measured delta-v",
+        )
+        return
+    mean, sd = _moments(draws_of(outcome, "mass_a") * draws_of(outcome, "delta_v_a"))
+    yield NamedCheck(
+        "Newton's third law", "impulse on either", "impulse", mean, sd, note="equal by the model"
+    )
+
+
+def _change_of_a(outcome: Outcome) -> np.ndarray:
+    """Change of A's velocity, x and y, m/s; B's has the opposite direction."""
+    speed, direction = draws_of(outcome, "speed_a"), draws_of(outcome, "direction_a")
+    return np.array(
+        [
+            draws_of(outcome, "Vax") - speed * np.cos(direction),
+            draws_of(outcome, "Vay") - speed * np.sin(direction),
+        ]
+    )
+
+
+def _measured_change(departure: Departure | None) -> tuple[float, float] | None:
+    """A measured delta-v and its sd, m/s; None where its size was not measured."""
+    if departure is None:
+        return None
+    if departure.delta_v:
+        return departure.delta_v.value, departure.delta_v.sd
+    forward, left = departure.delta_v_forward, departure.delta_v_left
+    if not (forward and left):
+        return None
+    size = math.hypot(forward.value, left.value)
+    return size, math.hypot(forward.value * forward.sd, left.value * left.sd) / size
+
+
+def _moments(draws: np.ndarray) -> tuple[float, float]:
+    return float(draws.mean()), float(draws.std(ddof=1))

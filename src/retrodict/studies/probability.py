@@ -1,0 +1,192 @@
+"""How probable a proposition is, and how much better one explains the evidence than another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from retrodict.studies.draws import NotAnswered, draws_of, effective_draws, error_of_mean
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+    from retrodict.scene.asked import Comparison, Proposition
+    from retrodict.scene.measured import Measured
+
+CONFIDENCE = 0.95  # of a bound, where no draw tells
+
+
+@dataclass(frozen=True, slots=True)
+class Probability:
+    """How probable a proposition is (SI units).
+
+    Args:
+        proposition: which.
+        value: share of the posterior draws in which it holds.
+        error: Monte Carlo standard error; None where it holds in none of the draws, or in all.
+        at_least, at_most: bounds of `CONFIDENCE` where the draws hold no more; else both are `value`.
+        effective: number of independent draws that would have this error.
+        pareto_k: of the importance weights; None of a method without.
+    """
+
+    proposition: Proposition
+    value: float
+    error: float | None
+    at_least: float
+    at_most: float
+    effective: float
+    pareto_k: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class LikelihoodRatio:
+    """How many times better one proposition explains the evidence than another.
+
+    Args:
+        first, second: their posterior probabilities.
+        prior_first, prior_second: their prior probabilities.
+        prior: the prior of the speed, in words.
+        value: posterior odds over prior odds; where `bound` says so, a bound of `CONFIDENCE`.
+        error: Monte Carlo standard error of its natural logarithm; None of a bound.
+        bound: "" (it is the ratio), "at least" or "at most".
+    """
+
+    first: Probability
+    second: Probability
+    prior_first: float
+    prior_second: float
+    prior: str
+    value: float
+    error: float | None
+    bound: Literal["", "at least", "at most"]
+
+
+def probability(outcome: Outcome, proposition: Proposition) -> Probability:
+    """How probable a proposition is, given the evidence.
+
+    Args:
+        outcome: the reconstruction.
+        proposition: about a quantity that it has draws of.
+
+    Returns:
+        The share of the draws in which it holds. Its error is that of a mean of correlated draws
+        (Vehtari et al. 2021). Where it holds in none of n effective draws, it is below
+        1 - 0.05^(1/n) with 95 % confidence.
+
+    Raises:
+        NotAnswered: the model has no such quantity.
+    """
+    draws = draws_of(outcome, proposition.name)
+    return _probability(outcome, proposition, draws)
+
+
+def _probability(outcome: Outcome, proposition: Proposition, draws: np.ndarray) -> Probability:
+    holds = proposition.holds(draws).astype(float)
+    value, k = float(holds.mean()), outcome.checks.pareto_k
+    if 0 < value < 1:
+        error = error_of_mean(holds)
+        effective = value * (1 - value) / error**2
+        return Probability(proposition, value, error, value, value, effective, k)
+    effective = effective_draws(draws)
+    if not math.isfinite(effective):  # of a quantity that is exact
+        return Probability(proposition, value, None, value, value, math.inf, k)
+    off = 1 - (1 - CONFIDENCE) ** (1 / effective)
+    low, high = (0.0, off) if value == 0 else (1 - off, 1.0)
+    return Probability(proposition, value, None, low, high, effective, k)
+
+
+def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRatio:
+    """How many times more probable the evidence is under one proposition about a speed than another.
+
+    Under each proposition the speed has the model's prior, cut to it; all else has the model's prior.
+    The ratio is then (P(first | evidence) / P(second | evidence)) / (P(first) / P(second)), by Bayes'
+    theorem. That the vehicles came together at the contact is part of the evidence.
+
+    Args:
+        outcome: the reconstruction.
+        comparison: two propositions about one speed before the impact.
+
+    Returns:
+        The ratio, or a bound where no draw holds one of them.
+
+    Raises:
+        NotAnswered: the speed is exact or has no draws, the prior excludes a proposition, or no draw
+            holds either.
+    """
+    name = comparison.first.name
+    draws = draws_of(outcome, name)
+    first, second = (
+        _probability(outcome, each, draws) for each in (comparison.first, comparison.second)
+    )
+    prior, words = _prior(outcome, name)
+    priors = [prior(each) for each in (comparison.first, comparison.second)]
+    for each, share in zip((first, second), priors, strict=True):
+        if not share > 0:
+            raise NotAnswered(
+                f'the prior ({words}) excludes "{each.proposition.text}": no evidence could speak for '
+                "it; compare propositions that were possible"
+            )
+    odds = priors[0] / priors[1]
+    if first.value == 0 == second.value:
+        raise NotAnswered(
+            f'no posterior draw holds "{first.proposition.text}" or "{second.proposition.text}": '
+            "compare propositions nearer to the answer"
+        )
+    error, bound = None, ""
+    if second.value == 0:
+        value, bound = first.value / second.at_most, "at least"
+    elif first.value == 0:
+        value, bound = first.at_most / second.value, "at most"
+    else:
+        value = first.value / second.value
+        holds = [
+            each.proposition.holds(draws) / each.value - 1 for each in (first, second)
+        ]  # to first order, what a draw adds to the logarithm of each share
+        error = error_of_mean(holds[0] - holds[1])
+    return LikelihoodRatio(first, second, *priors, words, value / odds, error, bound)
+
+
+def _prior(outcome: Outcome, name: str) -> tuple[Callable[[Proposition], float], str]:
+    """Prior probability of propositions about a speed, and the prior in words."""
+    from scipy import stats  # slow to import
+
+    speed = name.removeprefix("initial_")
+    scene = outcome.scene
+    measured = scene.inputs().get(speed)
+    if measured is None:
+        prior = scene.priors[speed]
+        law, words = stats.halfnorm(scale=prior.numbers[0]), prior.text
+    elif measured.sd == 0:
+        raise NotAnswered(f"{speed} is taken as exact: no evidence speaks of it")
+    else:
+        law, words = _law_of(measured, cut=speed == "speed_b")
+    if name == speed:
+        return lambda each: float(law.cdf(each.high) - law.cdf(each.low)), words
+
+    # v0² = v² + K: the mean over the prior's draws of K, which do not depend on v
+    if "prior" not in outcome.idata.children or name not in outcome.idata["prior"].data_vars:
+        raise NotAnswered(f"no draws of the prior of {name} were kept")
+    drawn = outcome.idata["prior"]
+    gained = np.asarray(drawn[name]).ravel() ** 2 - np.asarray(drawn[speed]).ravel() ** 2
+
+    def below(limit: float) -> float:
+        if limit == math.inf:
+            return 1.0
+        return float(law.cdf(np.sqrt(np.maximum(max(limit, 0.0) ** 2 - gained, 0.0))).mean())
+
+    return lambda each: below(each.high) - below(each.low), f"{words}, and the prior of the skid"
+
+
+def _law_of(m: Measured, cut: bool) -> tuple[Any, str]:
+    """The law of a measured speed, as the model has it: of B cut at zero."""
+    from scipy import stats
+
+    words = f"as measured, {m.law}, {m.value:.4g} ± {m.sd:.2g} m/s"
+    if m.law == "lognormal":
+        scale = math.sqrt(math.log1p((m.sd / m.value) ** 2))
+        return stats.lognorm(scale, scale=m.value * math.exp(-(scale**2) / 2)), words
+    low = -m.value / m.sd if cut else -math.inf
+    return stats.truncnorm(low, math.inf, m.value, m.sd), words

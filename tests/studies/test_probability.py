@@ -1,0 +1,152 @@
+"""Exceedance and likelihood ratio against quadrature, and their errors against repeated runs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import integrate, stats
+
+from retrodict.scene.asked import Comparison, read_proposition
+from retrodict.scene.measured import Measured
+from retrodict.studies.draws import NotAnswered
+from retrodict.studies.probability import likelihood_ratio, probability
+from tests.studies import gaussian
+from tests.studies.gaussian import MEASURED, PRIOR_SCALE, SD, outcome, speed_draws
+
+SLOW, FAST = read_proposition("speed_b at most 18 m/s"), read_proposition("speed_b at least 21 m/s")
+
+
+def evidence(low: float, high: float) -> float:
+    """∫ likelihood × half-normal prior over a range of speeds, by quadrature."""
+
+    def density(v: float) -> float:
+        return stats.norm.pdf(MEASURED, v, SD) * stats.halfnorm.pdf(v, scale=PRIOR_SCALE)
+
+    return integrate.quad(density, max(low, 0.0), min(high, 60.0), epsabs=1e-13, limit=200)[0]
+
+
+def prior(low: float, high: float) -> float:
+    return integrate.quad(stats.halfnorm(scale=PRIOR_SCALE).pdf, max(low, 0.0), high)[0]
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    return outcome(speed_b=speed_draws())
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["speed_b > 20 m/s", "speed_b < 17 m/s", "19 m/s < speed_b < 21 m/s", "speed_b > 50 mph"],
+)
+def test_a_probability_is_that_of_quadrature(drawn, text):
+    asked = read_proposition(text)
+    found = probability(drawn, asked)
+    exact = evidence(asked.low, asked.high) / evidence(0, math.inf)
+    assert found.value == pytest.approx(exact, abs=4 * found.error)
+    assert found.error == pytest.approx(math.sqrt(exact * (1 - exact) / 200_000), rel=0.1)
+
+
+def test_a_likelihood_ratio_is_that_of_quadrature(drawn):
+    """p(D | first) / p(D | second), each with the prior cut to the proposition."""
+    found = likelihood_ratio(drawn, Comparison(SLOW, FAST))
+    exact = [evidence(p.low, p.high) / prior(p.low, p.high) for p in (SLOW, FAST)]
+    assert found.bound == ""
+    assert math.log(found.value) == pytest.approx(
+        math.log(exact[0] / exact[1]), abs=4 * found.error
+    )
+    assert found.error < 0.02
+    assert "half-normal, scale 30 m/s" in found.prior
+
+
+def test_exchanged_propositions_have_the_inverse_ratio(drawn):
+    one, other = (likelihood_ratio(drawn, Comparison(*p)) for p in ((SLOW, FAST), (FAST, SLOW)))
+    assert one.value * other.value == pytest.approx(1)
+    assert one.error == pytest.approx(other.error)
+
+
+def test_the_error_of_a_ratio_is_that_of_repeated_runs():
+    runs = [
+        likelihood_ratio(outcome(speed_b=speed_draws(seed)[:, :500]), Comparison(SLOW, FAST))
+        for seed in range(40)
+    ]
+    spread = np.std([math.log(run.value) for run in runs], ddof=1)
+    assert spread == pytest.approx(np.mean([run.error for run in runs]), rel=0.35)
+
+
+def test_where_no_draw_holds_a_proposition_there_is_a_bound(drawn):
+    asked = read_proposition("speed_b > 40 m/s")
+    found = probability(drawn, asked)
+    assert (found.value, found.error, found.at_least) == (0, None, 0)
+    assert found.at_most == pytest.approx(3 / found.effective, rel=0.01)  # the rule of three
+    assert evidence(40, math.inf) / evidence(0, math.inf) < found.at_most
+    ratio = likelihood_ratio(drawn, Comparison(SLOW, asked))
+    assert ratio.bound == "at least"
+    exact = [evidence(p.low, p.high) / prior(p.low, min(p.high, 200)) for p in (SLOW, asked)]
+    assert ratio.value < exact[0] / exact[1]
+    assert likelihood_ratio(drawn, Comparison(asked, SLOW)).bound == "at most"
+
+
+def test_what_cannot_be_compared_is_refused(drawn):
+    never = read_proposition("speed_b < -1 m/s")
+    with pytest.raises(NotAnswered, match="excludes"):
+        likelihood_ratio(drawn, Comparison(never, FAST))
+    far = [read_proposition(t) for t in ("40 m/s < speed_b < 50 m/s", "speed_b > 50 m/s")]
+    with pytest.raises(NotAnswered, match="nearer to the answer"):
+        likelihood_ratio(drawn, Comparison(*far))
+    with pytest.raises(NotAnswered, match="has no e_m"):
+        probability(drawn, read_proposition("e_m > 0.5"))
+
+
+def test_a_measured_speed_is_the_prior_of_the_model():
+    """A's speed, 20 ± 2 m/s: where nothing else speaks of it, no proposition is favoured."""
+    scene = outcome().scene
+    speed = Measured(20.0, 2.0)
+    scene = replace(
+        scene, approach=scene.approach | {"a": replace(scene.approach["a"], speed=speed)}
+    )
+    draws = np.random.default_rng(0).normal(20, 2, (4, 20_000))
+    made = replace(outcome(speed_a=draws), scene=scene)
+    pair = [read_proposition(t) for t in ("speed_a < 19 m/s", "speed_a > 21 m/s")]
+    found = likelihood_ratio(made, Comparison(*pair))
+    assert found.prior_first == pytest.approx(stats.norm.cdf(-0.5))
+    assert math.log(found.value) == pytest.approx(0, abs=4 * found.error)
+
+
+def test_an_exact_speed_is_not_compared():
+    scene = outcome().scene
+    known = replace(scene.approach["a"], speed=gaussian.exact(20.0))
+    made = replace(
+        outcome(speed_b=speed_draws()), scene=replace(scene, approach=scene.approach | {"a": known})
+    )
+    pair = [read_proposition(t) for t in ("speed_a < 19 m/s", "speed_a > 21 m/s")]
+    with pytest.raises(NotAnswered, match="exact"):
+        likelihood_ratio(made, Comparison(*pair))
+
+
+def test_the_prior_before_a_skid_is_that_of_the_speed_and_of_what_the_skid_took():
+    """v0² = v² + K with v half-normal: P(v0 < x) = E[P(v² < x² - K)], by simulation."""
+    scene = outcome().scene
+    rng = np.random.default_rng(1)
+    skid = replace(scene.approach["b"], skid=Measured(12.0, 1.0, "lognormal"))
+    v, K = np.abs(rng.normal(0, 30, (1, 500))), rng.normal(120, 8, (1, 500))
+    made = outcome(speed_b=speed_draws(), initial_speed_b=np.sqrt(speed_draws() ** 2 + 120))
+    made.idata["prior"] = _prior(v, K)
+    made = replace(made, scene=replace(scene, approach=scene.approach | {"b": skid}))
+    pair = [read_proposition(t) for t in ("initial_speed_b < 22 m/s", "initial_speed_b > 23 m/s")]
+    found = likelihood_ratio(made, Comparison(*pair))
+    many = np.sqrt(rng.normal(0, 30, 400_000) ** 2 + rng.normal(120, 8, 400_000))
+    assert found.prior_first == pytest.approx((many < 22).mean(), abs=0.004)
+    assert found.prior_second == pytest.approx((many > 23).mean(), abs=0.004)
+
+
+def _prior(v, K):
+    return xr.DataTree(
+        xr.Dataset(
+            {
+                "speed_b": (("chain", "draw"), v),
+                "initial_speed_b": (("chain", "draw"), np.sqrt(v**2 + K)),
+            }
+        )
+    )
