@@ -48,6 +48,13 @@ def test_a_model_that_is_none_is_refused_with_those_there_are() -> None:
     assert line.startswith("--model momentum: choose auto or one of momentum+slide, ")
 
 
+def test_a_question_that_does_not_fit_is_one_line_and_status_2() -> None:
+    done = run("reconstruct", SCENE, "--exceeds", "speed_b > 45")
+    assert done.returncode == 2
+    (line,) = reasons(done)
+    assert line.startswith('--exceeds "speed_b > 45": no unit; write "45 m/s"')
+
+
 def test_a_share_out_of_range_is_one_line_and_status_2() -> None:
     done = run("ladder", SCENE, "--share", "nan")
     assert done.returncode == 2
@@ -128,6 +135,7 @@ def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) 
     }  # fmt: skip
     assert {p.name for p in (out / "figures").iterdir()} == {
         "posterior.png", "pair.png", "scene.png", "predictive.png",
+        "tornado.png",
     }  # fmt: skip
     assert "mph" in done.stdout
     assert "retrodict: " not in done.stdout

@@ -14,6 +14,7 @@ from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
+from retrodict.scene.asked import read_proposition
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from retrodict.findings import Findings
+    from retrodict.findings.questions import Answered
     from retrodict.report.drawing_process import DrawingProcess
 
 
@@ -99,6 +101,26 @@ class Result:
 
         return summary_frame(self.findings, units)
 
+    def probability(self, proposition: str) -> Answered:
+        """How probable a proposition about a reported quantity is, given the evidence.
+
+        Args:
+            proposition: such as "speed_b > 45 mph" or "40 mph < speed_b < 50 mph", in any unit that a
+                scene file may have.
+
+        Returns:
+            The answer: `sentences` in words, and `numbers` with `value` and Monte Carlo `error`; no
+            numbers where the result is withheld.
+
+        Raises:
+            ValueError: it is no such text; the message says what to write instead.
+        """
+        from retrodict.findings.questions import probability_of
+
+        found = self.findings
+        quantities = found.quantities | found.derived
+        return probability_of(self.outcome, quantities, read_proposition(proposition))
+
     def plot_posterior(self, units: Units = "si") -> Figure:
         """Marginal posteriors of speed, e, e_m and mu with their intervals."""
         return self._draw("posterior", units)
@@ -114,6 +136,14 @@ class Result:
     def plot_predictive(self, units: Units = "si") -> Figure:
         """What the posterior predicts of every item of evidence, against what was measured."""
         return self._draw("predictive", units)
+
+    def plot_tornado(self, units: Units = "si") -> Figure:
+        """The effect of each measurement on each speed that was sought."""
+        return self._draw("tornado", units)
+
+    def plot_timeline(self, units: Units = "si") -> Figure:
+        """Times and distances before the impact, where the scene's questions ask for them."""
+        return self._draw("timeline", units)
 
     def report(self, path: str | Path, units: Units = "si") -> Path:
         """Write the self-contained HTML report.
@@ -178,9 +208,9 @@ class Result:
         return directory
 
     def _draw(self, name: str, units: Units) -> Figure:
-        from retrodict.report.figures import FIGURES
+        from retrodict.report.figures import ASKED, FIGURES
 
-        return FIGURES[name].draw(self.findings, self.outcome, units)
+        return (FIGURES | ASKED)[name].draw(self.findings, self.outcome, units)
 
     def _repr_html_(self) -> str:
         from retrodict.report.document import findings_html

@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -130,6 +131,10 @@ def reconstruct(
     warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 150,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    exceeds: Annotated[
+        list[str] | None,
+        typer.Option(help='ask how probable it is: "speed_b > 45 mph"; may be repeated'),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="go on with a run that was interrupted")
     ] = False,
@@ -137,7 +142,7 @@ def reconstruct(
 ) -> None:
     """Reconstruct a collision: posterior, table, figures and report."""
     with _working(quiet) as progress:
-        found = _load(scene)
+        found = _asking(_load(scene), exceeds or [])
         folder = _folder(out, found.name)
         progress(_LOADING, 0, 1)
 
@@ -380,6 +385,22 @@ def _load(path: Path) -> Scene:
         return load_scene(path)
     except SceneError as error:
         _fail(str(error))
+
+
+def _asking(scene: Scene, propositions: list[str]) -> Scene:
+    """The scene with these questions besides its own."""
+    from retrodict.scene.asked import read_proposition
+    from retrodict.scene.errors import shown
+    from retrodict.scene.units import QuantityError
+
+    asked = []
+    for text in propositions:
+        try:
+            asked.append(read_proposition(text))
+        except QuantityError as error:
+            _fail(f"--exceeds {shown(text)}: {error}")
+    probabilities = (*scene.questions.probabilities, *asked)
+    return replace(scene, questions=replace(scene.questions, probabilities=probabilities))
 
 
 def _known_rung(model: str, *, auto: bool) -> None:

@@ -42,6 +42,7 @@ def calls(monkeypatch):
         counted(arviz_stats, function, of_each)
     for function in RECORD:
         counted(record, function, lambda name, *arguments: [(name, *arguments[2:])])
+    counted(record, "answers_to", lambda name, *_: [(name,)])
     counted(record, "narrowing", lambda name, _, of: [(name, of)])
     monkeypatch.setattr(figures, "to_png", lambda _: b"PNG")  # all is drawn, and nothing rendered
     counted(statistics, "_precision", lambda name, unit, *_: [(name,)])
@@ -66,9 +67,11 @@ def test_each_statistic_is_computed_once(name, request, calls, tmp_path):
     show(result, tmp_path)
     found = result.findings
     quantities = [*found.quantities, *found.derived]
-    # errors of the shares of an error that would be believed: two an item of evidence
+    # errors of the shares of an error that would be believed, two an item of evidence, and of effects
     others = [key for key in calls if key[1:2] == ("another",)]
-    assert sum(calls.pop(key) for key in others) == 2 * len(found.left_out)
+    effects = [each.numbers for each in found.questions if each.kind == "one_at_a_time"]
+    expected = 2 * len(found.left_out) + sum(len(each or ()) for each in effects)
+    assert sum(calls.pop(key) for key in others) == expected
     # the digits of each quantity, in SI and in US units
     assert calls.pop(("_precision",)) == 2 * len(quantities)
     assert {key: times for key, times in calls.items() if times != 1} == {}

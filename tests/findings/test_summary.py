@@ -40,7 +40,7 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
     assert list(found) == [
         "schema", "scene", "model", "assumptions", "parameters", "derived", "correlations", "measured",
         "checks", "verdict", "answers", "seconds", "versions", "seed", "settings", "complete", "notes",
-        "ladder", "left_out", "narrowing",
+        "ladder", "left_out", "narrowing", "questions",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"

@@ -16,6 +16,7 @@ from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
+from tests.models.closed_form import everything_exact, momentum_and_slide
 from tests.scenes import collision, rolls
 
 SCENE = collision(share=0.0, berm=False)
@@ -28,18 +29,6 @@ def drawn(posterior: Posterior, draws: int = 2000) -> dict[str, np.ndarray]:
     return METHODS["importance"].draw(task).known(posterior)
 
 
-def everything_exact(scene: Scene) -> Scene:
-    """With no uncertainty but that of the rest poses."""
-    a = scene.approach["a"]
-    surface = replace(scene.surfaces[0], friction=Measured(0.5))
-    return replace(
-        scene,
-        approach=scene.approach | {"a": replace(a, speed=Measured(a.speed.value))},
-        contact=replace(scene.contact, Gamma=Measured(scene.contact.Gamma.value)),
-        surfaces=(surface,),
-    )
-
-
 def test_momentum_and_slide_by_quadrature() -> None:
     """Four rest coordinates decide four unknowns, so the posterior is an integral over them."""
     scene = everything_exact(SCENE)
@@ -49,22 +38,9 @@ def test_momentum_and_slide_by_quadrature() -> None:
     z = np.stack(np.meshgrid(x, x, x, x, indexing="ij"), axis=-1).reshape(-1, 2, 2)
     mass = np.prod(np.stack(np.meshgrid(*[weights] * 4, indexing="ij")), axis=0).ravel()
 
-    grip, V, log_slope = 0.5 * 9.80665, [], 0.0
-    for i, v in enumerate("ab"):
-        lever = [(-2.079, -0.205), (0.653, 1.636)][i]
-        rest = np.array([scene.rest[v].x.value, scene.rest[v].y.value]) + 0.15 * z[:, i]
-        way = rest + lever
-        far = np.hypot(*way.T)
-        V.append(way / far[:, None] * np.sqrt(2 * grip * far)[:, None])
-        log_slope += np.log(grip / far)  # |dV / d rest|
-    m_a, m_b, v_a = 1857.0, 1778.0, np.array([-20.1168, 0.0])
-    P = m_a * (V[0] - v_a)
-    speed = np.hypot(*(V[1] + P / m_b).T)
-    log_slope += 2 * np.log(m_a) - np.log(speed)  # to impulse, speed and direction
-    prior = stats.halfnorm(scale=30).logpdf(speed) - np.log(2 * np.pi)
-    prior += stats.norm(0, 20 * m_a).logpdf(P).sum(axis=1)
+    speed, log_factor = momentum_and_slide(scene, z)
     # over rest coordinates, of which the grid's normal weights are the likelihood
-    share = mass * np.exp(prior + log_slope)
+    share = mass * np.exp(log_factor)
 
     found, evidence = drawn(posterior), log_evidence(posterior, np.random.default_rng(1))
     assert evidence.value == pytest.approx(np.log(share.sum()), abs=5 * evidence.error + 1e-9)

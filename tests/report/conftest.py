@@ -13,6 +13,7 @@ from arviz_base import from_dict
 from retrodict.models.description import Description
 
 from retrodict.inference.outcome import Checks, Outcome
+from retrodict.scene.questions import questions_from
 from retrodict.scene.records import (
     VEHICLES,
     Approach,
@@ -31,6 +32,21 @@ from retrodict.scene.records import (
 
 CHAINS, DRAWS = 4, 500
 DEGREE = np.pi / 180
+
+QUESTIONS = {
+    "exceeds": ["speed_b > 45 mph", "speed_b > 100 m/s", "delta_v_a > 30 mph"],
+    "between": "40 mph < speed_b < 45 mph",
+    "likelihood_ratio": [{"first": "speed_b at most 40 mph", "second": "speed_b at least 45 mph"}],
+    "avoidable": [
+        {
+            "vehicle": "B",
+            "limit": "35 mph",
+            "reaction": "1.2 ± 0.3 s",
+            "deceleration": "0.7 ± 0.07 g",
+        }
+    ],
+    "time_distance": "3 s",
+}
 
 DESCRIPTION = Description(
     name="planar-moment+wheels",
@@ -277,6 +293,12 @@ def outcome() -> Outcome:
 @pytest.fixture(scope="session")
 def sparse() -> Outcome:
     return make_outcome(make_sparse_scene())
+
+
+@pytest.fixture(scope="session")
+def asked() -> Outcome:
+    """An outcome of a scene that asks every question but the corner range."""
+    return make_outcome(replace(make_sparse_scene(), questions=questions_from(QUESTIONS, "test")))
 
 
 @pytest.fixture(scope="session")

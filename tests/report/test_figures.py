@@ -12,7 +12,7 @@ from matplotlib.text import Text
 from retrodict import findings
 from retrodict.report import figures, files
 from retrodict.report.figure_scene import half_plane, impact_pose, outline
-from retrodict.report.figures import FIGURES, save_figures, to_png, to_svg
+from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
 from retrodict.scene.records import Edge, Measured
 
 NEEDS = (
@@ -35,7 +35,7 @@ def words(figure):
 
 def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
     paths = save_figures(findings.of(outcome), outcome, tmp_path / "new", "si")
-    assert {p.name for p in paths} == {"posterior.png", "pair.png", "scene.png", "predictive.png"}
+    assert [p.stem for p in paths] == list(FIGURES)
     for path in paths:
         image = matplotlib.image.imread(path)
         assert image.shape[1] >= 150 * 6  # at least 150 dpi over six inches
@@ -122,7 +122,8 @@ def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
     text = words(drawn(name, outcome, units))
     symbols = {"scene": ("x (m)", "x (ft)"), "posterior": ("m/s", "mph"),
                "pair": ("speed of B (m/s)", "speed of B (mph)"),
-               "predictive": ("20.10 ± 0.50 m/s", "45.0 ± 1.1 mph")}  # fmt: skip
+               "predictive": ("20.10 ± 0.50 m/s", "45.0 ± 1.1 mph"),
+               "tornado": ("before impact (m/s)", "before impact (mph)")}  # fmt: skip
     wanted, other = symbols[name] if units == "si" else symbols[name][::-1]
     assert wanted in text
     assert other not in text
@@ -221,3 +222,26 @@ def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):
 def test_the_report_room_opens_without_matplotlib():
     code = "import sys, retrodict.report; sys.exit('matplotlib' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_times_and_distances_are_drawn_where_they_were_asked(outcome, asked):
+    found = findings.of(asked)
+    assert set(figures_of(found)) - set(FIGURES) == {"timeline"}
+    assert set(figures_of(findings.of(outcome))) == set(FIGURES)
+    drawn_in = {
+        units: ASKED["timeline"].draw(found, asked, units).axes[0] for units in ("si", "us")
+    }
+    (numbers,) = [q.numbers for q in found.questions if q.kind == "time_distance"]
+    for units, worth in (("si", 1.0), ("us", 0.3048)):
+        of_a = drawn_in[units].lines[0]
+        assert of_a.get_xdata() == pytest.approx([-time for time in numbers.times])
+        assert of_a.get_ydata() * worth == pytest.approx([row[1] for row in numbers.distances["a"]])
+
+
+def test_the_tornado_s_longest_bar_is_the_largest_effect(outcome):
+    found = findings.of(outcome)
+    (effects,) = [q.numbers for q in found.questions if q.kind == "one_at_a_time"]
+    axes = FIGURES["tornado"].draw(found, outcome, "us").axes[0]
+    widths = [bar.get_width() * 0.44704 for bar in axes.patches[::2]]
+    assert widths == pytest.approx([each.moved for each in effects[: len(widths)]])
+    assert axes.yaxis_inverted()  # the first is at the top

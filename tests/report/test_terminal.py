@@ -75,3 +75,14 @@ def test_texts_of_the_scene_are_neither_markup_nor_escape_sequences(outcome):
     assert "[link=http://x]flag[/link]" in text
     assert "\x1b" not in text
     assert "\u202e" not in text
+
+
+def test_what_was_asked_is_answered_below_the_answer(asked):
+    text = " ".join(printed(asked).split())
+    assert "Probability that the speed of B before impact is above 20.12 m/s" in text
+    assert "with a Monte Carlo error of" in text
+    assert "Would the impact have been avoided" in text
+    assert "Effect of each measurement" not in text  # that nobody asked for it, a report has it
+    narrow = printed(asked, width=80)
+    assert max(map(len, narrow.splitlines())) <= 80
+    assert "…" not in narrow

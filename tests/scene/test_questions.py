@@ -96,7 +96,7 @@ def test_a_table_is_read_whole():
 @pytest.mark.parametrize(
     ("change", "line"),
     [
-        ({"exceeds": "speed_c > 3 m/s"}, 'questions.exceeds = "speed_c > 3 m/s": "speed_c" is not'),
+        ({"exceeds": "speed_c > 3 m/s"}, 'questions.exceeds = "speed_c > 3 m/s": speed_c is not'),
         ({"exceeds": "1 m/s < speed_b < 2 m/s"}, "write it under between"),
         ({"between": "speed_b < 2 m/s"}, "write it under exceeds"),
         ({"exceed": "speed_b > 3 m/s"}, 'unknown key; did you mean "exceeds"?'),

@@ -23,12 +23,12 @@ def outcome(**posterior: np.ndarray) -> Outcome:
     return replace(made, idata=xr.DataTree.from_dict({"/posterior": data}))
 
 
-def speed_draws(seed: int = 0) -> np.ndarray:
+def speed_draws(seed: int = 0, draws: int = DRAWS) -> np.ndarray:
     """Exact draws of a speed with a half-normal prior and one normal measurement: a cut normal."""
     precision = PRIOR_SCALE**-2 + SD**-2
     mean, sd = MEASURED / SD**2 / precision, precision**-0.5
     law = stats.truncnorm(-mean / sd, np.inf, mean, sd)
-    return law.rvs((CHAINS, DRAWS), random_state=np.random.default_rng(seed))
+    return law.rvs((CHAINS, draws), random_state=np.random.default_rng(seed))
 
 
 def exact(value: float) -> Measured:

@@ -8,10 +8,13 @@ import pytest
 import xarray as xr
 from scipy import integrate, stats
 
+from retrodict.inference.reconstruct import reconstruct
 from retrodict.scene.asked import Comparison, read_proposition
 from retrodict.scene.measured import Measured
 from retrodict.studies.draws import NotAnswered
 from retrodict.studies.probability import likelihood_ratio, probability
+from tests.models.closed_form import everything_exact, momentum_and_slide
+from tests.scenes import collision
 from tests.studies import gaussian
 from tests.studies.gaussian import MEASURED, PRIOR_SCALE, SD, outcome, speed_draws
 
@@ -68,7 +71,7 @@ def test_exchanged_propositions_have_the_inverse_ratio(drawn):
 
 def test_the_error_of_a_ratio_is_that_of_repeated_runs():
     runs = [
-        likelihood_ratio(outcome(speed_b=speed_draws(seed)[:, :500]), Comparison(SLOW, FAST))
+        likelihood_ratio(outcome(speed_b=speed_draws(seed, 500)), Comparison(SLOW, FAST))
         for seed in range(40)
     ]
     spread = np.std([math.log(run.value) for run in runs], ddof=1)
@@ -150,3 +153,28 @@ def _prior(v, K):
             }
         )
     )
+
+
+def test_both_are_those_of_quadrature_in_a_reconstruction():
+    """Momentum and a straight slide: four rest coordinates decide the speed; Sobol points."""
+    scene = everything_exact(collision(share=0.0, berm=False))
+    z = stats.norm.ppf(stats.qmc.Sobol(4, rng=np.random.default_rng(0)).random_base2(16))
+    speed, log_weight = momentum_and_slide(scene, z.reshape(-1, 2, 2))
+    weight = np.exp(log_weight - log_weight.max())
+    weight /= weight.sum()
+    middle, sd = weight @ speed, np.sqrt(weight @ (speed - weight @ speed) ** 2)
+    low, high = (f"{middle + k * sd:.3f} m/s" for k in (-0.5, 1.0))
+    slow, fast = (read_proposition(f"speed_b {t}") for t in (f"at most {low}", f"at least {high}"))
+
+    made = reconstruct(
+        scene, model="momentum+slide", method="importance", draws=5000, pictured=False
+    )
+    exact = [weight @ p.holds(speed) for p in (slow, fast)]
+    for asked, wanted in zip((slow, fast), exact, strict=True):
+        found = probability(made, asked)
+        assert found.value == pytest.approx(wanted, abs=4 * found.error)
+        assert found.error < 0.01
+    priors = [prior(p.low, min(p.high, 300.0)) for p in (slow, fast)]
+    found = likelihood_ratio(made, Comparison(slow, fast))
+    wanted = np.log(exact[0] / exact[1] / (priors[0] / priors[1]))
+    assert math.log(found.value) == pytest.approx(wanted, abs=4 * found.error)

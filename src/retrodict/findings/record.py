@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from retrodict.findings.inputs import InputRow, input_rows
+from retrodict.findings.questions import Answered, answers_to
 from retrodict.findings.sentences import answer, assumptions, verdict
 from retrodict.findings.statistics import DERIVED, Quantity, correlations, reported, statistics
 from retrodict.scene.quantities import Units
@@ -39,6 +40,7 @@ class Findings:
         checks: the verdict on the draws.
         verdict: the same, in a line.
         answers: the answer in sentences, by the system of units that comes first.
+        questions: what was asked, with its answers.
         size: chains, and draws kept of each; None where there are none.
         seconds, versions, seed, settings, complete, notes: as of the outcome.
         ladder: what the other models say, where the ladder chose this one.
@@ -57,6 +59,7 @@ class Findings:
     checks: Checks
     verdict: str
     answers: dict[Units, str]
+    questions: tuple[Answered, ...]
     size: tuple[int, int] | None
     seconds: dict[str, float]
     versions: dict[str, str]
@@ -80,7 +83,7 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     """
     names, derived = reported(outcome), reported(outcome, DERIVED)
     found = statistics(outcome, dict.fromkeys((*names, *derived)))
-    quantities = {name: found[name] for name in names}
+    quantities, left_out = {name: found[name] for name in names}, conflicts(outcome)
     sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
     return Findings(
         scene=outcome.scene,
@@ -89,12 +92,13 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         derived={name: found[name] for name in derived},
         correlations=correlations(outcome),
         measured=input_rows(outcome),
-        left_out=conflicts(outcome),
+        left_out=left_out,
         narrowing=_narrowing(outcome, quantities),
         assumptions=assumptions(outcome),
         checks=outcome.checks,
         verdict=verdict(outcome),
         answers={units: answer(outcome, quantities, units) for units in get_args(Units)},
+        questions=answers_to(outcome, outcome.scene.questions, found, left_out),
         size=None if sizes is None else (sizes.get("chain", 0), sizes.get("draw", 0)),
         seconds=dict(outcome.seconds),
         versions=dict(outcome.versions),

@@ -123,6 +123,134 @@ class LeftOutEntry(TypedDict):
     disagrees: bool
 
 
+class ProbabilityEntry(TypedDict):
+    """How probable it is that a quantity lies between two values; null is no limit.
+
+    error: Monte Carlo standard error, null where no draw or every draw holds it; at_least, at_most: 95 %
+    bounds there, else the probability itself; effective: number of independent draws.
+    """
+
+    quantity: str
+    low: Number
+    high: Number
+    probability: float
+    error: Number
+    at_least: float
+    at_most: float
+    effective: Number
+    pareto_k: Number
+
+
+class LikelihoodRatioEntry(TypedDict):
+    """How many times as probable the evidence is under the first proposition as under the second.
+
+    log_error: Monte Carlo standard error of the natural logarithm, null of a bound; bound: "" (none),
+    "at least" or "at most".
+    """
+
+    first: ProbabilityEntry
+    second: ProbabilityEntry
+    prior_first: float
+    prior_second: float
+    prior: str
+    likelihood_ratio: float
+    log_error: Number
+    bound: Literal["", "at least", "at most"]
+
+
+class ShareEntry(TypedDict):
+    """A share of the draws and its Monte Carlo standard error."""
+
+    value: float
+    error: float
+
+
+class AvoidabilityEntry(TypedDict):
+    """What would have been at the speed limit; quantiles at 2.5, 50 and 97.5 %.
+
+    Shares of the draws in which the vehicle exceeded the limit (too_fast), would have stopped, would not
+    but the other would have been out of the way (passed), and either (avoided).
+    """
+
+    vehicle: Literal["a", "b"]
+    limit: float
+    too_fast: ShareEntry
+    stopped: ShareEntry
+    passed: ShareEntry
+    avoided: ShareEntry
+    distance: list[Number]
+    stopping: list[Number]
+    clear: list[Number]
+    speed: list[Number] | None
+
+
+class TimeDistanceEntry(TypedDict):
+    """Distances and speeds of each vehicle before the impact; quantiles at 2.5, 50 and 97.5 %."""
+
+    times: list[float]
+    distances: dict[Literal["a", "b"], list[list[float]]]
+    speeds: dict[Literal["a", "b"], list[list[float]]]
+
+
+class CornerEntry(TypedDict):
+    """Range of B's speed with every measurement within so many standard deviations."""
+
+    limit: float
+    least: float
+    greatest: float
+
+
+class EffectEntry(TypedDict):
+    """By how much the answer moves with one standard deviation of a measurement."""
+
+    name: str
+    moved: float
+    error: Number
+
+
+class NamedCheckEntry(TypedDict):
+    """A check of the field; measured and off, in standard deviations, are null without a measurement."""
+
+    name: str
+    of: str
+    predicted: float
+    predicted_sd: float
+    measured: Number
+    measured_sd: Number
+    off: Number
+    note: str
+
+
+class QuestionEntry(TypedDict):
+    """A question and its answer in words, and its numbers (SI units, radians)."""
+
+    kind: Literal[
+        "probability",
+        "likelihood_ratio",
+        "avoidability",
+        "time_distance",
+        "corners",
+        "one_at_a_time",
+        "checks",
+    ]
+    title: str
+    quantity: str | None
+    sentences: list[str]
+    header: list[str]
+    rows: list[list[str]]
+    figure: str | None
+    numbers: (
+        ProbabilityEntry
+        | LikelihoodRatioEntry
+        | AvoidabilityEntry
+        | TimeDistanceEntry
+        | list[CornerEntry]
+        | list[EffectEntry]
+        | list[NamedCheckEntry]
+        | None
+    )
+
+
 class LadderEntry(TypedDict):
     """What every model says, simplest first, and which of them was chosen."""
 
@@ -142,7 +270,8 @@ class Summary(TypedDict):
 
     parameters: the reported quantities; derived: what follows from the same draws; narrowing: the sd of
     each speed that was sought, were a quantity known exactly; answers: by the system of units that comes
-    first; files: SHA-256 of the other files of the same result.
+    first; questions: what was asked, with its answers; files: SHA-256 of the other files of the same
+    result.
     """
 
     schema: Literal[1]
@@ -165,6 +294,7 @@ class Summary(TypedDict):
     ladder: LadderEntry | None
     left_out: dict[str, LeftOutEntry]
     narrowing: dict[str, dict[str, float]]
+    questions: list[QuestionEntry]
     files: NotRequired[dict[str, str]]
 
 

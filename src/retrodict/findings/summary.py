@@ -12,23 +12,31 @@ from typing import TYPE_CHECKING, Any
 
 from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import LEVELS, finite, scaled, scaled_interval
+from retrodict.studies.avoidability import Avoidability, TimeDistance
+from retrodict.studies.one_at_a_time import Effect
+from retrodict.studies.probability import LikelihoodRatio, Probability
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from retrodict.findings.inputs import InputRow
+    from retrodict.findings.questions import Answered, Numbers
     from retrodict.findings.record import Findings
     from retrodict.findings.schema import (
         LadderEntry,
         LeftOutEntry,
         MeasuredEntry,
+        ProbabilityEntry,
         QuantityEntry,
+        QuestionEntry,
         Summary,
     )
     from retrodict.findings.statistics import Quantity
     from retrodict.scene.quantities import Units
     from retrodict.studies.conflict import LeftOut
+    from retrodict.studies.corners import Corner
     from retrodict.studies.ladder import Ladder
+    from retrodict.studies.named_checks import NamedCheck
 
 SUMMARY = "summary.json"
 
@@ -79,6 +87,7 @@ def summarise(findings: Findings) -> Summary:
             name: {each.name: each.sd for each in known}
             for name, known in findings.narrowing.items()
         },
+        "questions": [_question(each) for each in findings.questions],
     }
 
 
@@ -150,6 +159,64 @@ def _left_out(item: LeftOut) -> LeftOutEntry:
         "told": item.told,
         "disagrees": item.disagrees,
     }
+
+
+def _question(asked: Answered) -> QuestionEntry:
+    return {
+        "kind": asked.kind,
+        "title": asked.title,
+        "quantity": asked.quantity,
+        "sentences": list(asked.sentences),
+        "header": list(asked.header),
+        "rows": [list(row) for row in asked.rows],
+        "figure": asked.figure,
+        "numbers": None if asked.numbers is None else _numbers(asked.numbers),
+    }
+
+
+def _numbers(found: Numbers) -> Any:
+    match found:
+        case Probability():
+            return _probability(found)
+        case LikelihoodRatio():
+            return {
+                "first": _probability(found.first),
+                "second": _probability(found.second),
+                "prior_first": found.prior_first,
+                "prior_second": found.prior_second,
+                "prior": found.prior,
+                "likelihood_ratio": found.value,
+                "log_error": found.error,
+                "bound": found.bound,
+            }
+        case Avoidability():
+            numbers = _strict(asdict(found))
+            asked = numbers.pop("asked")
+            return {"vehicle": asked["vehicle"], "limit": asked["limit"]} | numbers
+        case TimeDistance():
+            return _strict(asdict(found))
+    return [_record(each) for each in found]
+
+
+def _probability(found: Probability) -> ProbabilityEntry:
+    asked = found.proposition
+    return {
+        "quantity": asked.name,
+        "low": finite(asked.low),
+        "high": finite(asked.high),
+        "probability": found.value,
+        "error": found.error,
+        "at_least": found.at_least,
+        "at_most": found.at_most,
+        "effective": finite(found.effective),
+        "pareto_k": None if found.pareto_k is None else finite(found.pareto_k),
+    }
+
+
+def _record(each: Corner | Effect | NamedCheck) -> dict[str, Any]:
+    if isinstance(each, Effect):
+        return {"name": each.name, "moved": each.moved, "error": finite(each.error)}
+    return {k: v for k, v in _strict(asdict(each)).items() if k != "dimension"}
 
 
 def summary_json(findings: Findings, files: Mapping[str, bytes]) -> bytes:

@@ -70,7 +70,7 @@ def report_html(
         The page; it has no scripts and loads nothing.
     """
     # matplotlib is slow to import, and notebooks' fragments do without it
-    from retrodict.report.figures import FIGURES, images
+    from retrodict.report.figures import figures_of, images
 
     other: Units = "us" if units == "si" else "si"
     system_order: tuple[Units, ...] = (units, other)
@@ -107,7 +107,7 @@ def report_html(
             "caption": figure.caption,
             "image": base64.b64encode(of_figure[name]).decode("ascii"),
         }
-        for name, figure in FIGURES.items()
+        for name, figure in figures_of(findings).items()
     ]
     return template.render(**content, figures=figures)
 

@@ -14,12 +14,21 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
 
-from retrodict.report import figure_pair, figure_posterior, figure_predictive, figure_scene
+from retrodict.report import (
+    figure_pair,
+    figure_posterior,
+    figure_predictive,
+    figure_scene,
+    figure_timeline,
+    figure_tornado,
+)
 from retrodict.report.drawing import DPI
 from retrodict.report.figure_pair import pair_figure
 from retrodict.report.figure_posterior import posterior_figure
 from retrodict.report.figure_predictive import predictive_figure
 from retrodict.report.figure_scene import scene_figure
+from retrodict.report.figure_timeline import timeline_figure
+from retrodict.report.figure_tornado import tornado_figure
 from retrodict.report.files import write_whole
 from retrodict.scene.quantities import Units
 
@@ -28,16 +37,20 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
 __all__ = [
+    "ASKED",
     "FIGURES",
     "Registered",
+    "figures_of",
     "images",
     "pair_figure",
     "posterior_figure",
     "predictive_figure",
     "save_figures",
     "scene_figure",
+    "timeline_figure",
     "to_png",
     "to_svg",
+    "tornado_figure",
 ]
 
 _ALL = slice(None)
@@ -59,7 +72,20 @@ FIGURES: dict[str, Registered] = {
     "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
     "pair": Registered(pair_figure, "How the unknowns hang together", figure_pair.CAPTION),
     "predictive": Registered(predictive_figure, "Fit to the evidence", figure_predictive.CAPTION),
+    "tornado": Registered(tornado_figure, "The effect of each measurement", figure_tornado.CAPTION),
 }
+# likewise, where a question asks for them
+ASKED: dict[str, Registered] = {
+    "timeline": Registered(
+        timeline_figure, "Times and distances before the impact", figure_timeline.CAPTION
+    ),
+}
+
+
+def figures_of(findings: Findings) -> dict[str, Registered]:
+    """The figures of a report: `FIGURES`, and those that its questions ask for."""
+    asked = {each.figure for each in findings.questions}
+    return FIGURES | {name: figure for name, figure in ASKED.items() if name in asked}
 
 
 def to_png(figure: Figure) -> bytes:
@@ -98,12 +124,12 @@ def images(
         findings: of the reconstruction.
         outcome: its draws.
         units: "si" or "us".
-        which: of `FIGURES`; all by default.
+        which: of `figures_of`; all by default.
 
     Returns:
         The images by name, in the order of the report.
     """
-    chosen = list(FIGURES.items())[which]
+    chosen = list(figures_of(findings).items())[which]
     return {name: to_png(figure.draw(findings, outcome, units)) for name, figure in chosen}
 
 

@@ -18,8 +18,10 @@ from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
+    from retrodict.findings.questions import Answered
     from retrodict.studies.ladder import Ladder
 
+_ONLY_IN_REPORTS = ("one_at_a_time", "checks")  # long tables that nobody asked for
 _WIDE = 120  # columns that a row with all of its intervals side by side needs
 
 
@@ -40,6 +42,9 @@ def print_summary(findings: Findings, console: Console, units: Units = "si") -> 
     print_table(console, _table(findings, units, wide=console.width >= _WIDE))
     _line(console, findings.answers[units], "bold" if checks.passed else "bold red")
     _line(console, findings.verdict, "green" if checks.passed else "bold red")
+    for asked in findings.questions:
+        if asked.kind not in _ONLY_IN_REPORTS:
+            _print_answer(asked, console)
     for reason in checks.reasons:
         _line(console, f"  {MARK} {reason}", "red")
     for flag in checks.flags:
@@ -48,6 +53,19 @@ def print_summary(findings: Findings, console: Console, units: Units = "si") -> 
         _line(console, f"  note: {note}", "dim")
     if findings.ladder:
         _line(console, f"  model: {findings.ladder.reason}", "dim")
+
+
+def _print_answer(asked: Answered, console: Console) -> None:
+    _line(console, asked.title, "bold")
+    for sentence in asked.sentences:
+        _line(console, f"  {sentence}", "")
+    if asked.rows:
+        table = Table()
+        for heading in asked.header:
+            table.add_column(Text(heading))
+        for row in asked.rows:
+            table.add_row(*map(Text, row))
+        print_table(console, table)
 
 
 def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:

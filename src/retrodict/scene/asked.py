@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from retrodict.scene import units
-from retrodict.scene.errors import shown
 from retrodict.scene.quantities import DERIVED, REPORTED, describe
 from retrodict.scene.units import QuantityError, read_quantity
 
@@ -144,9 +143,9 @@ def read_proposition(text: object) -> Proposition:
         least, name, most = match.groups()
         low, high = _limit(name, least), _limit(name, most)
     else:
-        raise QuantityError(f"{shown(text)} is not a proposition; {example}")
+        raise QuantityError(f"not a proposition; {example}")
     if not low < high:
-        raise QuantityError(f"{shown(text)} holds for no value; write the smaller limit first")
+        raise QuantityError("holds for no value; write the smaller limit first")
     return Proposition(name, low, high, plain)
 
 
@@ -169,7 +168,7 @@ def _limit(name: str, text: str) -> float:
     """A limit of a quantity, in SI units or radians."""
     if name not in ASKABLE:
         names = ", ".join(ASKABLE)
-        raise QuantityError(f"{shown(name)} is not a reported quantity; write one of {names}")
+        raise QuantityError(f"{name} is not a reported quantity; write one of {names}")
     dimension = _DIMENSIONS[describe(name)[1]]
     example = f"45 {dimension.units[0]}" if dimension.units else "0.2"
     reading = read_quantity(text, dimension, example)

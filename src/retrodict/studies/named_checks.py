@@ -27,7 +27,8 @@ class NamedCheck:
         of: what is compared, in words.
         dimension: of it, a key for `unit_of`.
         predicted, predicted_sd: by the posterior; of a measured delta-v by all else.
-        measured, measured_sd: what it is compared with; None where nothing was measured.
+        measured, measured_sd: what it is compared with, or what the check assumes; None where nothing
+            was measured.
         off: measured less predicted, in standard deviations of both; None where that cannot be told.
         note: what to know of it.
     """
@@ -82,13 +83,12 @@ def _common_velocity(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedC
     ):
         mean, sd = _moments(speed)
         off = -mean / sd if sd > 0 else None
-        note = "0 is no measurement: it is what a common velocity means"
-        yield NamedCheck("common velocity", words, "speed", mean, sd, 0.0, 0.0, off, note)
+        yield NamedCheck("common velocity", words, "speed", mean, sd, 0.0, 0.0, off)
 
 
 def _delta_v(outcome: Outcome, left_out: dict[str, LeftOut]) -> Iterator[NamedCheck]:
     """Each measured delta-v, against what all else says of it; else the predicted one."""
-    labels = {"": "delta-v of {}", "_forward": "{}'s delta-v forward", "_left": "{}'s to the left"}
+    labels = {"": "of {}", "_forward": "of {} forward", "_left": "of {} to the left"}
     for v in VEHICLES:
         items = [
             (label, left_out[f"departure_delta_v{part}_{v}"])
@@ -110,7 +110,7 @@ def _delta_v(outcome: Outcome, left_out: dict[str, LeftOut]) -> Iterator[NamedCh
             )
         if not items:
             mean, sd = _moments(draws_of(outcome, f"delta_v_{v}"))
-            yield NamedCheck("delta-v", f"delta-v of {v.upper()}", "speed", mean, sd)
+            yield NamedCheck("delta-v", f"of {v.upper()}", "speed", mean, sd)
 
 
 def _pdof(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:

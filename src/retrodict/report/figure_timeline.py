@@ -1,0 +1,56 @@
+"""Times and distances of both vehicles before the impact, with their bands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from retrodict.report import drawing
+from retrodict.scene.quantities import Units, unit_of
+from retrodict.scene.records import VEHICLES
+from retrodict.studies.avoidability import TimeDistance
+
+if TYPE_CHECKING:
+    from retrodict.findings import Findings
+    from retrodict.inference.outcome import Outcome
+
+CAPTION = (
+    "Distance of each vehicle, along its path, from where it was at the impact: median of the draws "
+    "and the band of 95 % of them. Speeds are constant but for a measured skid."
+)
+
+
+@drawing.styled
+def timeline_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
+    """Distance to the impact over the time before it.
+
+    Args:
+        findings: of the reconstruction.
+        outcome: not asked: all that is drawn is in the findings.
+        units: "si" or "us".
+
+    Returns:
+        The figure.
+    """
+    figure = drawing.new_figure(6.4, 3.6)
+    axes = figure.subplots()
+    told = next((q.numbers for q in findings.questions if q.kind == "time_distance"), None)
+    if not isinstance(told, TimeDistance):
+        drawing.nothing_here(axes, "no times and distances are told")
+        return figure
+    unit = unit_of("length", units)
+    before = -np.array(told.times)
+    for v in VEHICLES:
+        low, middle, high = np.array(told.distances[v]).T / unit.worth
+        colour = drawing.OF_VEHICLE[v]
+        axes.fill_between(before, low, high, color=colour, alpha=0.2, linewidth=0)
+        style = drawing.LINE_OF_VEHICLE[v]
+        axes.plot(before, middle, color=colour, linestyle=style, label=f"vehicle {v.upper()}")
+    axes.set_xlim(before[0], 0)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("time before the impact (s)")
+    axes.set_ylabel(f"distance to the impact ({unit.symbol})")
+    axes.legend()
+    return figure

@@ -1,0 +1,127 @@
+"""The answers in words and cells: the numbers of the studies, rounded to their errors."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from retrodict import findings
+from retrodict.api import Result
+from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, verbal
+from retrodict.scene.asked import Questions, read_proposition
+from retrodict.studies.probability import probability
+from tests.report.conftest import fail
+
+
+def answers(outcome, kind):
+    return [each for each in findings.of(outcome).questions if each.kind == kind]
+
+
+def test_a_probability_is_printed_to_its_error(asked):
+    first, never, *_ = answers(asked, "probability")
+    share = float((asked.idata["posterior"]["speed_b"] > 45 * 0.44704).mean())
+    assert first.title == (
+        "Probability that the speed of B before impact is above 20.12 m/s (72.42 km/h; 45 mph)"
+    )
+    value, error = map(float, re.findall(r"([\d.]+) %", first.sentences[0]))
+    assert value == pytest.approx(100 * share, abs=error)
+    assert error == pytest.approx(100 * first.numbers.error, rel=0.5)
+    assert "no draw holds it: the probability is below" in never.sentences[0]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"),
+    [
+        (1, "none"), (1.9, "none"), (2, "weak"), (9.9, "weak"), (10, "moderate"),
+        (100, "moderately strong"), (1000, "strong"), (9999, "strong"), (1e4, "very strong"),
+        (1e6, "extremely strong"), (1e9, "extremely strong"),
+    ],
+)  # fmt: skip
+def test_the_verbal_scale_is_that_of_enfsi(ratio, words):
+    assert verbal(ratio) == words
+
+
+def test_a_likelihood_ratio_names_the_prior_the_scale_and_what_is_favoured(asked):
+    (found,) = answers(asked, "likelihood_ratio")
+    assert found.numbers.value < 1  # the second is favoured, and stands first in the sentence
+    said = " ".join(found.sentences)
+    above, below = said.index("above 20.12 m/s"), said.index("below 17.88 m/s")
+    assert above < below
+    times = float(re.search(r"is ([\d.]+) times", said)[1])
+    assert times * found.numbers.value == pytest.approx(1, rel=0.1)
+    assert ENFSI_SOURCE in said
+    assert "half-normal, scale 30 m/s" in said
+    assert len(found.rows) == 2
+
+
+def test_avoidability_says_what_was_assumed(asked):
+    (found,) = answers(asked, "avoidability")
+    said = " ".join(found.sentences)
+    for words in ("one reaction time before the skid", "1.20 ± 0.30 s", "6.86 ± 0.69 m/s²"):
+        assert words in said
+    numbers = found.numbers
+    assert numbers.avoided.value == pytest.approx(numbers.stopped.value + numbers.passed.value)
+
+
+def test_a_question_that_cannot_be_answered_says_what_to_write(outcome, asked):
+    made = replace(outcome, scene=replace(outcome.scene, questions=asked.scene.questions))
+    (found,) = answers(made, "avoidability")
+    assert found.numbers is None
+    assert found.sentences[0].startswith("Not answered: ")
+    assert "seen_time" in found.sentences[0]
+    momentum = Questions(probabilities=(read_proposition("initial_speed_a > 3 m/s"),))
+    made = replace(outcome, scene=replace(outcome.scene, questions=momentum))
+    (found,) = answers(made, "probability")
+    assert "has no initial_speed_a" in found.sentences[0]
+
+
+def test_a_withheld_result_answers_no_question(asked):
+    for each in findings.of(fail(asked)).questions:
+        assert each.sentences == (WITHHELD,)
+        assert (each.numbers, each.rows) == (None, ())
+
+
+def test_a_table_has_a_cell_for_each_column(asked):
+    found = findings.of(asked).questions
+    tables = [each for each in found if each.header]
+    assert {each.kind for each in tables} >= {"time_distance", "one_at_a_time", "checks"}
+    for each in tables:
+        assert each.rows
+        assert {len(row) for row in each.rows} == {len(each.header)}
+
+
+def test_what_is_not_asked_is_not_answered(outcome):
+    quiet = Questions(one_at_a_time=False, checks=False)
+    made = replace(outcome, scene=replace(outcome.scene, questions=quiet))
+    assert findings.of(made).questions == ()
+
+
+def test_a_notebook_asks_one_question(outcome):
+    found = Result(outcome).probability("speed_b > 45 mph")
+    exact = probability(outcome, read_proposition("speed_b > 45 mph"))
+    assert found.numbers == exact
+    with pytest.raises(ValueError, match="no unit"):
+        Result(outcome).probability("speed_b > 45")
+
+
+def test_named_checks_compare_what_was_measured(sparse, outcome):
+    """A's recorded delta-v, forward, against what all else says of it."""
+    (found,) = answers(sparse, "checks")
+    check = next(c for c in found.numbers if c.name == "delta-v" and c.measured is not None)
+    item = next(i for i in findings.of(sparse).left_out if i.name == "departure_delta_v_forward_a")
+    assert (check.measured, check.predicted) == (item.value, item.expected)
+    assert check.off == pytest.approx((item.value - item.expected) / item.expected_sd)
+    (without,) = answers(outcome, "checks")
+    assert all(c.measured is None for c in without.numbers if c.name != "common velocity")
+    assert {c.name for c in without.numbers} == {
+        "common velocity", "delta-v", "PDOF", "energy", "Newton's third law",
+    }  # fmt: skip
+
+
+def test_effects_are_sorted_and_their_table_is_short(outcome):
+    (found,) = answers(outcome, "one_at_a_time")
+    moved = np.abs([each.moved for each in found.numbers])
+    assert list(moved) == sorted(moved, reverse=True)
+    assert len(found.rows) == 12
+    assert found.rows[0][0] != found.rows[1][0]
