@@ -27,7 +27,7 @@ def test_a_probability_is_printed_to_its_error(asked):
     value, error = map(float, re.findall(r"([\d.]+) %", first.sentences[0]))
     assert value == pytest.approx(100 * share, abs=error)
     assert error == pytest.approx(100 * first.numbers.error, rel=0.5)
-    assert "no draw holds it: the probability is below" in never.sentences[0]
+    assert "hardly a draw holds it: the probability is below" in never.sentences[0]
 
 
 @pytest.mark.parametrize(

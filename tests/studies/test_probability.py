@@ -84,11 +84,32 @@ def test_where_no_draw_holds_a_proposition_there_is_a_bound(drawn):
     assert (found.value, found.error, found.at_least) == (0, None, 0)
     assert found.at_most == pytest.approx(3 / found.effective, rel=0.01)  # the rule of three
     assert evidence(40, math.inf) / evidence(0, math.inf) < found.at_most
+    assert found.few
     ratio = likelihood_ratio(drawn, Comparison(SLOW, asked))
     assert ratio.bound == "at least"
     exact = [evidence(p.low, p.high) / prior(p.low, min(p.high, 200)) for p in (SLOW, asked)]
     assert ratio.value < exact[0] / exact[1]
     assert likelihood_ratio(drawn, Comparison(asked, SLOW)).bound == "at most"
+
+
+def test_bounds_hold_the_probability_as_often_as_they_say():
+    """Of a rare proposition, by some draws in each of many runs: Clopper and Pearson's are cautious."""
+    asked = read_proposition("speed_b > 24.2 m/s")
+    exact = evidence(asked.low, math.inf) / evidence(0, math.inf)
+    runs = [probability(outcome(speed_b=speed_draws(seed, 200)), asked) for seed in range(60)]
+    assert sum(run.few for run in runs) > 50
+    assert np.mean([run.at_most >= exact for run in runs]) >= 0.9
+    assert np.mean([run.at_least <= exact for run in runs]) >= 0.9
+
+
+def test_hardly_a_draw_makes_a_bound_and_not_a_ratio():
+    rare = read_proposition("speed_b > 24.2 m/s")
+    made = outcome(speed_b=speed_draws(1, 200))
+    assert 0 < probability(made, rare).value < 10 / 800
+    found = likelihood_ratio(made, Comparison(SLOW, rare))
+    assert (found.bound, found.error) == ("at least", None)
+    exact = [evidence(p.low, p.high) / prior(p.low, min(p.high, 300)) for p in (SLOW, rare)]
+    assert found.value < exact[0] / exact[1]
 
 
 def test_what_cannot_be_compared_is_refused(drawn):

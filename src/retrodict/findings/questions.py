@@ -194,7 +194,7 @@ def _probability(outcome: Outcome, proposition: Proposition, blank: Answered) ->
 
 def _share_in_words(found: Probability) -> str:
     """A probability with its error, or the bound where no draw tells."""
-    if found.error is not None:
+    if not found.few and found.error is not None:
         decimals = decimals_of(100 * found.error, digits=1)
         value, error = (format_value(100 * x, decimals) for x in (found.value, found.error))
         return f"the probability is {value} %, with a Monte Carlo error of {error} %"
@@ -202,10 +202,11 @@ def _share_in_words(found: Probability) -> str:
         return f"the probability is {100 * found.value:.0f} %"
     draws = format_value(found.effective, 0)
     sure = f"with {_SURE} confidence, by {draws} effective draws"
-    if found.value == 0:
-        return f"no draw holds it: the probability is below {100 * found.at_most:.1g} % {sure}"
-    most = format_value(100 * found.at_least, decimals_of(100 * (1 - found.at_least), digits=1))
-    return f"every draw holds it: the probability is above {most} % {sure}"
+    if found.value < 0.5:
+        most = format_value(100 * found.at_most, decimals_of(found.at_most * 100, digits=1))
+        return f"hardly a draw holds it: the probability is below {most} % {sure}"
+    least = format_value(100 * found.at_least, decimals_of(100 * (1 - found.at_least), digits=1))
+    return f"nearly every draw holds it: the probability is above {least} % {sure}"
 
 
 def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered) -> Answered:

@@ -126,8 +126,8 @@ class LeftOutEntry(TypedDict):
 class ProbabilityEntry(TypedDict):
     """How probable it is that a quantity lies between two values; null is no limit.
 
-    error: Monte Carlo standard error, null where no draw or every draw holds it; at_least, at_most: 95 %
-    bounds there, else the probability itself; effective: number of independent draws.
+    error: Monte Carlo standard error, null where no draw or every draw holds it; at_least, at_most:
+    bounds, each of 95 % confidence; effective: number of independent draws.
     """
 
     quantity: str

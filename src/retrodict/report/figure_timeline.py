@@ -50,7 +50,7 @@ def timeline_figure(findings: Findings, outcome: Outcome, units: Units = "si") -
         axes.plot(before, middle, color=colour, linestyle=style, label=f"vehicle {v.upper()}")
     axes.set_xlim(before[0], 0)
     axes.set_ylim(bottom=0)
-    axes.set_xlabel("time before the impact (s)")
+    axes.set_xlabel("time (s), 0 at the impact")
     axes.set_ylabel(f"distance to the impact ({unit.symbol})")
     axes.legend()
     return figure

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from retrodict.scene.asked import Comparison, Proposition
     from retrodict.scene.measured import Measured
 
-CONFIDENCE = 0.95  # of a bound, where no draw tells
+CONFIDENCE = 0.95  # of a bound
+_FEW = 10  # effective draws below which a share has bounds, and no standard error that tells much
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ class Probability:
         proposition: which.
         value: share of the posterior draws in which it holds.
         error: Monte Carlo standard error; None where it holds in none of the draws, or in all.
-        at_least, at_most: bounds of `CONFIDENCE` where the draws hold no more; else both are `value`.
+        at_least, at_most: bounds, each of `CONFIDENCE`, by the draws' number.
         effective: number of independent draws that would have this error.
         pareto_k: of the importance weights; None of a method without.
     """
@@ -39,6 +40,11 @@ class Probability:
     at_most: float
     effective: float
     pareto_k: float | None
+
+    @property
+    def few(self) -> bool:
+        """Whether so few draws hold it, or do not, that its bounds tell more than its error."""
+        return self.error is None or self.effective * min(self.value, 1 - self.value) < _FEW
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +79,8 @@ def probability(outcome: Outcome, proposition: Proposition) -> Probability:
 
     Returns:
         The share of the draws in which it holds. Its error is that of a mean of correlated draws
-        (Vehtari et al. 2021). Where it holds in none of n effective draws, it is below
-        1 - 0.05^(1/n) with 95 % confidence.
+        (Vehtari et al. 2021), its bounds are those of Clopper and Pearson (1934) for as many
+        independent ones; where it holds in none of n, the upper is 1 - 0.05^(1/n).
 
     Raises:
         NotAnswered: the model has no such quantity.
@@ -84,18 +90,26 @@ def probability(outcome: Outcome, proposition: Proposition) -> Probability:
 
 
 def _probability(outcome: Outcome, proposition: Proposition, draws: np.ndarray) -> Probability:
+    from scipy.stats import beta  # slow to import
+
     holds = proposition.holds(draws).astype(float)
-    value, k = float(holds.mean()), outcome.checks.pareto_k
-    if 0 < value < 1:
+    value, error = float(holds.mean()), None
+    if min(holds.sum(), (1 - holds).sum()) >= _FEW:
         error = error_of_mean(holds)
         effective = value * (1 - value) / error**2
-        return Probability(proposition, value, error, value, value, effective, k)
-    effective = effective_draws(draws)
-    if not math.isfinite(effective):  # of a quantity that is exact
-        return Probability(proposition, value, None, value, value, math.inf, k)
-    off = 1 - (1 - CONFIDENCE) ** (1 / effective)
-    low, high = (0.0, off) if value == 0 else (1 - off, 1.0)
-    return Probability(proposition, value, None, low, high, effective, k)
+    else:  # too few to tell how they are correlated
+        effective = effective_draws(draws)
+        if not math.isfinite(effective):  # of a quantity that is exact
+            effective = math.inf
+        if 0 < value < 1:
+            error = math.sqrt(value * (1 - value) / effective)
+    if math.isinf(effective):
+        low = high = value
+    else:
+        count = value * effective
+        low = float(beta.ppf(1 - CONFIDENCE, count, effective - count + 1)) if value > 0 else 0.0
+        high = float(beta.ppf(CONFIDENCE, count + 1, effective - count)) if value < 1 else 1.0
+    return Probability(proposition, value, error, low, high, effective, outcome.checks.pareto_k)
 
 
 def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRatio:
@@ -110,11 +124,11 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
         comparison: two propositions about one speed before the impact.
 
     Returns:
-        The ratio, or a bound where no draw holds one of them.
+        The ratio, or a bound where hardly a draw holds one of them.
 
     Raises:
-        NotAnswered: the speed is exact or has no draws, the prior excludes a proposition, or no draw
-            holds either.
+        NotAnswered: the speed is exact or has no draws, the prior excludes a proposition, or hardly a
+            draw holds either.
     """
     name = comparison.first.name
     draws = draws_of(outcome, name)
@@ -130,15 +144,16 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
                 "it; compare propositions that were possible"
             )
     odds = priors[0] / priors[1]
-    if first.value == 0 == second.value:
+    rare = [each.few and each.value < 0.5 for each in (first, second)]
+    if all(rare):
         raise NotAnswered(
-            f'no posterior draw holds "{first.proposition.text}" or "{second.proposition.text}": '
+            f'hardly a posterior draw holds "{first.proposition.text}" or "{second.proposition.text}": '
             "compare propositions nearer to the answer"
         )
     error, bound = None, ""
-    if second.value == 0:
+    if rare[1]:
         value, bound = first.value / second.at_most, "at least"
-    elif first.value == 0:
+    elif rare[0]:
         value, bound = first.at_most / second.value, "at most"
     else:
         value = first.value / second.value
