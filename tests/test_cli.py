@@ -59,16 +59,16 @@ def test_check_accepts_the_example() -> None:
     assert done.returncode == 0, done.stderr
     assert "fine" in done.stdout
     assert "It asks for speed of B before impact, restitution e" in done.stdout
-    assert "doubt" not in done.stdout
+    assert "warning" not in done.stdout
 
 
-def test_check_doubts_what_is_seldom_meant_and_accepts_it(tmp_path: Path) -> None:
+def test_check_warns_of_an_implausible_value_and_accepts_it(tmp_path: Path) -> None:
     file = tmp_path / "odd.toml"
     line = r"(?m)^contact_line = .*"
     file.write_text(re.sub(line, 'contact_line = "-60 ± 3 deg"', SCENE.read_text()))
     done = run("check", file)
     assert done.returncode == 0, done.stderr
-    assert "  doubt: impact.contact_line: both centres" in done.stdout
+    assert "  warning: impact.contact_line: both centres" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
 from retrodict.inference.outcome import Checks
 from retrodict.inference.samplers.psis import effective
-from retrodict.scene.doubts import doubts
+from retrodict.scene.plausibility import plausibility_warnings
 from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Scene
 
@@ -160,7 +160,7 @@ def _bfmi(energy: np.ndarray) -> float:
 def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
     """Findings about the scene: what was seldom meant, odd physics, and what disagrees with the rest."""
     posterior = idata["posterior"]
-    flags = [*doubts(scene)]
+    flags = [*plausibility_warnings(scene)]
     weights = _weights(idata)
     if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
         flags.append(

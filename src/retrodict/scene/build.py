@@ -44,20 +44,20 @@ class Complain(Protocol):
     """Called with a problem of a scene file."""
 
     def __call__(
-        self, key: str, mend: str, amount: float = 0.0, dimension: Dimension = LENGTH
+        self, key: str, fix: str, amount: float = 0.0, dimension: Dimension = LENGTH
     ) -> None:
         """Note it.
 
         Args:
             key: dotted.
-            mend: what to write instead; `{amount}` in it is told in the unit that the file has there.
+            fix: what to write instead; `{amount}` in it is given in the unit that the file has there.
             amount: in SI units or radians.
             dimension: of it.
         """
 
 
 def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> Scene:
-    """The scene that a scene file tells.
+    """The scene that a scene file describes.
 
     Args:
         entry: the file's entries, each plausible by itself.
@@ -127,7 +127,7 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
     if length < wheelbase:
         complain(
             f"vehicles.{letter}.length",
-            "shorter than the wheelbase of {amount}; mend one",
+            "shorter than the wheelbase of {amount}; correct one of them",
             wheelbase,
         )
     reach = math.hypot(length, width) / 2 + 0.5
@@ -135,7 +135,7 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
         complain(
             f"vehicles.{letter}.impact_centre.distance",
             "outside the vehicle; write a distance from its centre of gravity of at most {amount} "
-            "(half its diagonal and half a metre), or mend its length and width",
+            "(half its diagonal and half a metre), or correct its length and width",
             reach,
         )
     wheels = _wheels(entry, friction)
@@ -167,8 +167,8 @@ def _wheels(entry: VehicleEntry, friction: float) -> Wheels | None:
         return None
     written = dict(entry.wheels)
     drags = {
-        wheel: _told_by(told, friction) if isinstance(told, str) else told
-        for wheel, told in written.items()
+        wheel: _drag_of_word(drag, friction) if isinstance(drag, str) else drag
+        for wheel, drag in written.items()
     }
     ahead = Measured(0.0, source="assumed: the front wheels point straight ahead", assumed="value")
     factor = entry.drag_factor
@@ -178,8 +178,8 @@ def _wheels(entry: VehicleEntry, friction: float) -> Wheels | None:
     return Wheels(**drags, steer=entry.steer or ahead, factor=factor)
 
 
-def _told_by(word: str, friction: float) -> Measured:
-    """The drag of a wheel of which a word tells: some of its force does not grow with the friction."""
+def _drag_of_word(word: str, friction: float) -> Measured:
+    """The drag of a wheel described by a word: some of its force does not grow with the friction."""
     if word == "locked":
         return Measured(1.0, 0.0, "logitnormal", word)
     key = word.replace(", ", "_").replace(" ", "_")

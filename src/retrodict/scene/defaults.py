@@ -70,7 +70,7 @@ class SurfaceFriction:
         return f"{self.value:g} ± {self.sd:g} (grade {self.grade}: {self.source})"
 
 
-# a share of the friction that a word may tell: on ice the engine can all but lock a wheel
+# largest share of the friction that a word stands for: on ice the engine can all but lock a wheel
 MOST_ROLLING = 0.8
 
 _HEADING = "judgement: with tyre marks; allow 8 deg without marks"

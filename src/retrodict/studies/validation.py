@@ -219,6 +219,6 @@ def _sought(scene: Scene, truth: Truth, folder: Path) -> dict[str, Measured]:
     """The true speeds that the scene does not know."""
     left = {n: m for n, m in truth.speeds.items() if scene.approach[n[-1]].speed is None}
     if not left:
-        mend = f"{SCENE} knows every speed in it; take one of them out there"
-        raise SceneError(str(folder / TRUTH), [Problem("", "", mend)])
+        fix = f"{SCENE} knows every speed in it; take one of them out there"
+        raise SceneError(str(folder / TRUTH), [Problem("", "", fix)])
     return left
