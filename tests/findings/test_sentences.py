@@ -31,7 +31,7 @@ def test_answer_gives_the_speed_with_its_interval_in_both_systems(outcome):
     assert "about 43 mph (19.1 m/s; 69 km/h)" in of(outcome).answers["us"]
 
 
-def test_answer_tells_both_speeds_where_neither_is_known(sparse):
+def test_answer_states_both_speeds_where_neither_is_known(sparse):
     of_a, of_b = of(sparse).answers["si"].split(". ")
     assert of_a.startswith(
         "Vehicle A (saloon A) was travelling at about 20.3 m/s (73 km/h; 45 mph)"

@@ -143,7 +143,7 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
     np.testing.assert_allclose(mixed["posterior_predictive"]["rest_heading_b"], 0, atol=1e-12)
     assert set(np.unique(mixed["trajectories"]["path"])) == {0, 1}
     assert mixed["trajectories"].sizes["step"] == 48
-    for tree in trees:  # as of a method that tells nothing of its draws
+    for tree in trees:  # as of a method without statistics of its draws
         tree["sample_stats"] = xr.DataTree()
     assert (modes.mixed(trees, found, seed=0)["sample_stats"]["mode"].values == label).all()
 
@@ -207,7 +207,7 @@ def test_turns_of_two_vehicles_are_sought_together(monkeypatch: pytest.MonkeyPat
     assert {tuple(s.turns.values()) for s in best} >= {(1, 1), (2, 0), (-1, 3), (-2, 4), (0, 3)}
 
 
-def test_numbers_of_turns_are_told_apart_by_rest_poses_that_are_not_too_sharp() -> None:
+def test_numbers_of_turns_are_distinguished_by_rest_poses_that_are_not_too_sharp() -> None:
     def with_errors(sd: float) -> Scene:
         poses = {v: replace(own, x=replace(own.x, sd=sd)) for v, own in SCENE.rest.items()}
         return replace(SCENE, rest=poses)

@@ -23,7 +23,7 @@ QUICK = ("momentum+spin", "planar-common+spin", "momentum+roll")  # the others: 
 
 
 def drawn(posterior: Posterior, draws: int = 2000) -> dict[str, np.ndarray]:
-    """What is told of draws by importance sampling, a row each."""
+    """Quantities at draws by importance sampling, a row each."""
     task = Task(posterior, 4, draws, 0, 0, lambda *_: None)
     return METHODS["importance"].draw(task).known(posterior)
 
@@ -223,14 +223,14 @@ def first(rows: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def test_what_a_rung_holds_is_so_in_every_draw() -> None:
-    """No moment impulse and no sliding left: eqs 11 and 23 in velocities told by the model."""
+    """No moment impulse and no sliding left: eqs 11 and 23 in velocities that the model gives."""
     posterior = prepare(SCENE, "planar-common+spin")
-    told = drawn(posterior, 500)
-    np.testing.assert_allclose(told["moment_work"], 0, atol=1e-6)
+    found = drawn(posterior, 500)
+    np.testing.assert_allclose(found["moment_work"], 0, atol=1e-6)
     lever_a, lever_b = np.array([-2.079, -0.205]), np.array([0.653, 1.636])
-    x = told["Vax"] - told["Omega_a"] * lever_a[1] - told["Vbx"] + told["Omega_b"] * lever_b[1]
-    y = told["Vay"] + told["Omega_a"] * lever_a[0] - told["Vby"] - told["Omega_b"] * lever_b[0]
-    Gamma = told["Gamma"]
+    x = found["Vax"] - found["Omega_a"] * lever_a[1] - found["Vbx"] + found["Omega_b"] * lever_b[1]
+    y = found["Vay"] + found["Omega_a"] * lever_a[0] - found["Vby"] - found["Omega_b"] * lever_b[0]
+    Gamma = found["Gamma"]
     np.testing.assert_allclose(y * np.cos(Gamma) - x * np.sin(Gamma), 0, atol=1e-9)
 
 

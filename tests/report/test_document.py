@@ -154,9 +154,9 @@ def test_a_good_run_has_no_mark(good):
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_what_would_narrow_the_answer_is_told_unless_it_failed(good, bad):
-    for page, told in ((good, True), (bad, False)):
-        assert ("What would narrow the answer" in page) is told
+def test_what_would_narrow_the_answer_is_shown_unless_it_failed(good, bad):
+    for page, passed in ((good, True), (bad, False)):
+        assert ("What would narrow the answer" in page) is passed
 
 
 def test_texts_of_the_scene_are_escaped_everywhere(outcome):

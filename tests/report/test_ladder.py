@@ -1,4 +1,4 @@
-"""The ladder as it is told: table, files, chart and the report's section."""
+"""The report of the ladder: table, files, chart and the report's section."""
 
 import csv
 import io
@@ -35,7 +35,7 @@ def printed(ladder, units="si", width=80):
     return out.getvalue()
 
 
-def test_table_tells_every_rung_in_the_units_asked_for(ladder) -> None:
+def test_table_lists_every_rung_in_the_units_asked_for(ladder) -> None:
     assert "21.00│" in printed(ladder)
     assert "± 0.90│" in printed(ladder)
     assert "± 2.0│" in printed(ladder, "us")
@@ -95,7 +95,7 @@ def test_distance_is_in_the_fullest_rung_s_standard_deviations() -> None:
     assert distance(step("low", 19.0, 0.5), step("full", 21.0, 4.0)) == 0.5
 
 
-def test_report_and_summary_tell_the_choice_and_the_others(ladder, outcome, monkeypatch) -> None:
+def test_report_and_summary_state_the_choice_and_the_others(ladder, outcome, monkeypatch) -> None:
     monkeypatch.setattr(figures, "FIGURES", {})
     page = report_html(findings.of(outcome, replace(ladder, reason=EVIL)), outcome)
     assert "The choice of the model" in page

@@ -7,11 +7,11 @@ from retrodict.report.results import result_rows
 
 def test_rows_of_a_failed_run_are_marked_or_withheld(failing):
     for row in result_rows(of(failing), "si"):
-        told = [row.median, row.mean, *row.intervals.values()]
+        printed = [row.median, row.mean, *row.intervals.values()]
         if row.name == "e_m":
-            assert set(told) == {WITHHELD}
+            assert set(printed) == {WITHHELD}
         else:
-            assert all(text.endswith(MARK) for text in told)
+            assert all(text.endswith(MARK) for text in printed)
 
 
 def test_what_follows_from_a_failed_quantity_is_withheld(failing):

@@ -52,7 +52,7 @@ def test_every_key_is_documented():
             assert re.search(rf"[`.\[]{key}[`\].]", PAGE), f"{table.__name__}.{key}"
 
 
-def test_every_default_is_told_with_grade_and_source():
+def test_every_default_is_documented_with_grade_and_source():
     for default in DEFAULTS.values():
         row = f"| {default.value:g} {default.unit} | {default.grade} | {default.source} |"
         assert f"| {default.quantity} {row}" in PAGE
@@ -76,7 +76,7 @@ def test_every_example_in_the_schema_is_itself_accepted():
     assert kinds >= 8
 
 
-def test_every_friction_and_prior_is_told_with_grade_and_source():
+def test_every_friction_and_prior_is_documented_with_grade_and_source():
     for kind, friction in FRICTION.items():
         row = f"{friction.value:g} ± {friction.sd:g} | {friction.grade} | {friction.source}"
         assert f'| `"{kind}"` | {row} |' in PAGE

@@ -1,4 +1,4 @@
-"""A calibration as it is told: its verdict, its table of ranks, and files."""
+"""The report of a calibration: its verdict, its table of ranks, and files."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
             f"Too few to judge: {done} simulations; from {LEAST} on there is a verdict. {withheld}."
         )
     if ranked < LEAST:
-        return f"NOT CALIBRATED: fewer than {LEAST} ranks are too few to tell. {withheld}."
+        return f"NOT CALIBRATED: fewer than {LEAST} ranks are too few to decide. {withheld}."
     outside = [name for name, each in found.items() if not each.inside_jointly]
     alone = [name for name, each in found.items() if not each.inside]
     level = 1 - (1 - BAND) / len(found)

@@ -1,4 +1,4 @@
-"""The ladder of models as it is told: printed rows, and files."""
+"""The report of the ladder of models: printed rows, and files."""
 
 from __future__ import annotations
 

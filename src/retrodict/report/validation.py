@@ -1,4 +1,4 @@
-"""A validation as it is told: printed rows, its table in Markdown, and files."""
+"""The report of a validation: printed rows, its table in Markdown, and files."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def cells(score: Score, units: Units = "si") -> dict[str, str]:
 
 
 def remarks(validation: Validation) -> list[str]:
-    """What has to be told beside the table: coverage, what was withheld and why, notes of the cases."""
+    """Remarks to the table: coverage, what was withheld and why, notes of the cases."""
     lines = []
     for level in LEVELS:
         found = validation.coverage(level)
@@ -104,7 +104,7 @@ def _narrowed(score: Score) -> str:
 
 
 def print_validation(validation: Validation, console: Console, units: Units = "si") -> None:
-    """Print a row for each speed, and what has to be told beside it.
+    """Print a row for each speed, and the remarks.
 
     Args:
         validation: its scores.

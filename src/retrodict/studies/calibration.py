@@ -169,14 +169,14 @@ def calibrate(
     def so_far() -> Calibration:
         return replace(calibration, rows=tuple(done[i] for i in sorted(done)))
 
-    tell = progress or silent
-    tell("simulating", len(done), simulations)
+    report = progress or silent
+    report("simulating", len(done), simulations)
     try:
         for rows in _each(job, list(batches.values()), processes or os.cpu_count() or 1):
             done |= {row.simulation: row for row in rows}
             if keep:
                 keep(so_far())
-            tell("simulating", len(done), simulations)
+            report("simulating", len(done), simulations)
     except (KeyboardInterrupt, Interrupted):
         pass
     return so_far()
@@ -371,7 +371,7 @@ def _ranked(
 
 
 def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...]]:
-    """The unknowns at draws of a solution, and why a reconstruction would not tell of them."""
+    """The unknowns at draws of a solution, and why a reconstruction would withhold them."""
     posterior, scene = solution.posterior, solution.scene
     draws = METHODS[method].draws
     task = Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None)

@@ -58,7 +58,7 @@ def test_steps_too_few_for_a_mark_are_seen_beside_rest_poses(steps: int, few: bo
     scene = replace(collision(berm=False), marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
     found = prepare(scene, "planar-common+spin")
     structure, data = in_steps(found.programs.structure, found.data, steps)
-    # of rest poses as rough as these the mark alone can tell
+    # of rest poses as rough as these only the mark is informative
     rough = {name: data.evidence[name] * [1.0, 100.0] for name in structure.aims}
     data = data._replace(evidence=data.evidence | rough)
     again = replace(found, programs=programs_for(structure), data=data)
@@ -93,7 +93,7 @@ def answered_alike_by_both_methods(scene: Scene, model: str) -> None:
 
 
 @pytest.mark.slow
-def test_without_headings_at_rest_less_is_known_and_told() -> None:
+def test_without_headings_at_rest_less_is_known_and_predicted() -> None:
     """The impact says most of how the cars spun, so that little is lost with them."""
     scene = collision()
     without = {v: replace(pose, heading=None) for v, pose in scene.rest.items()}

@@ -108,7 +108,7 @@ def test_linear_is_the_law_of_propagation(reference: Outcome) -> None:
 
 
 def test_weights_of_a_narrow_proposal_are_refused() -> None:
-    """A normal half as wide as its target: the weights have no variance, and k tells."""
+    """A normal half as wide as its target: the weights have infinite variance, and k shows it."""
     w = np.random.default_rng(1).normal(0, 0.5, (4000, 5))
     log_weight = stats.norm.logpdf(w).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
     quantities = psis.judged(psis.smoothed(log_weight)[1])

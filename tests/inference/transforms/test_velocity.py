@@ -56,7 +56,7 @@ def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
         values = jnp.concatenate([jnp.atleast_1d(value) for value in sites.values()])
         return values, (sites.get("e", 0.5), log_det)
 
-    # where e is so near to a bound that it rounds to it, no difference can tell
+    # where e is so near to a bound that it rounds to it, no difference quotient is defined
     candidates = rng.normal(size=(100, own + len(structure.uncertain)))
     candidates[:, :4] *= 4
     slopes, (e, log_det) = jax.jit(jax.vmap(jax.jacfwd(flat, has_aux=True)))(candidates)
@@ -91,7 +91,7 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
 
 @pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
 def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
-    """No rest pose was measured: only the mark's distance from the path can tell."""
+    """No rest pose was measured: only the mark's distance from the path is informative."""
     scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
     structure, data = in_steps(*RUNGS["planar-moment+spin"].of_scene(scene), steps)
     centre = np.asarray(prepare(scene, "planar-moment+spin").transform.centre)
