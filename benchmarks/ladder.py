@@ -30,7 +30,7 @@ from retrodict.inference.density.compiled import CHUNK, programs_for
 from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.fit import Fit, Summary
-from retrodict.studies.ladder import FACTOR, MIN_PROBABILITY, SHARE, Step, blank, chosen, climb
+from retrodict.studies.ladder import FACTOR, MIN_PROBABILITY, SHARE, Step, blank, chosen, run_rung
 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time
@@ -464,7 +464,7 @@ def _on_scenes(indices: list[int]) -> list[dict[str, object]]:
     steps: dict[int, list[Step]] = {i: [] for i in indices}
     for name in RUNGS:
         for i in indices:
-            steps[i].append(climb(made[i][0], name, QUESTION, i))
+            steps[i].append(run_rung(made[i][0], name, QUESTION, i))
         gc.collect()
     return [
         row

@@ -94,7 +94,7 @@ def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> No
     monkeypatch.setattr(api, "ladder", lambda scene, **_: none)
     api.reconstruct(ladder.scene)
     assert api.reconstruct(ladder.scene, model="middle").ladder is None
-    monkeypatch.setattr(api, "allowed", lambda scene: ["full"])  # nothing to climb
+    monkeypatch.setattr(api, "allowed", lambda scene: ["full"])  # nothing to compare
     assert api.reconstruct(ladder.scene).ladder is None
     assert ran == ["low", "full", "middle", "full"]
     monkeypatch.setattr(api, "allowed", lambda scene: ["low", "full"])

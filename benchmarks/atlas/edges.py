@@ -159,7 +159,7 @@ def impacts() -> Iterator[Row]:
         "reversal of sliding flagged: "
         + ", ".join("yes" if bool(t.reverses_sliding) else "no" for t in past)
         + f"; capped holds it at {float(held.coefficients.mu):.3g}",
-        "severity and solve flag it, the gate counts such draws, capped cuts",
+        "severity and solve flag it, the checks count such draws, capped cuts",
         "flagged",
         "test_impacts.py::test_mu_past_critical_is_flagged_and_capped",
     )

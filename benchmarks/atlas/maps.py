@@ -108,7 +108,7 @@ def draw(posterior: Posterior, method: str, draws: int | None = None, seed: int 
 
 
 def faults(posterior: Posterior, drawn: Draws, x: dict[str, Array]) -> list[str]:
-    """What the gate would hold against the draws, by its own limits."""
+    """What the checks find against the draws, by their own limits."""
     found = list(drawn.faults)
     if not posterior.unresolved <= RESOLVED:
         found.append("run-outs unresolved")

@@ -83,7 +83,7 @@ class Result:
         """Every number, sentence and table of the report, computed when first asked for."""
         from retrodict import findings  # imports xarray, which a run does while programs compile
 
-        return findings.of(self.outcome, self.ladder)
+        return findings.compute(self.outcome, self.ladder)
 
     def summary(self, units: Units = "si") -> pd.DataFrame:
         """The reported quantities in a table.
@@ -228,7 +228,7 @@ def reconstruct(
     """
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
-    climbed, known = None, dict[str, PosteriorModes]()
+    comparison, known = None, dict[str, PosteriorModes]()
     # what the ladder draws of scenes in which wheels roll takes longest, and is kept
     kept: dict[str, Outcome] | None = None
     if method == AUTO:
@@ -237,12 +237,12 @@ def reconstruct(
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:
-            climbed = ladder(scene, seed=seed, progress=progress, known=known, outcomes=kept)
-            if not climbed.complete:
+            comparison = ladder(scene, seed=seed, progress=progress, known=known, outcomes=kept)
+            if not comparison.complete:
                 raise Interrupted("stopped before a model was chosen")
-        model = (climbed and climbed.choice) or rungs[-1]
+        model = (comparison and comparison.choice) or rungs[-1]
         if kept and model in kept:
-            return Result(kept[model], climbed)
+            return Result(kept[model], comparison)
     outcome = _reconstruct(
         scene,
         model=model,
@@ -255,7 +255,7 @@ def reconstruct(
         resume=resume,
         known=known,
     )
-    return Result(outcome, climbed)
+    return Result(outcome, comparison)
 
 
 @shown_in_notebooks

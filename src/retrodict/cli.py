@@ -227,14 +227,16 @@ def ladder(
         folder = _folder(out, found.name)
         progress(_LOADING, 0, 1)
 
-        from retrodict.api import ladder as climb
+        from retrodict.api import ladder as compare_models
         from retrodict.inference import Unanswerable
         from retrodict.report.ladder import write_ladder
 
         try:
-            climbed = climb(found, seed=seed, share=share, factor=factor, progress=progress)
+            comparison = compare_models(
+                found, seed=seed, share=share, factor=factor, progress=progress
+            )
             progress(_WRITING, 0, 1)
-            write_ladder(climbed, folder)
+            write_ladder(comparison, folder)
             progress(_WRITING, 1, 1)
         except Unanswerable as error:
             _fail(f"{scene}: {error}")
@@ -246,9 +248,9 @@ def ladder(
     from retrodict.report.terminal import print_ladder
 
     console = Console(quiet=quiet)
-    print_ladder(climbed, console, units.value)
+    print_ladder(comparison, console, units.value)
     _name(folder / "ladder.json", console)
-    if not climbed.complete:
+    if not comparison.complete:
         raise typer.Exit(INTERRUPTED)
 
 

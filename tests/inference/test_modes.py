@@ -1,4 +1,4 @@
-"""Several solutions of one scene: all found, weighed as they deserve, and mixed."""
+"""Several solutions of one scene: all found, weighted by their evidence, and mixed."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -22,7 +22,7 @@ from retrodict.studies import calibration
 from tests.scenes import collision
 
 SCENE = collision(share=0.0)
-APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and what it weighs
+APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and its weight
 
 
 class _TwoNormals(Target):
@@ -58,7 +58,7 @@ def _simulated(number: int) -> tuple[Scene, dict]:
 
 
 def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() -> None:
-    """Simulation 1: where all is as measured e_m lies below 0, a part that weighs next to nothing."""
+    """Simulation 1: where all is as measured e_m lies below 0, a part of negligible weight."""
     scene, truth = _simulated(1)
     both = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
     _, (only,), faults = modes.weigh_by_evidence(both, seed=0)
@@ -150,7 +150,7 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
 
 def test_unknown_turns_are_mixed_by_their_evidence() -> None:
     found = reconstruct.reconstruct(_turned_scene(), method="importance", draws=1000)
-    # the second weighs nearly what lies above the 95 % limit of e: chance says which e that is
+    # the second has nearly the weight above the 95 % limit of e: chance says which e that is
     (reason,) = found.checks.reasons
     assert reason.startswith("restitution e: Monte Carlo error")
     label = found.idata["sample_stats"]["mode"].values

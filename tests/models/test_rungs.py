@@ -1,4 +1,4 @@
-"""Each rung against a posterior known otherwise: by quadrature, or weighed in its own unknowns."""
+"""Each rung against a posterior known otherwise: by quadrature, or by weights in its own unknowns."""
 
 from dataclasses import replace
 from typing import Any
@@ -173,7 +173,7 @@ def test_marks_on_the_way_that_a_vehicle_rolled_along() -> None:
 
 
 def agrees(scene: Scene, name: str) -> None:
-    """A Student-t in the model's unconstrained unknowns, weighed by NumPyro's density of it.
+    """A Student-t in the model's unconstrained unknowns, weighted by NumPyro's density of it.
 
     Neither the regressions nor the constraints nor their determinants take part, so all of them must
     be right for the evidence to agree.
@@ -193,12 +193,12 @@ def agrees(scene: Scene, name: str) -> None:
 
     @jax.jit
     @jax.vmap
-    def weigh(u: jax.Array) -> tuple[jax.Array, dict[str, jax.Array]]:
+    def weighted(u: jax.Array) -> tuple[jax.Array, dict[str, jax.Array]]:
         sites = unravel(u)
         log_density = -potential_energy(model, (structure, data), {}, sites)
         return log_density, constrain_fn(model, (structure, data), {}, sites)
 
-    log_weight, sites = weigh(middle + unit * t)
+    log_weight, sites = weighted(middle + unit * t)
     log_weight = np.nan_to_num(np.asarray(log_weight), nan=-np.inf) - law.logpdf(t)
     log_weight += np.log(unit).sum()
     weight = np.exp(log_weight - log_weight.max())

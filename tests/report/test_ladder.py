@@ -47,7 +47,7 @@ def test_table_lists_every_rung_in_the_units_asked_for(ladder) -> None:
 
 def test_the_summary_of_a_run_says_who_chose_its_model(ladder) -> None:
     out = io.StringIO()
-    print_summary(findings.of(make_outcome(make_scene()), ladder), Console(file=out, width=80))
+    print_summary(findings.compute(make_outcome(make_scene()), ladder), Console(file=out, width=80))
     assert "model: middle is the lowest rung" in out.getvalue()
 
 
@@ -97,10 +97,10 @@ def test_distance_is_in_the_fullest_rung_s_standard_deviations() -> None:
 
 def test_report_and_summary_state_the_choice_and_the_others(ladder, outcome, monkeypatch) -> None:
     monkeypatch.setattr(figures, "FIGURES", {})
-    page = report_html(findings.of(outcome, replace(ladder, reason=EVIL)), outcome)
+    page = report_html(findings.compute(outcome, replace(ladder, reason=EVIL)), outcome)
     assert "The choice of the model" in page
     assert "21.00 ± 0.90" in page
     assert "<script" not in page
-    assert "The choice of the model" not in report_html(findings.of(outcome), outcome)
-    assert summarise(findings.of(outcome, ladder))["ladder"]["choice"] == "middle"
-    assert summarise(findings.of(outcome))["ladder"] is None
+    assert "The choice of the model" not in report_html(findings.compute(outcome), outcome)
+    assert summarise(findings.compute(outcome, ladder))["ladder"]["choice"] == "middle"
+    assert summarise(findings.compute(outcome))["ladder"] is None

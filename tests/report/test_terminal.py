@@ -10,7 +10,7 @@ from retrodict.report.terminal import print_summary
 
 def printed(outcome, units="si", width=140):
     out = io.StringIO()
-    print_summary(findings.of(outcome), Console(file=out, width=width), units)
+    print_summary(findings.compute(outcome), Console(file=out, width=width), units)
     return out.getvalue()
 
 

@@ -14,7 +14,7 @@ from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
-from retrodict.studies.ladder import FACTOR, SHARE, chosen, climb, ladder, refusals
+from retrodict.studies.ladder import FACTOR, SHARE, chosen, ladder, refusals, run_rung
 from tests.report.conftest import make_outcome, make_scene
 from tests.scenes import collision, rolls
 from tests.studies.made_up import ladder_of, step
@@ -230,12 +230,12 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(monkeypatch) -> None:
     asked, failing = [], ()
 
-    def climbed(scene, name, *_):
+    def answered(scene, name, *_):
         asked.append(name)
         reasons = ("R-hat",) if name in failing else ()
         return replace(step("low", 19.0, reasons=reasons), name=name)
 
-    monkeypatch.setattr(ladders, "climb", climbed)
+    monkeypatch.setattr(ladders, "run_rung", answered)
     monkeypatch.setattr(ladders, "compile_ahead", lambda *_, **__: None)
     scene = rolls(collision(berm=False), "b", (0.2, 0.9, 0.9, 0.2))
     assert ladders.method_for(scene) == "smc"
@@ -255,7 +255,7 @@ def test_on_the_paper_s_scene_momentum_with_wheels_is_enough_for_the_speed() -> 
     scene = load_scene(PAPER)
     impacts = ("momentum", "planar", "planar-moment")
     names = ("momentum+slide", *(f"{impact}+wheels" for impact in impacts))
-    judged, choice, _ = chosen([climb(scene, name, ASKED, 0) for name in names], ASKED)
+    judged, choice, _ = chosen([run_rung(scene, name, ASKED, 0) for name in names], ASKED)
     assert choice == "momentum+wheels"
     slide, momentum, planar, fullest = (s.answers["speed_b"] for s in judged)
     assert abs(momentum.median - fullest.median) < fullest.sd / 4

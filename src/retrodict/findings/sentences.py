@@ -96,7 +96,7 @@ def assumptions(outcome: Outcome) -> tuple[str, ...]:
     missing = {name for name, m in outcome.scene.evidence().items() if m.model_sd}
     for v in sorted({name[-1] for name in missing}):
         missed = vehicles[v].run_out_error
-        long = f"{DEFAULTS['run_out_settled'].of(0.0):g} m"
+        long = f"{DEFAULTS['run_out_settled'].amount(0.0):g} m"
         of_each = (
             (
                 missed.position,

@@ -30,7 +30,7 @@ class Default:
     def __str__(self) -> str:
         return f"{self.value:g} {self.unit} (grade {self.grade}: {self.source})"
 
-    def of(self, value: float) -> float:
+    def amount(self, value: float) -> float:
         """The figure in SI units or radians.
 
         Args:

@@ -85,7 +85,7 @@ class Kind:
         sd, source, assumed = reading.sd, reading.source, False
         if sd is None and self.default:
             default = DEFAULTS[self.default]
-            sd, assumed = default.of(reading.value), True
+            sd, assumed = default.amount(reading.value), True
             source = "; ".join(s for s in (source, f"uncertainty assumed: {default}") if s)
         if sd is not None and not 1e-9 * span <= sd <= span:
             raise fault(f'not a plausible uncertainty; write it like "{self.example}"')

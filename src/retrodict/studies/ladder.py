@@ -174,7 +174,7 @@ def ladder(
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
                 compile_ahead(scene, soon, method_for(scene), pictured=outcomes is not None)
-            ran[name] = climb(scene, name, question, seed, known, within, outcomes)
+            ran[name] = run_rung(scene, name, question, seed, known, within, outcomes)
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
@@ -192,7 +192,7 @@ def ladder(
     return Ladder(scene, question, judged, choice, reason, seed, complete, share, factor)
 
 
-def climb(
+def run_rung(
     scene: Scene,
     name: str,
     question: tuple[str, ...],
@@ -201,7 +201,7 @@ def climb(
     progress: Progress | None = None,
     outcomes: dict[str, Outcome] | None = None,
 ) -> Step:
-    """What one rung says of a scene, not yet compared with the others.
+    """Reconstruct a scene on one rung, not yet compared with the others.
 
     Args:
         scene: what was measured.

@@ -31,7 +31,7 @@ def in_part() -> dict[str, Scene]:
 
 
 @pytest.mark.parametrize("which", in_part())
-def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: str) -> None:
+def test_regressions_lead_to_what_was_measured_and_are_velocities_elsewhere(which: str) -> None:
     structure, data = RUNGS["planar-moment+spin"].of_scene(in_part()[which])
     programs = programs_for(structure)
     likely = regression.shoot(programs, data)

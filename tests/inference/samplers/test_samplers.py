@@ -128,7 +128,7 @@ def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
 
 @pytest.mark.parametrize(("share", "tailed"), [(0.2, 3), (0.5, 2), (1.0, 3)])
 def test_proposals_have_the_density_that_they_are_drawn_from(share: float, tailed: int) -> None:
-    """Against SciPy's; and weighed by it, draws find the volume and the moments of a normal."""
+    """Against SciPy's; and weighted by it, draws find the volume and the moments of a normal."""
     middle, root = np.array([1.0, -2.0, 0.5]), np.array([[2.0, 0, 0], [0.5, 1, 0], [-1, 0.3, 0.4]])
     _, sd, axes = np.linalg.svd(root.T)
     proposal = importance._Proposal(middle, axes.T, sd, share, 4.0, tailed)

@@ -126,7 +126,7 @@ def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray
     return np.array(quotient(after, sites["measured"])).T
 
 
-def test_squash_is_the_identity_away_from_the_bounds() -> None:
+def test_soft_bounds_are_the_identity_away_from_the_bounds() -> None:
     inside = np.linspace(0.2, 0.8, 7)
     np.testing.assert_allclose(soft_interval(inside, 0.01, 0.0, 1.0)[0], inside, atol=1e-6)
     below, above = (float(soft_interval(x, 0.01, 0.0, 1.0)[0]) for x in (-0.05, 1.05))
@@ -138,7 +138,7 @@ def test_squash_is_the_identity_away_from_the_bounds() -> None:
     "way", [lambda x: soft_interval(x, 0.02, 0.0, 1.0), lambda x: soft_lower_bound(x, 0.02)]
 )
 @pytest.mark.parametrize("level", [-0.2, -0.03, 0.004, 0.5, 0.98, 1.02])
-def test_slopes_of_squash_and_lift_are_their_derivatives(
+def test_slopes_of_soft_bounds_and_of_their_inverse_are_their_derivatives(
     way: Callable[[Any], tuple[jax.Array, jax.Array]], level: float
 ) -> None:
     def both(x: float) -> np.ndarray:
