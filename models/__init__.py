@@ -98,7 +98,8 @@ class Rung:
         Args:
             structure: which inputs are uncertain and which surfaces there are.
             data: measured values and priors.
-            surrogate: of the run-out predictions, with derivatives; None to differentiate the run-outs.
+            surrogate: of the run-out predictions, with derivatives, which gives back what it has none
+                for; None to differentiate the run-outs.
         """
         x = parts.measured(structure, data)
         after = self.impact.forward_model(structure, data, x)

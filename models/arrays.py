@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")
+
+TransformName = Literal["rest-pose", "velocity", "offset"]
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
 ROLLING_STEPS = 192  # of a rolling vehicle's, differentiated in reverse mode: its time is stiff
@@ -41,9 +43,7 @@ class Structure:
         marks: name of each item at a mark, and the wheel or centre of gravity that passed there.
         robust: whether errors of the evidence have heavy tails.
         interlocked: whether parts of the vehicles may interlock, so that sliding may be reversed.
-        loose: whether rest poses are too uncertain for coordinates, so that velocities after the
-            impact are the coordinates.
-        offset: whether coordinates are offsets from a guess of the velocities after the impact.
+        transform: name of the transform that the program is compiled with.
         ways: vehicles that follow their measured way, and its number of points.
         around: angles of evidence whose whole turns were not counted: compared modulo one turn.
         steps: number of integration steps of each run-out; None where it is an argument, for run-outs
@@ -62,8 +62,7 @@ class Structure:
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
     interlocked: bool = False
-    loose: bool = False
-    offset: bool = False
+    transform: TransformName = "rest-pose"
     ways: tuple[tuple[str, int], ...] = ()
     around: tuple[str, ...] = ()
     steps: int | None = None
@@ -74,14 +73,14 @@ class Structure:
         return tuple(name for name, _ in self.uncertain)
 
     @property
-    def aims(self) -> tuple[str, ...]:
+    def rest_components(self) -> tuple[str, ...]:
         """Measurable components of the rest poses, A's first, by name of evidence."""
         return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
 
     @property
-    def open(self) -> tuple[str, ...]:
-        """Those of `aims` that determine no velocity after the impact: unmeasured or too uncertain."""
-        return tuple(name for name in self.aims if self.loose or name not in self.evidence)
+    def unmeasured(self) -> tuple[str, ...]:
+        """Those of `rest_components` that were not measured."""
+        return tuple(name for name in self.rest_components if name not in self.evidence)
 
     @property
     def paced(self) -> bool:
@@ -91,35 +90,13 @@ class Structure:
     @property
     def inverted(self) -> tuple[str, ...]:
         """Rolling vehicles whose rest pose gives the velocity after the impact in closed form."""
-        measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence and not self.loose)
+        measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence)
         return tuple(v for v in measured if v not in self.integrated)
-
-    @property
-    def unpinned(self) -> bool:
-        """Whether coordinates are velocities after the impact, and not rest poses: all are open."""
-        return self.open == self.aims
-
-    @property
-    def responding(self) -> tuple[str, ...]:
-        """Vehicles whose evidence on the way to rest is predicted by response surfaces.
-
-        Used where a vehicle rolls: its adaptive steps have no reverse-mode derivatives.
-        """
-        if self.steps or not self.paced:
-            return ()
-        return tuple(v for v in VEHICLES if self.on_way_of(v))
 
     def on_way_of(self, vehicle: str) -> tuple[str, ...]:
         """Names of what was measured on a vehicle's way to rest."""
         names = (name for name in self.evidence if name.endswith(f"_{vehicle}"))
         return tuple(name for name in names if name.startswith(("mark_", "end_")))
-
-    @property
-    def surrogates(self) -> tuple[str, ...]:
-        """Names of the run-out predictions that have a surrogate, in order."""
-        if self.offset:
-            return ()
-        return (*self.aims, *(name for v in self.responding for name in self.on_way_of(v)))
 
     @property
     def followed(self) -> bool:
@@ -167,7 +144,7 @@ def of_scene(
         rung: its name.
         run_out: of it.
         explained: whether it predicts an item of evidence.
-        loose: as of `Structure`.
+        loose: whether rest poses are too uncertain to be coordinates.
     """
     inputs, ways = scene.inputs(), run_out.ways(scene)
     uncertain: list[tuple[str, str]] = [
@@ -207,7 +184,6 @@ def of_scene(
         marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
         robust=scene.robust,
         interlocked=scene.contact.interlocked,
-        loose=loose,
         ways=tuple((v, len(way)) for v, way in ways.items()),
     )
     data = Data(
@@ -219,8 +195,10 @@ def of_scene(
         steps=fixed_steps(STEPS),
         ways=ways,
     )
+    if loose or structure.unmeasured == structure.rest_components:
+        structure = replace(structure, transform="velocity")
     # run-outs that are differentiated in reverse
-    if structure.unpinned or (structure.followed and not structure.paced):
+    if structure.transform == "velocity" or (structure.followed and not structure.paced):
         steps = ROLLING_STEPS if structure.paced else STEPS
         structure = replace(structure, steps=steps)
     return structure, data

@@ -93,7 +93,7 @@ def observe(
         after: velocities after the impact, A's first.
         rests: of A and B.
         paths: of A and B, stacked; None where nothing was measured on the way to rest.
-        surrogate: of the run-out predictions.
+        surrogate: of the run-out predictions; gives back what it has no surrogate for.
     """
     cars, changes, velocities = (
         parts.cars(structure, x),
@@ -116,7 +116,7 @@ def observe(
                 predicted = _passing(motion, point, passed[name])[item]
             else:
                 predicted = (_ALL | _YAW)[name[:-2]](motion)
-            if surrogate and name in structure.surrogates:
+            if surrogate:
                 predicted = surrogate(name, after, predicted)
             if name in structure.around or any(part in name for part in _CIRCULAR):
                 # the equivalent angle nearest to the measured one

@@ -30,9 +30,9 @@ class _TwoNormals(Target):
 
     def evaluate(self, w, data, transform, missed=None):
         squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
-        quantities = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.aims}
+        quantities = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.rest_components}
         density = logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE])))
-        return Evaluated(density, quantities, w, jnp.zeros(len(self.structure.aims)))
+        return Evaluated(density, quantities, w, jnp.zeros(len(self.structure.rest_components)))
 
 
 @pytest.fixture(scope="module")

@@ -68,7 +68,7 @@ class Solution:
         """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
         if not transform_of(self.posterior.programs.structure).refit_to_draws:
             return self
-        return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
+        return replace(self, posterior=self.posterior.whitened_by(w.reshape(-1, w.shape[-1])))
 
     def label(self) -> str:
         """What sets it apart, in words: the total rotations to rest, and the branch."""

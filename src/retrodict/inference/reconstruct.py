@@ -15,14 +15,22 @@ import jax
 import numpy as np
 
 from retrodict.inference.datatree import prior_keys
-from retrodict.inference.density.compiled import BATCH, ROWS, Programs, programs_for
+from retrodict.inference.density.compiled import BATCH, COMPILATION, ROWS, Programs, programs_for
+from retrodict.inference.density.kernels import (
+    EVALUATE,
+    INPUTS,
+    LEVELS,
+    POTENTIAL,
+    PRIOR,
+    REACHED,
+    SIMULATE,
+)
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting import rolling
 from retrodict.inference.modes import PosteriorModes, Solution, posterior_modes
 from retrodict.inference.outcome import Mode, Outcome
 from retrodict.inference.retry import Run, Sampling, has_failed
 from retrodict.inference.samplers import METHODS, Task
-from retrodict.inference.samplers.nuts import targets
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
@@ -80,7 +88,7 @@ def reconstruct(
             f"interrupted ({able}), or start anew"
         )
     draws = chosen.draws if draws is None else draws
-    compiled_before = Programs.compile_seconds
+    compiled_before = COMPILATION.seconds
     known = {} if known is None else known
 
     def find(method: str) -> PosteriorModes:
@@ -160,7 +168,7 @@ def reconstruct(
         checks=run.checks,
         seconds={
             "total": time.perf_counter() - begin,
-            "compile": Programs.compile_seconds - compiled_before,
+            "compile": COMPILATION.seconds - compiled_before,
             "sample": run.seconds,
         },
         versions=_versions(),
@@ -198,8 +206,8 @@ def compile_ahead(
     """
     structure, data = RUNGS[model].of_scene(scene)
     if rolling.tempered(scene, model, method):
-        pinned, structure, data, _ = rolling.seen(scene, model)
-        _expect_run_outs(programs_for(pinned), data)
+        fitted, structure, data, _ = rolling.seen(scene, model)
+        _expect_run_outs(programs_for(fitted), data)
     programs = programs_for(structure)
     kind = transform_of(structure)
     transform = kind.example(structure)
@@ -207,23 +215,24 @@ def compile_ahead(
     if kind.by_regressions:
         _expect_run_outs(programs, data)
         if programs.target.rung.impact.levels:
-            programs.expect("levels", data, transform, transform.centre)
+            programs.expect(LEVELS, data, transform, transform.centre)
     if kind.refit_to_draws:
-        programs.expect("potential", np.zeros(n), data, transform)
+        programs.expect(POTENTIAL, np.zeros(n), data, transform)
     programs.expect(
-        "evaluate",
+        EVALUATE,
         data,
         transform,
         np.zeros((ROWS, n)),
-        np.zeros((ROWS, len(structure.surrogates))),
+        np.zeros((ROWS, len(kind.surrogates(structure)))),
     )
-    if method == "nuts":
-        programs.sampler(warmup, targets(structure)[0], data, transform)
-    if pictured or structure.open:  # where a likely crash is sought among those of the prior
+    METHODS[method].compile_ahead(programs, warmup, data, transform)
+    if (
+        pictured or kind.by_prior_pilot or structure.unmeasured
+    ):  # a start is sought among its crashes
         prior = (prior_keys(0), data)
-        programs.expect("prior", *prior)
-        sites = partial(jax.eval_shape, programs.target.functions["prior"], *prior)
-        programs.expect("simulate", data, sites)
+        programs.expect(PRIOR, *prior)
+        sites = partial(jax.eval_shape, programs.function(PRIOR), *prior)
+        programs.expect(SIMULATE, data, sites)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)
 
@@ -233,10 +242,10 @@ def _expect_run_outs(programs: Programs, data: Data) -> None:
     structure = programs.structure
     if structure.inverted == VEHICLES:
         return
-    separation = np.zeros((BATCH, len(structure.aims)))
+    separation = np.zeros((BATCH, len(structure.rest_components)))
     xi = np.zeros((BATCH, len(structure.uncertain)))
-    programs.expect("inputs", data, xi)
-    programs.expect("reached", data, separation, xi)
+    programs.expect(INPUTS, data, xi)
+    programs.expect(REACHED, data, separation, xi)
 
 
 def _named(known: dict, what: str, name: str) -> Any:

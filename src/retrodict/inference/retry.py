@@ -12,7 +12,7 @@ import numpy as np
 
 from retrodict.inference import diagnostics
 from retrodict.inference.datatree import crashes_of_prior, tree_of
-from retrodict.inference.density.compiled import Programs
+from retrodict.inference.density.compiled import COMPILATION
 from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, beside, mixed
 from retrodict.inference.outcome import Checks, Mode
 from retrodict.inference.samplers import METHODS, Draws, Task
@@ -166,9 +166,9 @@ class Sampling:
     def _timed(self, draw: Callable[[], list[Draws]]) -> tuple[list[Draws], float]:
         """Draws, and the seconds that they took beside compilation."""
         self.tell("sampling", 0, 1)
-        start, before = time.perf_counter(), Programs.compile_seconds
+        start, before = time.perf_counter(), COMPILATION.seconds
         drawn = draw()
-        seconds = time.perf_counter() - start - (Programs.compile_seconds - before)
+        seconds = time.perf_counter() - start - (COMPILATION.seconds - before)
         self.tell("predicting", 0, 1)
         return drawn, seconds
 

@@ -20,6 +20,7 @@ from jaxtyping import Array, Bool, Float
 
 from retrodict.inference import diagnostics
 from retrodict.inference.density.compiled import CHUNK, Programs, programs_for
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import SLIGHT, PosteriorModes, Solution, posterior_modes
@@ -246,7 +247,7 @@ def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[V
     for _ in range(_MOST_CHUNKS):
         # as inference draws the prior, whose compiled program this shares
         key = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
-        sites = programs("prior", jax.random.split(key, CHUNK), data)
+        sites = jax.tree.map(np.asarray, programs(PRIOR, jax.random.split(key, CHUNK), data))
         quantities = _simulated(programs, data, sites)
         good = np.flatnonzero(plausible(programs.structure, data, sites, quantities))
         found.append(jax.tree.map(lambda v, good=good: np.asarray(v)[good], (sites, quantities)))
@@ -261,7 +262,7 @@ def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[V
 
 def _simulated(programs: Programs, data: Data, sites: Values) -> Values:
     """What follows from the unknowns, predictions included."""
-    return programs("simulate", data, sites)
+    return jax.tree.map(np.asarray, programs(SIMULATE, data, sites))
 
 
 def plausible(
@@ -351,7 +352,7 @@ def _ranked(
         taken = [np.asarray(s[name])[at] for (s, _), at in zip(every, along, strict=True)]
         mixed = np.stack(taken)[which, np.arange(CHUNK - 1)]
         chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
-    quantities = jax.tree.map(np.asarray, programs("simulate", data, chosen))
+    quantities = jax.tree.map(np.asarray, programs(SIMULATE, data, chosen))
     good = np.flatnonzero(plausible(programs.structure, data, chosen, quantities)[:-1])
     if good.size < DRAWS:
         few = f"implausible: {good.size} of {CHUNK - 1} draws are plausible, not {DRAWS}"

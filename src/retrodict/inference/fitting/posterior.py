@@ -17,6 +17,7 @@ from retrodict.inference.density.compiled import (
     in_chunks,
     programs_for,
 )
+from retrodict.inference.density.kernels import EVALUATE, POTENTIAL, SIMULATE
 from retrodict.inference.density.log_density import Evaluated
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import regression, whitening
@@ -94,7 +95,7 @@ class Posterior:
             return Differenced(self._exact, self._alike)
 
         def at(w: np.ndarray) -> tuple[float, np.ndarray]:
-            value, slope = self.programs("potential", w, *self._numbers)
+            value, slope = self.programs(POTENTIAL, w, *self._numbers)
             return float(value), np.nan_to_num(slope)
 
         return Differentiated(at)
@@ -123,12 +124,31 @@ class Posterior:
         """The log density at many points at once; w has shape (any, q)."""
         return self.evaluate(w)[0]
 
-    def about(self, w: np.ndarray) -> Posterior:
-        """The same posterior in coordinates whitened by draws of it; for plain transforms only.
+    @property
+    def refits(self) -> bool:
+        """Whether draws make its coordinates or its surrogates better."""
+        structure = self.programs.structure
+        return transform_of(structure).refit_to_draws or bool(
+            rest_pose.with_response_surface(structure)
+        )
+
+    def refit(self, w: np.ndarray) -> Posterior:
+        """The same posterior, whitened by draws or with response surfaces fitted to them.
 
         Args:
             w: the draws, shape (any, q).
         """
+        whitens = transform_of(self.programs.structure).refit_to_draws
+        return self.whitened_by(w) if whitens else self.with_responses(w)
+
+    def whitened_by(self, w: np.ndarray) -> Posterior:
+        """The same in coordinates whitened by draws of it, where those at the mode may move.
+
+        Args:
+            w: the draws, shape (any, q).
+        """
+        if not transform_of(self.programs.structure).refit_to_draws:
+            return self
         spread = np.asarray(self.transform.spread)
         # a little of the spread as it was, lest few draws should make it flat
         covariance = (w.shape[0] * np.cov(w.T) + _AS_DRAWS * np.eye(self.size)) / (
@@ -137,27 +157,23 @@ class Posterior:
         centre = np.asarray(self.transform.centre) + spread @ w.mean(axis=0)
         return replace(self, transform=plain(centre, spread @ np.linalg.cholesky(covariance)))
 
-    def responding_by(self, w: np.ndarray) -> Posterior:
+    def with_responses(self, w: np.ndarray) -> Posterior:
         """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
         structure, quantities = self.programs.structure, self.evaluate(w)[1]
-        predicted = {
-            k: quantities[f"predicted/{k}"] for k in structure.surrogates[len(structure.aims) :]
-        }
+        on_way = transform_of(structure).surrogates(structure)[len(structure.rest_components) :]
+        predicted = {k: quantities[f"predicted/{k}"] for k in on_way}
         responses = regression.responses(structure, self.data, run_outs_of(quantities), predicted)
         return replace(self, transform=self.transform._replace(responses=responses))
 
-    def refit(self, w: np.ndarray) -> Posterior:
-        """The same posterior, whitened by draws or with response surfaces fitted to them."""
-        whiten = transform_of(self.programs.structure).refit_to_draws
-        return self.about(w) if whiten else self.responding_by(w)
-
     def converted_to(self, other: Posterior, w: np.ndarray) -> np.ndarray:
-        """Points in the coordinates of the same posterior about elsewhere; for plain transforms only.
+        """Points in the coordinates of the same posterior, whitened by draws or as it was before.
 
         Args:
             other: whose coordinates are asked for.
             w: points in these coordinates, shape (any, q).
         """
+        if not transform_of(self.programs.structure).refit_to_draws:
+            return w
         q = np.asarray(self.transform.centre) + w @ np.asarray(self.transform.spread).T
         off = q - np.asarray(other.transform.centre)
         return np.linalg.solve(np.asarray(other.transform.spread), off.T).T
@@ -175,11 +191,12 @@ class Posterior:
         """What points are known by; rest poses by their surrogate if `missed` is given."""
         data, transform = self._numbers
         if missed is None:
-            missed = np.full((len(w), len(self.programs.structure.surrogates)), np.nan)
+            structure = self.programs.structure
+            missed = np.full((len(w), len(transform_of(structure).surrogates(structure))), np.nan)
         elif self.programs.structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
         return in_chunks(
-            lambda at: self.programs("evaluate", data, transform, *at), (w, missed), ROWS
+            lambda at: self.programs(EVALUATE, data, transform, *at), (w, missed), ROWS
         )
 
     @cached_property
@@ -304,7 +321,7 @@ def unresolved(posterior: Posterior) -> float:
     names = jax.eval_shape(
         partial(transform_of(s).forward_and_log_det, s), data, posterior.transform, nowhere
     )[0]
-    again = programs_for(finer)("simulate", finely, {k: quantities[k] for k in names})
+    again = programs_for(finer)(SIMULATE, finely, {k: quantities[k] for k in names})
     moved = [
         (again[f"predicted/{k}"] - quantities[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
@@ -395,10 +412,10 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         Unanswerable: there is none, or its potential is above `most`.
     """
     programs, data = posterior.programs, posterior.data
-    responding = bool(programs.structure.responding)
+    responding = bool(rest_pose.with_response_surface(programs.structure))
     # constraints and whitening depend on the mode and it on them: thrice is enough, but for responses
     for _ in range(_CLIMBS if responding else 3):
-        posterior = _responding(posterior)
+        posterior = _with_responses(posterior)
         transform = posterior.transform
         mode, value = _mode(posterior)
         if value + transform.log_volume > most:
@@ -423,15 +440,15 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         posterior = replace(posterior, transform=about, log_evidence=-value)
         if responding and np.linalg.norm(mode) < _STILL:
             break
-    return _responding(posterior)
+    return _with_responses(posterior)
 
 
-def _responding(posterior: Posterior) -> Posterior:
+def _with_responses(posterior: Posterior) -> Posterior:
     """The same, with responses for about where it is whitened."""
-    if not posterior.programs.structure.responding:
+    if not rest_pose.with_response_surface(posterior.programs.structure):
         return posterior
     rng = np.random.default_rng(0)
-    return posterior.responding_by(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))
+    return posterior.with_responses(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))
 
 
 def _starts(structure: Structure) -> list[np.ndarray]:
@@ -439,7 +456,7 @@ def _starts(structure: Structure) -> list[np.ndarray]:
     middle = np.zeros(transform_of(structure).length(structure))
     if ("speed_a", "halfnormal") not in structure.uncertain:
         return [middle]
-    unknown = len(structure.aims) + structure.names.index("speed_a")
+    unknown = len(structure.rest_components) + structure.names.index("speed_a")
     return [middle + deviate * (np.arange(middle.size) == unknown) for deviate in _SPEEDS]
 
 

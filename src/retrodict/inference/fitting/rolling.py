@@ -45,8 +45,8 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
         method: a name in `retrodict.inference.samplers.METHODS`.
     """
     structure = RUNGS[rung].of_scene(scene)[0]
-    pinned = any(name in structure.evidence for name in structure.aims)
-    able = pinned and not any(level.fixed for level in rest_pose.levels_of(structure))
+    rested = any(name in structure.evidence for name in structure.rest_components)
+    able = rested and not any(level.fixed for level in rest_pose.levels_of(structure))
     return able and method == "smc"
 
 
@@ -54,13 +54,13 @@ class Seen(NamedTuple):
     """A scene as it is tempered.
 
     Args:
-        pinned: structure that regressions are fitted by.
+        fitted: structure that regressions are fitted by.
         offset: structure that is tempered.
         data: the scene's numbers, with the ways from which velocities may be guessed.
         guess: how far off these may be.
     """
 
-    pinned: Structure
+    fitted: Structure
     offset: Structure
     data: Data
     guess: Guess
@@ -89,9 +89,9 @@ def seen(scene: Scene, rung: str) -> Seen:
             missed = roll.missed(scene, v, _TURNS if turns_open else 0.0)
             off[i] = np.hypot(missed, [_LEAST_OFF, _LEAST_OFF, 0.0])
     lengths = tuple((v, len(way)) for v, way in ways.items())
-    pinned = replace(structure, loose=False, steps=None, ways=lengths, around=around)
+    fitted = replace(structure, transform="rest-pose", steps=None, ways=lengths, around=around)
     guess = Guess(taken, off, np.zeros(()))
-    return Seen(pinned, replace(pinned, offset=True), data._replace(ways=ways), guess)
+    return Seen(fitted, replace(fitted, transform="offset"), data._replace(ways=ways), guess)
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:
@@ -104,13 +104,13 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     Raises:
         Unanswerable: a vehicle that does not roll cannot reach its rest pose.
     """
-    pinned, offset, data, guess = seen(scene, rung)
+    fitted, offset, data, guess = seen(scene, rung)
     while True:
-        found = _about(programs_for(pinned), programs_for(offset), data, guess)
-        steps = steps_of(pinned, data)
+        found = _about(programs_for(fitted), programs_for(offset), data, guess)
+        steps = steps_of(fitted, data)
         if found.unresolved <= RESOLVED or steps >= MOST_STEPS:
             return found
-        pinned, data = in_steps(pinned, data, 2 * steps)
+        fitted, data = in_steps(fitted, data, 2 * steps)
 
 
 def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Posterior:
@@ -121,14 +121,14 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
         shot = regression.nearest(fitted, data, every=True)
         for i, v in enumerate(VEHICLES):
             if (
-                shot.missed[i] > regression.REACHED
+                shot.missed[i] > regression.REACHES
                 and v not in structure.inverted
                 and not guess.taken[i]
             ):
                 raise regression.unreachable(v, shot.missed[i])
         regressions, error, _ = regression.fit(fitted, data, shot.separation)
         turns_open = [f"rest_heading_{v}" in structure.around for v in VEHICLES]
-        astray = (shot.missed > regression.REACHED) | shot.folds(regressions) | turns_open
+        astray = (shot.missed > regression.REACHES) | shot.folds(regressions) | turns_open
         error = np.where(astray, np.inf, error)
     taken = np.where(error > _FITS, guess.taken, 0.0)
     kind = transform_of(sampled.structure)
@@ -150,8 +150,8 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
 def _reach(structure: Structure, data: Data, n: int) -> Float[np.ndarray, " w"]:
     """How far off particles start."""
     reach = np.ones(n)
-    for i, name in enumerate(structure.aims):
-        reach[i] = _OPEN[i % len(structure.rests)] if name in structure.open else _WIDE
+    for i, name in enumerate(structure.rest_components):
+        reach[i] = _OPEN[i % len(structure.rests)] if name in structure.unmeasured else _WIDE
         if name in structure.around and name[-1] in structure.inverted:
             reach[i] = _TURNS / data.evidence[name][1]
     return reach

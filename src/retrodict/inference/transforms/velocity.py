@@ -205,6 +205,7 @@ class Velocity(Transform):
     exact_gradient = True
     refit_to_draws = True
     by_regressions = False
+    by_prior_pilot = True
 
     def length(self, structure: Structure) -> int:
         """Number of entries of q."""
