@@ -27,8 +27,8 @@ from retrodict.inference.density.kernels import (
 )
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting import rolling
-from retrodict.inference.modes import PosteriorModes, Solution, posterior_modes
-from retrodict.inference.outcome import Mode, Outcome
+from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
+from retrodict.inference.outcome import Outcome
 from retrodict.inference.retry import Run, Sampling, has_failed
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.transforms.choice import transform_of
@@ -52,7 +52,7 @@ def reconstruct(
     progress: Progress | None = None,
     resume: Path | None = None,
     pictured: bool = True,
-    known: dict[str, PosteriorModes] | None = None,
+    search: ModeSearch | None = None,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
 
@@ -67,7 +67,7 @@ def reconstruct(
         progress: called with (stage, done, of all) as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
         pictured: whether the prior and run-outs are recorded too, which figures show.
-        known: by model, where this scene's posteriors lie by this seed; what is found is added.
+        search: for where this scene's posteriors lie, by this seed; shared by the models of a ladder.
 
     Returns:
         The outcome; marked incomplete when interrupted with some draws already kept.
@@ -89,26 +89,23 @@ def reconstruct(
         )
     draws = chosen.draws if draws is None else draws
     compiled_before = COMPILATION.seconds
-    known = {} if known is None else known
+    search = search or ModeSearch(scene, seed)
 
     def find(method: str) -> PosteriorModes:
         tell("compiling", 0, 1)
         compile_ahead(scene, model, method, warmup, pictured)
         finding = partial(tell, "finding where the posterior lies")
         finding(0, 1)
-        tempered = rolling.tempered(scene, model, method)
-        place = f"{model}, tempered" if tempered else model
-        if place not in known:
-            known[place] = posterior_modes(scene, model, seed, method, finding)
+        where = search.on(model, method, finding)
         finding(1, 1)
-        return known[place]
+        return where
 
     def draw(method: str, where: PosteriorModes, draws: int, resume: Path | None = None) -> Run:
         # where no mode was sought, there is none beside it
         seeks = METHODS[method].exact and not rolling.tempered(scene, model, method)
         tell("looking for other solutions", 0, 1)
         unsampled = where.unsampled if seeks else []
-        sampling = Sampling(where.found, where.modes, unsampled, where.faults, pictured, tell)
+        sampling = Sampling(where.found, unsampled, where.faults, pictured, tell)
         progress = partial(tell, "sampling")
         task = Task(where.found[0].posterior, chains, draws, warmup, seed, progress, resume)
         return sampling.or_by_another(sampling.by(method, task), task)
@@ -153,10 +150,10 @@ def reconstruct(
                 notes.append(f"the method smc was tried too, and failed: {lacking}")
     assert where is not None, "what cannot be found was refused"
     run = run or draw(method, where, draws, resume)
-    found, modes = where.found, where.modes
+    found = where.found
     notes = [*notes, *run.notes]
     if len(found) > 1:
-        notes.append(_several_modes_note(found, modes))
+        notes.append(_several_modes_note(found))
     if not METHODS[run.method].exact:
         title = METHODS[run.method].title
         notes.append(f"{title}: an approximation; compare it with the method nuts")
@@ -181,10 +178,9 @@ def reconstruct(
     )
 
 
-def _several_modes_note(found: list[Solution], modes: list[Mode]) -> str:
+def _several_modes_note(found: list[Solution]) -> str:
     listed = "; ".join(
-        f"{s.label()} (weight {m.weight:.1%} ± {m.error:.1%})"
-        for s, m in zip(found, modes, strict=False)
+        f"{s.label()} (weight {s.mode.weight:.1%} ± {s.mode.error:.1%})" for s in found
     )
     note = f"the evidence fits several ways: {listed}; draws of each are mixed by their weights"
     if any(s.turns != found[0].turns for s in found):

@@ -25,7 +25,7 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import SLIGHT, PosteriorModes, Solution, posterior_modes
 from retrodict.inference.outcome import Checks
-from retrodict.inference.retry import may_improve
+from retrodict.inference.retry import doubled, may_improve, until_enough
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
@@ -337,14 +337,14 @@ def _ranked(
     where: PosteriorModes, method: str, truth: Values, rng: np.random.Generator, row: Row
 ) -> Row:
     """A row with ranks of the truth among draws of a scene's solutions; or none, and why."""
-    found, modes = where.found, where.modes
+    found = where.found
     programs, data = found[0].posterior.programs, found[0].posterior.data
     every = [_draws(solution, method, where.seed) for solution in found]
-    judged = [own for mode, (_, own) in zip(modes, every, strict=True) if mode.weight >= SLIGHT]
+    weights = [solution.mode.weight for solution in found]
+    judged = [own for w, (_, own) in zip(weights, every, strict=True) if w >= SLIGHT]
     if faults := sum(judged, where.faults):
         return replace(row, reason=f"checks failed: {'; '.join(faults)}")
     # as many as one call takes, evenly along the chains, with the truth last
-    weights = [mode.weight for mode in modes]
     which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
     along = [np.linspace(0, len(s["speed_b"]) - 1, CHUNK - 1).round().astype(int) for s, _ in every]
     chosen = {}
@@ -376,17 +376,16 @@ def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[st
     posterior, scene = solution.posterior, solution.scene
     draws = METHODS[method].draws
     task = Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None)
-    drawn, times = METHODS[method].draw(task), 1
-    sites, checks = _checked(posterior, drawn, scene)
-    # as a reconstruction does, but that a digit matters to no rank
-    while (
-        checks.reasons
-        and drawn.complete
-        and drawn.more
-        and may_improve(checks, task, times, method)
-    ):
-        drawn, times = drawn.more(), 2 * times
-        sites, checks = _checked(posterior, drawn, scene)
+
+    def judge(drawn: list[Draws], _: int) -> tuple[Values, Checks]:
+        return _checked(posterior, drawn[0], scene)
+
+    def short(judged: tuple[Values, Checks], times: int) -> bool:
+        # as of a reconstruction, but that a digit matters to no rank
+        return bool(judged[1].reasons) and may_improve(judged[1], task, times, method)
+
+    first = [METHODS[method].draw(task)]
+    (drawn,), (sites, checks), _ = until_enough(first, judge, short, doubled)
     if not drawn.complete:
         raise KeyboardInterrupt
     return sites, checks.reasons

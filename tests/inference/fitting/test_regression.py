@@ -12,7 +12,8 @@ from retrodict.models.arrays import in_steps
 from retrodict.inference.density.compiled import BATCH, programs_for
 from retrodict.inference.density.kernels import REACHED
 from retrodict.inference.fitting import regression
-from retrodict.inference.fitting.posterior import RESOLVED, prepare, unresolved
+from retrodict.inference.fitting.posterior import prepare, unresolved
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of

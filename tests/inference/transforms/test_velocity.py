@@ -12,7 +12,8 @@ from retrodict.models.arrays import in_steps
 from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.density.kernels import SIMULATE
 from retrodict.inference.fitting.pilot import prior_pilot
-from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare, unresolved
+from retrodict.inference.fitting.posterior import Posterior, prepare, unresolved
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.transforms import velocity
 from retrodict.inference.transforms.parameters import plain
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels

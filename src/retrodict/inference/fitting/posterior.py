@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -23,17 +24,16 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import regression, whitening
 from retrodict.inference.fitting.optimise import Differenced, Differentiated, Potential, spread
 from retrodict.inference.fitting.pilot import prior_pilot
+from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import rest_pose, velocity
 from retrodict.inference.transforms.choice import transform_of
-from retrodict.inference.transforms.parameters import TransformParameters, plain
+from retrodict.inference.transforms.parameters import Quadratic, TransformParameters, plain
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
 from retrodict.scene.records import VEHICLES, Scene
 
 LEAST_WEIGHT = 1e-3  # weight from which on another mode counts
-RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
-MOST_STEPS = 768
 _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
 _SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
 # Least curvature that whitening takes for real. Where rest poses do not pin the motion: inputs have a
@@ -238,17 +238,18 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
     structure, data = RUNGS[rung].of_scene(scene)
     if not transform_of(structure).by_regressions:
         return [_by_velocity(structure, data)]
-    while True:
-        found = _whitened(structure, data)
-        if not structure.followed:
-            return found
+    if not structure.followed:
+        return _whitened(structure, data)
+
+    def attempt(structure: Structure, data: Data) -> tuple[list[Posterior], float, int]:
         # regressions were judged by rest poses alone
-        found = [replace(at, unresolved=max(at.unresolved, unresolved(at))) for at in found]
-        structure, data = found[0].programs.structure, found[0].data
-        steps = steps_of(structure, data)
-        if found[0].unresolved <= RESOLVED or steps >= MOST_STEPS:
-            return found
-        structure, data = in_steps(structure, data, 2 * steps)
+        found = [
+            replace(at, unresolved=max(at.unresolved, unresolved(at)))
+            for at in _whitened(structure, data)
+        ]
+        return found, found[0].unresolved, steps_of(found[0].programs.structure, found[0].data)
+
+    return in_enough_steps(structure, data, attempt)
 
 
 def _by_velocity(structure: Structure, data: Data) -> Posterior:
@@ -258,16 +259,16 @@ def _by_velocity(structure: Structure, data: Data) -> Posterior:
         velocity.near(structure, data, {name: values[i] for name, values in quantities.items()})
         for i in np.argsort(-score)[:_SCOUTS]
     ]
-    while True:
+
+    def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
         programs = programs_for(structure)
-        climbed = (_refined(programs, data, q) for q in starts)
-        posterior = max(climbed, key=lambda found: found.log_evidence)
+        refined = (_refined(programs, data, q) for q in starts)
+        posterior = max(refined, key=lambda found: found.log_evidence)
         posterior = replace(posterior, unresolved=unresolved(posterior))
-        steps = steps_of(structure, data)
-        if posterior.unresolved <= RESOLVED or steps >= MOST_STEPS:
-            return posterior
-        structure, data = in_steps(structure, data, 2 * steps)
-        starts = [np.asarray(posterior.transform.centre)]
+        starts[:] = [np.asarray(posterior.transform.centre)]
+        return posterior, posterior.unresolved, steps_of(structure, data)
+
+    return in_enough_steps(structure, data, attempt)
 
 
 def _refined(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
@@ -338,30 +339,37 @@ def run_outs_of(quantities: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarr
     return V, quantities.get("measured", np.zeros((len(V), 0)))
 
 
+class _Fitted(NamedTuple):
+    """Regressions of a scene, in so many steps as its programs and data have."""
+
+    programs: Programs
+    data: Data
+    regressions: tuple[Quadratic, Quadratic]
+    error: np.ndarray
+    unresolved: float
+
+
+def _fitted(structure: Structure, data: Data) -> tuple[_Fitted, float, int]:
+    programs, steps = programs_for(structure), steps_of(structure, data)
+    if structure.inverted == VEHICLES:
+        nothing = transform_of(structure).example(structure).regressions
+        return _Fitted(programs, data, nothing, np.zeros(2), 0.0), 0.0, steps
+    separation = regression.shoot(programs, data)
+    regressions, error, run_outs = regression.fit(programs, data, separation)
+    unresolved = regression.unresolved(programs, data, run_outs)
+    return _Fitted(programs, data, regressions, error, unresolved), unresolved, steps
+
+
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that may count, the likeliest first, in as many steps as it takes."""
-    regressions, error, unresolved = (
-        transform_of(structure).example(structure).regressions,
-        np.zeros(2),
-        0.0,
-    )
-    # no more steps of the run-out than this scene's measurements can tell apart
-    while True:
-        programs = programs_for(structure)
-        if structure.inverted == VEHICLES:
-            break
-        separation = regression.shoot(programs, data)
-        regressions, error, run_outs = regression.fit(programs, data, separation)
-        unresolved = regression.unresolved(programs, data, run_outs)
-        steps = steps_of(structure, data)
-        if unresolved <= RESOLVED or steps >= MOST_STEPS:
-            break
-        structure, data = in_steps(structure, data, 2 * steps)
+    fitted = in_enough_steps(structure, data, _fitted)
+    programs, data, regressions = fitted.programs, fitted.data, fitted.regressions
+    structure = programs.structure
     n = transform_of(structure).length(structure)
     starts = [whitening.sliding(programs, data, regressions, q) for q in _starts(structure)]
     tried = [whitening.about(programs, data, regressions, q, np.eye(n)) for q in starts]
     transform = _likeliest(programs, data, tried)
-    first = Posterior(programs, data, transform, error, -np.inf, unresolved)
+    first = Posterior(programs, data, transform, fitted.error, -np.inf, fitted.unresolved)
     found: list[Posterior] = []
     refusals = []
     for start in _starts_on_branches(first):

@@ -16,12 +16,13 @@ from jaxtyping import Float
 
 from retrodict.inference.density.compiled import BATCH, Programs, programs_for
 from retrodict.inference.fitting import regression
-from retrodict.inference.fitting.posterior import MOST_STEPS, RESOLVED, Posterior, run_outs_of
+from retrodict.inference.fitting.posterior import Posterior, run_outs_of
+from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import Guess
 from retrodict.models import RUNGS
-from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.models.arrays import Data, Structure, steps_of
 from retrodict.models.runouts import roll
 from retrodict.scene.records import VEHICLES, Scene
 
@@ -105,12 +106,12 @@ def prepare(scene: Scene, rung: str) -> Posterior:
         Unanswerable: a vehicle that does not roll cannot reach its rest pose.
     """
     fitted, offset, data, guess = seen(scene, rung)
-    while True:
+
+    def attempt(fitted: Structure, data: Data) -> tuple[Posterior, float, int]:
         found = _about(programs_for(fitted), programs_for(offset), data, guess)
-        steps = steps_of(fitted, data)
-        if found.unresolved <= RESOLVED or steps >= MOST_STEPS:
-            return found
-        fitted, data = in_steps(fitted, data, 2 * steps)
+        return found, found.unresolved, steps_of(fitted, data)
+
+    return in_enough_steps(fitted, data, attempt)
 
 
 def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Posterior:

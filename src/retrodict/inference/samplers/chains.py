@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import jax
@@ -134,6 +135,7 @@ def kernels(
         advance(state, data, transform) -> (state, records of BLOCK iterations).
     """
 
+    @cache  # NumPyro's step works only once its start was traced
     def of(target: Target) -> tuple[Callable[..., Any], Callable[..., Any]]:
         def potential_of(data: Data, transform: TransformParameters) -> Callable[[Array], Array]:
             return lambda w: target.steered(w, data, transform)
