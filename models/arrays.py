@@ -1,8 +1,7 @@
-"""A scene as arrays: the static structure that is compiled, and the numbers passed to it."""
+"""What is compiled of a scene, its static structure, and the numbers that are passed to it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -12,10 +11,11 @@ from jaxtyping import Array, Float
 import retrodict._precision  # noqa: F401
 from retrodict.mechanics import Zone
 from retrodict.mechanics.runout import Steps, fixed_steps
-from retrodict.scene.records import VEHICLES, Measured, Scene
+from retrodict.scene.names import parsed
+from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
-    from retrodict.models.run_out import RunOut
+    pass
 
 # measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")
@@ -95,8 +95,8 @@ class Structure:
 
     def on_way_of(self, vehicle: str) -> tuple[str, ...]:
         """Names of what was measured on a vehicle's way to rest."""
-        names = (name for name in self.evidence if name.endswith(f"_{vehicle}"))
-        return tuple(name for name in names if name.startswith(("mark_", "end_")))
+        own = (name for name in self.evidence if parsed(name).vehicle == vehicle)
+        return tuple(name for name in own if parsed(name).on_way)
 
     @property
     def followed(self) -> bool:
@@ -106,7 +106,7 @@ class Structure:
     @property
     def rested(self) -> bool:
         """Whether any component of a rest pose was measured."""
-        return any(name.startswith("rest_") for name in self.evidence)
+        return any(parsed(name).at_rest for name in self.evidence)
 
 
 class Data(NamedTuple):
@@ -134,76 +134,6 @@ class Data(NamedTuple):
     ways: dict[str, Float[Array | np.ndarray, "points 3"]]
 
 
-def of_scene(
-    scene: Scene, rung: str, run_out: RunOut, explained: Callable[[str], bool], loose: bool
-) -> tuple[Structure, Data]:
-    """A scene as a program's structure and its arguments.
-
-    Args:
-        scene: as the rung's run-out sees it.
-        rung: its name.
-        run_out: of it.
-        explained: whether it predicts an item of evidence.
-        loose: whether rest poses are too uncertain to be coordinates.
-    """
-    inputs, ways = scene.inputs(), run_out.ways(scene)
-    uncertain: list[tuple[str, str]] = [
-        (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
-    ]
-    numbers: dict[str, Array | np.ndarray] = {k: _location_and_scale(m) for k, m in inputs.items()}
-    if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
-        uncertain.append(("speed_a", "halfnormal"))
-        numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
-    evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
-    marks = {
-        f"mark_{i}{item}_{v}": mark
-        for v in scene.marks
-        for i, mark in enumerate(scene.marks[v], 1)
-        for item in ("", "_speed", "_course")
-    }
-    edges = [s.edge for s in scene.surfaces if s.edge is not None]
-    sign = {"left": 1.0, "right": -1.0}
-    angles = np.array([e.direction for e in edges])
-    turn = np.array([sign[e.side] for e in edges])
-    zones = Zone(
-        point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
-        inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
-    )
-    structure = Structure(
-        rung=rung,
-        uncertain=tuple(uncertain),
-        surfaces=tuple(s.name for s in scene.surfaces),
-        known_of_b=tuple(k for k in OF_B if k in inputs),
-        constant_friction=all(
-            s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
-        ),
-        rolling=scene.rolling,
-        integrated=run_out.integrated(scene),
-        rests=run_out.rests,
-        evidence=tuple(evidence),
-        marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
-        robust=scene.robust,
-        interlocked=scene.contact.interlocked,
-        ways=tuple((v, len(way)) for v, way in ways.items()),
-    )
-    data = Data(
-        inputs=numbers,
-        evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
-        marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
-        priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
-        edges=zones,
-        steps=fixed_steps(STEPS),
-        ways=ways,
-    )
-    if loose or structure.unmeasured == structure.rest_components:
-        structure = replace(structure, transform="velocity")
-    # run-outs that are differentiated in reverse
-    if structure.transform == "velocity" or (structure.followed and not structure.paced):
-        steps = ROLLING_STEPS if structure.paced else STEPS
-        structure = replace(structure, steps=steps)
-    return structure, data
-
-
 def steps_of(structure: Structure, data: Data) -> int:
     """Number of integration steps of each run-out."""
     return structure.steps or int(data.steps.number)
@@ -214,13 +144,3 @@ def in_steps(structure: Structure, data: Data, count: int) -> tuple[Structure, D
     if structure.steps:
         return replace(structure, steps=count), data
     return structure, data._replace(steps=fixed_steps(count))
-
-
-def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
-    """Location and scale of the normal law, or of the normal under a lognormal or logitnormal one."""
-    if m.law == "logitnormal" and m.sd > 0:  # sd to first order
-        return np.array([np.log(m.value / (1 - m.value)), m.sd / (m.value * (1 - m.value))])
-    if m.law == "lognormal" and m.sd > 0:
-        variance = np.log1p((m.sd / m.value) ** 2)
-        return np.array([np.log(m.value) - variance / 2, np.sqrt(variance)])
-    return np.array([m.value, m.sd])

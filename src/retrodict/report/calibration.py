@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict.report.files import csv_text, write_study, write_whole
+from retrodict.report.files import csv_text, write_whole
 from retrodict.report.layout import print_table
 from retrodict.studies.calibration import (
     CLOSING,
@@ -156,6 +156,7 @@ def write_calibration(calibration: Calibration, directory: Path) -> None:
         OSError: a file could not be written; then none has changed.
     """
     from retrodict.report.figure_calibration import calibration_figure
+    from retrodict.report.study_files import write_study
 
     figure = calibration_figure(calibration)
     data = calibration_data(calibration)

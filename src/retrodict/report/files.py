@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import os
 import shutil
 import signal
@@ -14,10 +13,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from typing import Any
 
 _STAGING = ".retrodict-"
 _FORGOTTEN = 3600.0  # s: nobody takes as long to write results
@@ -99,40 +95,6 @@ def _signals_wait() -> Iterator[None]:
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
         for number in arrived:
             signal.raise_signal(number)
-
-
-def write_study(
-    directory: Path,
-    name: str,
-    data: Mapping[str, Any],
-    table: str,
-    figure: Figure,
-    page: str | None = None,
-) -> None:
-    """Write what a study found: NAME.json, NAME.csv, its chart as NAME.png and NAME.svg, and a page.
-
-    Args:
-        directory: made where missing; files of the same names in it are replaced together.
-        name: of the files.
-        data: in SI units, strict JSON.
-        table: as CSV.
-        figure: the chart.
-        page: Markdown, for NAME.md; None for no page.
-
-    Raises:
-        OSError: something could not be written; then nothing in the directory has changed.
-    """
-    from retrodict.report.figures import to_png, to_svg  # matplotlib is slow to import
-
-    text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
-    files = {} if page is None else {f"{name}.md": page.encode()}
-    files |= {
-        f"{name}.csv": table.encode(),
-        f"{name}.json": f"{text}\n".encode(),
-        f"{name}.png": to_png(figure),
-        f"{name}.svg": to_svg(figure),
-    }
-    write_together(directory, files)
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:

@@ -11,7 +11,7 @@ from retrodict.findings.rounding import NOTHING, format_range, format_value, for
 from retrodict.findings.statistics import LEVELS
 from retrodict.findings.summary import ladder_data
 from retrodict.inference.digits import decimals_of
-from retrodict.report.files import csv_text, write_study
+from retrodict.report.files import csv_text
 from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
@@ -91,6 +91,7 @@ def write_ladder(ladder: Ladder, directory: Path) -> None:
         OSError: a file could not be written; then none has changed.
     """
     from retrodict.report.figure_ladder import ladder_figure
+    from retrodict.report.study_files import write_study
 
     write_study(directory, "ladder", ladder_data(ladder), _table(ladder), ladder_figure(ladder))
 

@@ -15,7 +15,7 @@ from rich.text import Text
 from retrodict.findings.rounding import NOTHING, format_range, format_value, format_with_sd
 from retrodict.findings.statistics import LEVELS
 from retrodict.inference.digits import decimals_of
-from retrodict.report.files import csv_text, write_study
+from retrodict.report.files import csv_text
 from retrodict.report.layout import print_table
 from retrodict.scene.quantities import Units, describe, unit_of
 
@@ -173,6 +173,7 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
         OSError: a file could not be written; then none has changed.
     """
     from retrodict.report.figure_validation import CAPTION, validation_figure
+    from retrodict.report.study_files import write_study
 
     page = [
         "# Staged collisions",

@@ -32,6 +32,7 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
+from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, RunOutError, Scene
 
@@ -153,7 +154,7 @@ def calibrate(
     for what, name, names in (("model", model, tuple(RUNGS)), ("method", method, EXACT)):
         if name not in names:
             raise ValueError(f"{what} is one of {', '.join(names)}; not {name!r}")
-    others = [name for name in scene.evidence() if not name.startswith("rest_")]
+    others = [name for name in scene.evidence() if not parsed(name).at_rest]
     if others or scene.robust:
         raise ValueError(
             f"only rest poses with normal errors are simulated: leave {', '.join(others) or 'robust'} "
@@ -323,7 +324,8 @@ def _measured(
     """The design with the rest poses of a crash, read off with errors."""
     rest, evidence = dict(scene.rest), scene.evidence()
     for name in structure.evidence:
-        _, part, v = name.split("_")
+        kind, v, _ = parsed(name)
+        part = kind.removeprefix("rest_")
         sd = evidence[name].sd
         value = float(quantities[f"predicted/{name}"]) + sd * rng.standard_normal()
         m = replace(getattr(rest[v], part), value=value, sd=sd)

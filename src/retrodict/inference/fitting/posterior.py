@@ -31,6 +31,7 @@ from retrodict.inference.transforms.parameters import Quadratic, TransformParame
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
+from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES, Scene
 
 LEAST_WEIGHT = 1e-3  # weight from which on another mode counts
@@ -326,7 +327,7 @@ def unresolved(posterior: Posterior) -> float:
     moved = [
         (again[f"predicted/{k}"] - quantities[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
-        if k.startswith(("rest_", "mark_", "end_"))
+        if parsed(k).at_rest or parsed(k).on_way
     ]
     return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
 

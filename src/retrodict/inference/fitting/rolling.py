@@ -24,6 +24,7 @@ from retrodict.inference.transforms.parameters import Guess
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, steps_of
 from retrodict.models.runouts import roll
+from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES, Scene
 
 # standard deviations of the rest pose: a regression's error that makes good coordinates
@@ -77,7 +78,7 @@ def seen(scene: Scene, rung: str) -> Seen:
     around = tuple(
         name
         for name in structure.evidence
-        if name.startswith("rest_heading") and not scene.rest[name[-1]].turns_known
+        if parsed(name).kind == "rest_heading" and not scene.rest[parsed(name).vehicle].turns_known
     )
     ways, taken, off = dict(data.ways), np.zeros(2), np.ones((2, 3))
     for i, v in enumerate(VEHICLES):
@@ -153,6 +154,6 @@ def _reach(structure: Structure, data: Data, n: int) -> Float[np.ndarray, " w"]:
     reach = np.ones(n)
     for i, name in enumerate(structure.rest_components):
         reach[i] = _OPEN[i % len(structure.rests)] if name in structure.unmeasured else _WIDE
-        if name in structure.around and name[-1] in structure.inverted:
+        if name in structure.around and parsed(name).vehicle in structure.inverted:
             reach[i] = _TURNS / data.evidence[name][1]
     return reach

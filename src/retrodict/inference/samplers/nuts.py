@@ -79,7 +79,9 @@ def _draws_of(
     found: Chains, task: Task, original: Posterior, target_accept: float, notes: tuple[str, ...]
 ) -> Draws:
     first = target_accept == targets(task.posterior.programs.structure)[0] and not found.complete
-    unfinished = checkpoint.packed(found, chains.settings(task)) if first else None
+    unfinished = (
+        checkpoint.packed(found.states, found.records, chains.settings(task)) if first else None
+    )
     w = task.posterior.converted_to(original, found.w.reshape(-1, original.size))
     return Draws(
         w.reshape(found.w.shape), found.stats, found.complete, notes, unfinished=unfinished

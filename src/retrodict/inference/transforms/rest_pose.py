@@ -44,6 +44,7 @@ from retrodict.inference.transforms.soft_bounds import soft_lower_bound
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, Level, quotients
+from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES
 
 _UNBENT = 1 - 1e-6  # slope of `soft_lower_bound` from which on a margin bends nothing
@@ -368,7 +369,7 @@ def surrogate_value(
         return parts.rest_poses_at(structure, data, z).ravel()[
             structure.rest_components.index(name)
         ]
-    v = name[-1]
+    v = parsed(name).vehicle
     response = transform.responses[with_response_surface(structure).index(v)]
     shaping = np.array(shaping_inputs(structure, v), dtype=int)
     items = response(after[VEHICLES.index(v)], xi[shaping])

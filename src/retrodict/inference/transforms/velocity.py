@@ -186,7 +186,7 @@ def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndar
         elif name == "V_along":
             q.append(of_b @ _unit(data.inputs["direction_b"][0]) / scale["b"])
         else:
-            vehicle = "b" if name.startswith("Vb") or name.endswith("_b") else "a"
+            vehicle = "b" if name in parts.AFTER[1] else "a"
             q.append((crash | values)[name] / scale[vehicle])
     return np.concatenate([np.array(q, float), np.asarray(xi)])
 
