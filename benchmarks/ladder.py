@@ -27,6 +27,7 @@ from retrodict.models.arrays import Data, Structure
 from benchmarks import page, synthetic
 from benchmarks.__main__ import DOCS
 from retrodict.inference.density.compiled import CHUNK, programs_for
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.fit import Fit, Summary
@@ -66,8 +67,8 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
         programs = programs_for(structure)
         # as inference draws the prior, whose compiled program this shares
         seed = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
-        sites = programs("prior", jax.random.split(seed, CHUNK), data)
-        simulated = programs("simulate", data, sites)
+        sites = programs(PRIOR, jax.random.split(seed, CHUNK), data)
+        simulated = programs(SIMULATE, data, sites)
         found = np.flatnonzero(_plausible(structure, data, sites, simulated))
         if not found.size:
             continue
@@ -86,7 +87,7 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
                 }
                 | ({k: simulated[k] for k in ("Omega_a", "Omega_b")} if run_out != "slide" else {})
             )
-            simulated = programs_for(structure)("simulate", data, sites)
+            simulated = programs_for(structure)(SIMULATE, data, sites)
         rest = {v: _measured(simulated, v, first, rng) for v in VEHICLES}
         return replace(scene, rest=rest), float(sites["speed_b"][first])
 

@@ -16,7 +16,8 @@ from matplotlib.patches import Patch
 from benchmarks.atlas.scenes import made
 from retrodict.inference import Unanswerable
 from retrodict.inference.diagnostics import MAX_RHAT, MIN_ESS
-from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare
+from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.scene.records import Scene

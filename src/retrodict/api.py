@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.modes import PosteriorModes
+from retrodict.inference.modes import ModeSearch
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
@@ -228,20 +228,22 @@ def reconstruct(
     """
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
-    comparison, known = None, dict[str, PosteriorModes]()
+    comparison, search = None, ModeSearch(scene, seed)
     # what the ladder draws of scenes in which wheels roll takes longest, and is kept
-    kept: dict[str, Outcome] | None = None
+    kept: dict[str, Outcome] = {}
+    keeps = False
     if method == AUTO:
         method = method_for(scene) if scene.rolling else "nuts"
-        kept = {} if scene.rolling and (chains, draws) == (_CHAINS, None) else None
+        keeps = bool(scene.rolling) and (chains, draws) == (_CHAINS, None)
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:
-            comparison = ladder(scene, seed=seed, progress=progress, known=known, outcomes=kept)
+            keep = kept.__setitem__ if keeps else None
+            comparison = ladder(scene, seed=seed, progress=progress, search=search, keep=keep)
             if not comparison.complete:
                 raise Interrupted("stopped before a model was chosen")
         model = (comparison and comparison.choice) or rungs[-1]
-        if kept and model in kept:
+        if model in kept:
             return Result(kept[model], comparison)
     outcome = _reconstruct(
         scene,
@@ -253,7 +255,7 @@ def reconstruct(
         seed=seed,
         progress=prefixed(progress or silent, model),
         resume=resume,
-        known=known,
+        search=search,
     )
     return Result(outcome, comparison)
 

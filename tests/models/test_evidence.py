@@ -13,6 +13,7 @@ from retrodict.models.arrays import Data, Structure
 from scipy import stats
 from scipy.interpolate import CubicHermiteSpline
 
+from retrodict.inference.transforms.rest_pose import with_response_surface
 from retrodict.mechanics import Car, Path, end_of_rotation
 from retrodict.scene.records import Departure, EndOfRotation, Mark, Measured, RunOutError, Scene
 from tests.scenes import DEGREE, LEVER_B, collision, rolls
@@ -262,30 +263,33 @@ def test_an_unknown_speed_of_a_has_its_prior() -> None:
         assert law.cdf(speed) == pytest.approx(stats.norm.cdf(deviate), rel=1e-9)
 
 
-def test_any_rest_that_was_measured_pins_the_motion_but_along_a_way() -> None:
+def test_any_measured_rest_determines_the_motion_but_along_a_measured_path() -> None:
     scene = collision()
     whole = RUNG.of_scene(scene)[0]
-    assert not whole.open
-    assert not whole.unpinned
+    assert not whole.unmeasured
+    assert whole.transform == "rest-pose"
     rest = {"a": scene.rest["a"], "b": replace(scene.rest["b"], heading=None)}
     partly = replace(scene, rest=rest)
     structure, data = RUNG.of_scene(partly)
-    assert structure.open
-    assert not structure.unpinned
+    assert structure.unmeasured == ("rest_heading_b",)
+    assert structure.transform == "rest-pose"
     assert "rest_heading_b" not in structure.evidence
     assert float(data.evidence["rest_heading_a"][1]) == pytest.approx(3 * DEGREE)
-    assert not RUNG.of_scene(replace(scene, rest={"a": scene.rest["a"]}))[0].unpinned
-    assert RUNG.of_scene(replace(scene, rest={}))[0].unpinned
+    only_a = replace(scene, rest={"a": scene.rest["a"]})
+    assert RUNG.of_scene(only_a)[0].transform == "rest-pose"
+    assert RUNG.of_scene(replace(scene, rest={}))[0].transform == "velocity"
     wheels, rolled = RUNGS["planar-moment+wheels"], rolls(scene, "b", (0.3,) * 4)
     structure = wheels.of_scene(rolled)[0]
     assert structure.paced
-    assert not structure.open
-    assert not structure.responding
+    assert not structure.unmeasured
+    assert not with_response_surface(structure)
     passed = replace(rolled, marks={"b": (Mark(3.0, -4.0, 0.2, "centre"),)})
-    assert wheels.of_scene(passed)[0].responding == ("b",)
+    assert with_response_surface(wheels.of_scene(passed)[0]) == ("b",)
     along = RUNGS["planar-moment+roll"].of_scene(passed)[0]
-    assert along.unpinned  # its errors of the yaw rate are too wide for the bounds of e_m
+    assert (
+        along.transform == "velocity"
+    )  # its errors of the yaw rate are too wide for the bounds of e_m
     assert "mark_1_b" not in along.evidence
-    assert not RUNGS["momentum+roll"].of_scene(passed)[0].unpinned
+    assert RUNGS["momentum+roll"].of_scene(passed)[0].transform == "rest-pose"
     # a rung that follows no heading lacks nothing
-    assert not RUNGS["momentum+slide"].of_scene(partly)[0].open
+    assert not RUNGS["momentum+slide"].of_scene(partly)[0].unmeasured

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from retrodict.models import RUNGS
 
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.scene.records import Departure, Measured, RunOutError
 from retrodict.studies import calibration as study
 from retrodict.studies.calibration import Calibration, Row, calibrate
@@ -67,10 +68,10 @@ def test_what_is_plausible_hangs_on_the_unknowns_alone() -> None:
     structure, data = RUNGS[QUICK].of_scene(study.design())
     programs = study.programs_for(structure)
     key = study.jax.random.key(3, impl="unsafe_rbg")
-    sites = programs("prior", study.jax.random.split(key, study.CHUNK), data)
-    good = study.plausible(structure, data, sites, programs("simulate", data, sites))
+    sites = programs(PRIOR, study.jax.random.split(key, study.CHUNK), data)
+    good = study.plausible(structure, data, sites, programs(SIMULATE, data, sites))
     other = data._replace(evidence={k: v + np.array([3.0, 0.0]) for k, v in data.evidence.items()})
-    again = study.plausible(structure, other, sites, programs("simulate", other, sites))
+    again = study.plausible(structure, other, sites, programs(SIMULATE, other, sites))
     np.testing.assert_array_equal(good, again)
     assert 0.1 < good.mean() < 0.9
 

@@ -15,7 +15,7 @@ from rich.text import Text
 from retrodict.findings.rounding import NOTHING, format_range, format_value, format_with_sd
 from retrodict.findings.statistics import LEVELS
 from retrodict.inference.digits import decimals_of
-from retrodict.report.files import csv_text, write_whole
+from retrodict.report.files import csv_text
 from retrodict.report.layout import print_table
 from retrodict.scene.quantities import Units, describe, unit_of
 
@@ -166,16 +166,15 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
 
     Args:
         validation: its scores.
-        directory: made where missing; files of the same names in it are replaced, each whole.
+        directory: made where missing; files of the same names in it are replaced together.
         units: of table and chart, "si" or "us".
 
     Raises:
-        OSError: a file could not be written.
+        OSError: a file could not be written; then none has changed.
     """
     from retrodict.report.figure_validation import CAPTION, validation_figure
-    from retrodict.report.figures import to_png, to_svg
+    from retrodict.report.study_files import write_study
 
-    figure = validation_figure(validation, units)
     page = [
         "# Staged collisions",
         "",
@@ -186,12 +185,9 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
         f"![{CAPTION}](validation.png)",
         "",
     ]
-    data = json.dumps(validation_data(validation), indent=2, ensure_ascii=False, allow_nan=False)
-    write_whole(directory / "validation.md", "\n".join(page).encode())
-    write_whole(directory / "validation.csv", _csv(validation).encode())
-    write_whole(directory / "validation.json", f"{data}\n".encode())
-    write_whole(directory / "validation.png", to_png(figure))
-    write_whole(directory / "validation.svg", to_svg(figure))
+    figure = validation_figure(validation, units)
+    data, table = validation_data(validation), _csv(validation)
+    write_study(directory, "validation", data, table, figure, "\n".join(page))
 
 
 def validation_data(validation: Validation) -> dict[str, Any]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.modes import PosteriorModes
+from retrodict.inference.modes import ModeSearch
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.choice import transform_of
@@ -124,8 +124,8 @@ def ladder(
     share: float = SHARE,
     factor: float = FACTOR,
     progress: Progress | None = None,
-    known: dict[str, PosteriorModes] | None = None,
-    outcomes: dict[str, Outcome] | None = None,
+    search: ModeSearch | None = None,
+    keep: Callable[[str, Outcome], None] | None = None,
 ) -> Ladder:
     """Reconstruct a scene on the rungs that it allows, and choose one.
 
@@ -144,8 +144,8 @@ def ladder(
         share: of its standard deviation that a fuller rung may move an answer by, above 0.
         factor: by which it may widen or narrow it, above 1.
         progress: called with (rung, done, of all), and with the stages within each rung.
-        known: as of `reconstruct`.
-        outcomes: what each rung came to is added, by name, with what figures show.
+        search: as of `reconstruct`.
+        keep: called with each rung's name and outcome, which then holds what figures show.
 
     Returns:
         The ladder; when interrupted, with the rungs that were finished.
@@ -173,8 +173,8 @@ def ladder(
             within("compiling", 0, 1)
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
-                compile_ahead(scene, soon, method_for(scene), pictured=outcomes is not None)
-            ran[name] = run_rung(scene, name, question, seed, known, within, outcomes)
+                compile_ahead(scene, soon, method_for(scene), pictured=keep is not None)
+            ran[name] = run_rung(scene, name, question, seed, search, within, keep)
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
@@ -197,9 +197,9 @@ def run_rung(
     name: str,
     question: tuple[str, ...],
     seed: int,
-    known: dict[str, PosteriorModes] | None = None,
+    search: ModeSearch | None = None,
     progress: Progress | None = None,
-    outcomes: dict[str, Outcome] | None = None,
+    keep: Callable[[str, Outcome], None] | None = None,
 ) -> Step:
     """Reconstruct a scene on one rung, not yet compared with the others.
 
@@ -208,8 +208,8 @@ def run_rung(
         name: of the rung.
         question: quantities that are asked.
         seed: of every random number.
-        known, progress: as of `reconstruct`.
-        outcomes: as of `ladder`.
+        search, progress: as of `reconstruct`.
+        keep: as of `ladder`.
 
     Returns:
         The step; with the reason as its verdict where the rung has no posterior.
@@ -225,13 +225,13 @@ def run_rung(
             method=method_for(scene),
             seed=seed,
             progress=progress,
-            pictured=outcomes is not None,
-            known=known,
+            pictured=keep is not None,
+            search=search,
         )
     except Unanswerable as error:
         return replace(step, verdict=str(error))
-    if outcomes is not None:
-        outcomes[name] = outcome
+    if keep is not None:
+        keep(name, outcome)
     return _with_answers(outcome, step, question)
 
 

@@ -20,7 +20,11 @@ _OF_MOTION = (
     *(f"departure_{part}_{v}" for v in VEHICLES for part in ("direction", "speed")),
     *(f"{name}_{v}" for v in VEHICLES for name in ("Omega", "delta_v")),
 )
-_AS_EVIDENCE = {"Omega": "departure_yaw_rate", "delta_v": "departure_delta_v"}
+_AS_EVIDENCE = {
+    f"{kind}_{v}": f"{measured}_{v}"
+    for v in VEHICLES
+    for kind, measured in (("Omega", "departure_yaw_rate"), ("delta_v", "departure_delta_v"))
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +90,7 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
         x = quantities[name]
         if describe(name)[1] == "angle":  # about its middle, for it may pass half a turn
             x = np.angle(np.exp(1j * x) / np.exp(1j * x).mean())
-        as_evidence = _AS_EVIDENCE.get(name[:-2], name[:-2]) + name[-2:]
+        as_evidence = _AS_EVIDENCE.get(name, name)
         found[name] = inputs.get(name) or evidence.pop(as_evidence, None), left(x)
     noise = np.sqrt(FREEDOM / (FREEDOM - 2)) if scene.robust else 1.0
     for name, m in evidence.items():  # what is left of it

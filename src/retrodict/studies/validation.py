@@ -13,6 +13,7 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.load import load_scene
+from retrodict.scene.names import parsed
 from retrodict.studies.fit import Summary, summary
 from retrodict.studies.narrowing import Narrowed, narrowing
 
@@ -217,7 +218,9 @@ def _scored(folder: Path, run: Run, progress: Progress) -> list[Score]:
 
 def _sought(scene: Scene, truth: Truth, folder: Path) -> dict[str, Measured]:
     """The true speeds that the scene does not know."""
-    left = {n: m for n, m in truth.speeds.items() if scene.approach[n[-1]].speed is None}
+    left = {
+        n: m for n, m in truth.speeds.items() if scene.approach[parsed(n).vehicle].speed is None
+    }
     if not left:
         fix = f"{SCENE} knows every speed in it; take one of them out there"
         raise SceneError(str(folder / TRUTH), [Problem("", "", fix)])

@@ -89,7 +89,7 @@ def test_an_approximation_is_held_against_the_weighted_posterior(
     steady = rng.normal(0, 1, 20_000)
     of_e = {"speed_b": steady, "e": shift + spread * steady, "measured": steady}
     task = Task(None, 1, steady.size, 0, 0, lambda *_: None)  # type: ignore[arg-type]
-    found = importance.apart(of_e, task)
+    found = importance.disagreements(of_e, task)
     assert len(found) == bool(off)
     if off and np.isfinite(shift):
         assert found[0].startswith("restitution e")

@@ -15,6 +15,7 @@ from retrodict.models.impact import E_M, E, quotients
 
 from retrodict import load_scene
 from retrodict.inference.density.compiled import CHUNK
+from retrodict.inference.density.kernels import SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.modes import unsampled
 from retrodict.inference.reconstruct import DEFAULT_RUNG
@@ -113,7 +114,7 @@ def test_no_crash_is_reached_twice() -> None:
 
 def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:
     """e and e_m by the paper's inverse, from the motion that a forward impact gave."""
-    quantities = posterior.programs("simulate", posterior.data, sites)
+    quantities = posterior.programs(SIMULATE, posterior.data, sites)
     after = jnp.stack([quantities[name] for of_one in parts.AFTER for name in of_one], axis=1)
 
     @jax.jit
