@@ -19,11 +19,11 @@ def line_of(text, start):
 
 
 @pytest.mark.parametrize(
-    ("units", "printed"), [("si", "19.2 ± 0.9"), ("us", "42.9 ± 2.0")]
+    ("units", "expected"), [("si", "19.2 ± 0.9"), ("us", "42.9 ± 2.0")]
 )  # fmt: skip
-def test_results_are_printed_in_the_units_asked_for(outcome, units, printed):
+def test_results_are_printed_in_the_units_asked_for(outcome, units, expected):
     line = line_of(printed(outcome, units), "speed of B before impact")
-    assert printed in line
+    assert expected in line
     assert "1613 / 1783" in line
 
 
