@@ -56,7 +56,7 @@ def test_weak_evidence_is_flagged() -> None:
     for left, flagged in ((150, 1), (25, 0)):
         checks = judge(of_prior(tree(), left), collision())
         assert checks.passed
-        assert ["leaves 30% of crashes" in flag for flag in checks.flags] == [True] * flagged
+        assert ["leave 30% of crashes" in flag for flag in checks.flags] == [True] * flagged
 
 
 def test_draws_of_a_part_of_the_posterior_fail_where_crashes_of_the_prior_show_the_rest() -> None:
