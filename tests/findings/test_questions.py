@@ -15,7 +15,7 @@ from tests.report.conftest import fail
 
 
 def answers(outcome, kind):
-    return [each for each in findings.of(outcome).questions if each.kind == kind]
+    return [each for each in findings.compute(outcome).questions if each.kind == kind]
 
 
 def test_a_probability_is_printed_to_its_error(asked):
@@ -77,13 +77,13 @@ def test_a_question_that_cannot_be_answered_says_what_to_write(outcome, asked):
 
 
 def test_a_withheld_result_answers_no_question(asked):
-    for each in findings.of(fail(asked)).questions:
+    for each in findings.compute(fail(asked)).questions:
         assert each.sentences == (WITHHELD,)
         assert (each.numbers, each.rows) == (None, ())
 
 
 def test_a_table_has_a_cell_for_each_column(asked):
-    found = findings.of(asked).questions
+    found = findings.compute(asked).questions
     tables = [each for each in found if each.header]
     assert {each.kind for each in tables} >= {"time_distance", "one_at_a_time", "checks"}
     for each in tables:
@@ -94,7 +94,7 @@ def test_a_table_has_a_cell_for_each_column(asked):
 def test_what_is_not_asked_is_not_answered(outcome):
     quiet = Questions(one_at_a_time=False, checks=False)
     made = replace(outcome, scene=replace(outcome.scene, questions=quiet))
-    assert findings.of(made).questions == ()
+    assert findings.compute(made).questions == ()
 
 
 def test_a_notebook_asks_one_question(outcome):
@@ -109,7 +109,9 @@ def test_named_checks_compare_what_was_measured(sparse, outcome):
     """A's recorded delta-v, forward, against what all else says of it."""
     (found,) = answers(sparse, "checks")
     check = next(c for c in found.numbers if c.name == "delta-v" and c.measured is not None)
-    item = next(i for i in findings.of(sparse).left_out if i.name == "departure_delta_v_forward_a")
+    item = next(
+        i for i in findings.compute(sparse).left_out if i.name == "departure_delta_v_forward_a"
+    )
     assert (check.measured, check.predicted) == (item.value, item.expected)
     assert check.off == pytest.approx((item.value - item.expected) / item.expected_sd)
     (without,) = answers(outcome, "checks")

@@ -51,9 +51,11 @@ def corners(outcome: Outcome) -> tuple[Corner, ...]:
         NotAnswered: the scene is not solved back, for rest poses or A's speed were not measured, the
             wheels rolled, or the model has fewer unknowns.
     """
+    from retrodict.inference.transforms.rest_pose import length_for_regressions  # imports jax
+
     posterior = _posterior(outcome)
     solve_back = _solver(posterior)
-    count = len(posterior.programs.structure.aims) + len(posterior.programs.structure.uncertain)
+    count = length_for_regressions(posterior.programs.structure)
     return tuple(
         Corner(limit, *(sign * _least(solve_back, count, limit, sign) for sign in (1.0, -1.0)))
         for limit in LIMITS
@@ -69,7 +71,7 @@ def _posterior(outcome: Outcome) -> Posterior:
     if name not in RUNGS:
         raise NotAnswered(f"the model {name} is not one of this version")
     structure, _ = RUNGS[name].of_scene(outcome.scene)
-    if structure.open or structure.paced or ("speed_a", "halfnormal") in structure.uncertain:
+    if structure.unmeasured or structure.paced or ("speed_a", "halfnormal") in structure.uncertain:
         raise NotAnswered(
             "corners are solved back from the rest of both vehicles on locked wheels and A's measured "
             "speed, which this scene does not have"
@@ -88,12 +90,14 @@ def _solver(posterior: Posterior) -> Callable[[np.ndarray], np.ndarray]:
     import jax
 
     from retrodict.inference.density.compiled import BATCH
+    from retrodict.inference.density.kernels import REACHED
+    from retrodict.inference.samplers.propagation import SOLVE_BACK
     from retrodict.inference.transforms import rest_pose
 
     programs, data, transform = posterior.programs, posterior.data, posterior.transform
     structure = programs.structure
-    count = len(structure.aims)
-    value, sd = np.array([data.evidence[name] for name in structure.aims]).T
+    count = len(structure.rest_components)
+    value, sd = np.array([data.evidence[name] for name in structure.rest_components]).T
     separations = jax.jit(
         jax.vmap(lambda q: rest_pose.separation_at(structure, data, transform, q)[0])
     )
@@ -102,7 +106,7 @@ def _solver(posterior: Posterior) -> Callable[[np.ndarray], np.ndarray]:
         rows = np.resize(q, (BATCH, q.shape[1])).copy()
         wanted = rows[:, :count].copy()
         for _ in range(_ROUNDS):  # the regressions are near: what they miss is taken off
-            ends = programs("reached", data, separations(rows), rows[:, count:])
+            ends = programs(REACHED, data, separations(rows), rows[:, count:])
             missed = (np.asarray(ends).reshape(BATCH, -1) - value) / sd - wanted
             off = np.abs(missed[: len(q)]).max()
             if off < _CLOSE:
@@ -110,7 +114,7 @@ def _solver(posterior: Posterior) -> Callable[[np.ndarray], np.ndarray]:
             rows[:, :count] -= missed
         if not off < _MISSED:
             raise NotAnswered("no run-out ends at some corner of the rest poses")
-        return np.asarray(programs("solve_back", data, transform, rows)["speed_b"])[: len(q)]
+        return np.asarray(programs(SOLVE_BACK, data, transform, rows)["speed_b"])[: len(q)]
 
     return solve_back
 

@@ -105,8 +105,8 @@ def _delta_v(outcome: Outcome, left_out: dict[str, LeftOut]) -> Iterator[NamedCh
                 sd,
                 item.value,
                 item.sd,
-                (item.value - item.expected) / item.expected_sd if item.told else None,
-                "predicted from all else" if item.told else "its weights cannot be relied on",
+                (item.value - item.expected) / item.expected_sd if item.reliable else None,
+                "predicted from all else" if item.reliable else "its weights cannot be relied on",
             )
         if not items:
             mean, sd = _moments(draws_of(outcome, f"delta_v_{v}"))

@@ -53,7 +53,7 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
         Exponential families: Diaconis and Ylvisaker (1979); as a local sensitivity of posterior means,
         Gustafson (2000), "Local robustness in Bayesian analysis".
     """
-    from retrodict.models.arrays import location_and_scale  # imports jax
+    from retrodict.models.of_scene import location_and_scale  # imports jax
 
     tree, scene = outcome.idata, outcome.scene
     answer = draws_of(outcome, of)
