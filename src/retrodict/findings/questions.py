@@ -211,7 +211,7 @@ def _share_in_words(found: Probability) -> str:
 
 def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered) -> Answered:
     found = likelihood_ratio(outcome, comparison)
-    ratio, bound = found.value, found.bound
+    ratio, bound = found.value, str(found.bound)
     one, other = comparison.first, comparison.second
     if ratio < 1:
         opposite = {"": "", "at least": "at most", "at most": "at least"}

@@ -8,9 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-Number = Float[Array, "*any"] | float
+Number = Float[Array | np.ndarray, "*any"] | float
 
 
 class Approach(NamedTuple):

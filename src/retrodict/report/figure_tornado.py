@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from retrodict.report import drawing
 from retrodict.scene.quantities import Units, label_and_unit
+from retrodict.studies.one_at_a_time import Effect
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -47,9 +48,9 @@ def tornado_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
 def _panel(axes: Axes, asked: Answered, units: Units) -> None:
     assert isinstance(asked.numbers, tuple)
     label, unit = label_and_unit(asked.quantity or "", units)
-    effects = asked.numbers[:_MOST]
+    effects = [each for each in asked.numbers[:_MOST] if isinstance(each, Effect)]
     for row, effect in enumerate(effects):
-        moved = effect.moved / unit.worth  # type: ignore[union-attr]
+        moved = effect.moved / unit.worth
         axes.barh(row, moved, height=0.7, color=drawing.BLUE)
         axes.barh(row, -moved, height=0.7, facecolor="white", edgecolor=drawing.BLUE)
     names = [label_and_unit(effect.name, units)[0] for effect in effects]

@@ -517,9 +517,9 @@ class QuestionsEntry(_Table):
     )
     avoidable: list[AvoidableEntry] = Field([], max_length=_ASKED, examples=[_AVOIDABLE])
     time_distance: Span | None = None
-    corners: bool = Field(False, strict=True, examples=["true"])
-    one_at_a_time: bool = Field(True, strict=True, examples=["false"])
-    checks: bool = Field(True, strict=True, examples=["false"])
+    corners: bool = Field(default=False, strict=True, examples=["true"])
+    one_at_a_time: bool = Field(default=True, strict=True, examples=["false"])
+    checks: bool = Field(default=True, strict=True, examples=["false"])
 
 
 _ROAD = '{ road = { friction = "0.50 ± 0.03" } }'

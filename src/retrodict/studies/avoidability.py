@@ -95,7 +95,7 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
     other = "b" if v == "a" else "a"
     motion = _approach(outcome, v)
     rng = np.random.default_rng([outcome.seed, 34, VEHICLES.index(v)])
-    shape = motion.speed.shape
+    shape = np.shape(motion.speed)
     reaction, deceleration = (_random(m, shape, rng) for m in (asked.reaction, asked.deceleration))
     if asked.seen_distance:
         distance = _random(asked.seen_distance, shape, rng)
@@ -122,7 +122,7 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
     struck = impact[~(stopped | passed)]
     return Avoidability(
         asked=asked,
-        too_fast=_share(motion.initial > asked.limit),
+        too_fast=_share(np.asarray(motion.initial) > asked.limit),
         stopped=_share(stopped),
         passed=_share(passed),
         avoided=_share(stopped | passed),
@@ -158,7 +158,8 @@ def time_distance(outcome: Outcome, span: float) -> TimeDistance:
             _quantiles(np.asarray(distance_before(motion, time))) for time in times
         )
         speeds[v] = tuple(
-            _quantiles(motion.speed + each * (motion.initial - motion.speed)) for each in share
+            _quantiles(np.asarray(motion.speed + each * (motion.initial - motion.speed)))
+            for each in share
         )
     return TimeDistance(tuple(map(float, times)), distances, speeds)
 

@@ -68,10 +68,10 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
         if m.sd > 0 and name in tree["posterior"]:
             location, scale = location_and_scale(m)
             add(name, m, (_of_law(draws_of(outcome, name), m) - location) / scale)
-    predictive = tree["posterior_predictive"] if "posterior_predictive" in tree.children else {}
+    predicted = "posterior_predictive" in tree.children and not scene.robust
     for name, m in scene.evidence().items():
-        if name in predictive and not scene.robust:
-            add(name, m, np.asarray(predictive[name].values) / m.sd)
+        if predicted and name in tree["posterior_predictive"]:
+            add(name, m, np.asarray(tree["posterior_predictive"][name].values) / m.sd)
     return tuple(sorted(found, key=lambda each: -abs(each.moved)))
 
 

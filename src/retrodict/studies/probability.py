@@ -150,7 +150,8 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
             f'hardly a posterior draw holds "{first.proposition.text}" or "{second.proposition.text}": '
             "compare propositions nearer to the answer"
         )
-    error, bound = None, ""
+    error: float | None = None
+    bound: Literal["", "at least", "at most"] = ""
     if rare[1]:
         value, bound = first.value / second.at_most, "at least"
     elif rare[0]:
@@ -161,7 +162,7 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
             each.proposition.holds(draws) / each.value - 1 for each in (first, second)
         ]  # to first order, what a draw adds to the logarithm of each share
         error = error_of_mean(holds[0] - holds[1])
-    return LikelihoodRatio(first, second, *priors, words, value / odds, error, bound)
+    return LikelihoodRatio(first, second, priors[0], priors[1], words, value / odds, error, bound)
 
 
 def _prior(outcome: Outcome, name: str) -> tuple[Callable[[Proposition], float], str]:
