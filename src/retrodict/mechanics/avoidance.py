@@ -43,7 +43,7 @@ class Arrival(NamedTuple):
 def skid_time(approach: Approach) -> Float[Array, "*any"]:
     """How long the skid up to the impact took, s."""
     both = approach.speed + approach.initial
-    return 2 * approach.skid / jnp.where(both > 0, both, 1.0)
+    return jnp.asarray(2 * approach.skid / jnp.where(both > 0, both, 1.0))
 
 
 def distance_before(approach: Approach, time: Number) -> Float[Array, "*any"]:
@@ -125,4 +125,4 @@ def half_extent(
         m.
     """
     turn = heading - direction
-    return (length * jnp.abs(jnp.sin(turn)) + width * jnp.abs(jnp.cos(turn))) / 2
+    return jnp.asarray(length * jnp.abs(jnp.sin(turn)) + width * jnp.abs(jnp.cos(turn))) / 2

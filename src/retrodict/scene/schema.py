@@ -507,15 +507,15 @@ class QuestionsEntry(_Table):
     """`[questions]`: what is asked of the answer."""
 
     exceeds: Annotated[Propositions, AfterValidator(_one_limit)] = Field(
-        (), examples=['"speed_b > 45 mph"']
+        default=(), examples=['"speed_b > 45 mph"']
     )
     between: Annotated[Propositions, AfterValidator(_two_limits)] = Field(
-        (), examples=['"40 mph < speed_b < 50 mph"']
+        default=(), examples=['"40 mph < speed_b < 50 mph"']
     )
     likelihood_ratio: list[LikelihoodRatioEntry] = Field(
-        [], max_length=_ASKED, examples=[f"[{{ first = {_FIRST}, second = {_SECOND} }}]"]
+        default=[], max_length=_ASKED, examples=[f"[{{ first = {_FIRST}, second = {_SECOND} }}]"]
     )
-    avoidable: list[AvoidableEntry] = Field([], max_length=_ASKED, examples=[_AVOIDABLE])
+    avoidable: list[AvoidableEntry] = Field(default=[], max_length=_ASKED, examples=[_AVOIDABLE])
     time_distance: Span | None = None
     corners: bool = Field(default=False, strict=True, examples=["true"])
     one_at_a_time: bool = Field(default=True, strict=True, examples=["false"])
