@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from retrodict.mechanics import Car, Path, end_of_rotation
 from retrodict.scene.records import Departure, EndOfRotation, Mark, Measured, RunOutError, Scene
-from tests.scenes import DEGREE, LEVER_B, collision, rolls
+from tests.shared.scenes import DEGREE, LEVER_B, collision, rolls
 
 RUNG = RUNGS["planar-moment+spin"]
 SITES = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.25, "e_m": 0.7}

@@ -10,16 +10,26 @@ import numpy as np
 import pytest
 from retrodict.models import RUNGS
 
-from benchmarks.atlas.maps import draw, faults, off, sites
-from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, told, vague, wrapped
-from benchmarks.atlas.scenes import made
-from benchmarks.synthetic import ASKED
 from retrodict.inference.density.compiled import CHUNK, programs_for
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.scene.records import Scene
 from retrodict.studies.conflict import conflicts
+from tests.shared.known_truth import made
+from tests.shared.posteriors import (
+    draw,
+    far_from_truth,
+    faults,
+    moved,
+    off,
+    sites,
+    stiffness,
+    told,
+    vague,
+    wrapped,
+)
+from tests.shared.random_scenes import ASKED
 
 Ordinary = tuple[Posterior, dict[str, np.ndarray], np.ndarray]
 

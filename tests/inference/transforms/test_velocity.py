@@ -15,7 +15,7 @@ from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare, 
 from retrodict.inference.transforms import velocity
 from retrodict.inference.transforms.parameters import plain
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
-from tests.scenes import DEGREE, collision
+from tests.shared.scenes import DEGREE, collision
 
 
 def departed(**changes) -> Scene:
