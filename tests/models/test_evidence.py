@@ -14,7 +14,8 @@ from scipy import stats
 from scipy.interpolate import CubicHermiteSpline
 
 from retrodict.mechanics import Car, Path, end_of_rotation
-from retrodict.scene.records import Departure, EndOfRotation, Mark, Measured, RunOutError, Scene
+from retrodict.scene.departure import ITEMS
+from retrodict.scene.records import EndOfRotation, Mark, Measured, RunOutError, Scene
 from tests.shared.scenes import DEGREE, LEVER_B, collision, rolls
 
 RUNG = RUNGS["planar-moment+spin"]
@@ -30,7 +31,9 @@ def told(scene: Scene, rung=RUNG) -> dict:
 
 
 def test_departures_are_what_velocities_after_the_impact_say() -> None:
-    every = Departure(*(Measured(value, 0.1) for value in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)))
+    every = dict(
+        zip(ITEMS, (Measured(m, 0.1) for m in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)), strict=True)
+    )
     scene = replace(collision(share=0.0, berm=False), departure={"a": every, "b": every})
     trace = told(scene)
     value = {

@@ -11,19 +11,18 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    create_model,
     model_validator,
 )
 
 from retrodict.scene.defaults import FRICTION
+from retrodict.scene.departure import ITEMS
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
     AxleDistance,
     BetweenVehicles,
     ContactLine,
-    DeltaV,
-    DeltaVComponent,
-    DepartureDirection,
-    DepartureYawRate,
+    Course,
     Direction,
     DragFactor,
     EdgeCoordinate,
@@ -60,8 +59,10 @@ from retrodict.scene.kinds import (
     YawRate,
     YawRateScale,
     fault,
+    of_departure,
 )
-from retrodict.scene.records import UNKNOWNS
+from retrodict.scene.quantities import UNKNOWNS
+from retrodict.scene.records import Measured
 
 
 def _line(limit: int) -> BeforeValidator:
@@ -162,25 +163,25 @@ class ApproachEntry(_Table):
     skid: Skid | None = None
 
 
-class DepartureEntry(_Table):
-    """`[vehicles.A.departure]`: what is known of the motion just after impact."""
-
-    direction: DepartureDirection | None = None
-    speed: Speed | None = None
-    yaw_rate: DepartureYawRate | None = None
-    delta_v: DeltaV | None = None
-    delta_v_forward: DeltaVComponent | None = None
-    delta_v_left: DeltaVComponent | None = None
-
+class _DepartureTable(_Table):
     @model_validator(mode="after")
-    def _tells_something_once(self) -> DepartureEntry:
+    def _tells_something_once(self) -> _DepartureTable:
         _tells_something(self)
-        if self.delta_v and (self.delta_v_forward or self.delta_v_left):
+        told = {name for name, measured in self if measured}
+        if "delta_v" in told and not told.isdisjoint({"delta_v_forward", "delta_v_left"}):
             raise fault(
                 "the same measurement twice; keep it, or delta_v_forward and delta_v_left",
                 "delta_v",
             )
         return self
+
+
+DepartureEntry = create_model(
+    "DepartureEntry",
+    __base__=_DepartureTable,
+    __doc__="`[vehicles.A.departure]`: what is known of the motion just after impact.",
+    **{name: (Annotated[Measured, of_departure(name)] | None, None) for name in ITEMS},
+)
 
 
 class MarkEntry(_Table):
@@ -192,7 +193,7 @@ class MarkEntry(_Table):
     )
     uncertainty: MarkUncertainty | None = None
     speed: Speed | None = None
-    course: DepartureDirection | None = None
+    course: Course | None = None
 
 
 class EndOfRotationEntry(_Table):
@@ -268,7 +269,9 @@ class VehicleEntry(_Table):
     )
     impact: ImpactPoseEntry = Field(examples=['{ heading = "180 ± 2 deg" }'])
     approach: ApproachEntry = Field(ApproachEntry(), examples=['{ speed = "45 ± 2 mph" }'])
-    departure: DepartureEntry | None = Field(None, examples=['{ delta_v = "12 ± 1 m/s" }'])
+    departure: DepartureEntry | None = Field(  # type: ignore[valid-type]
+        None, examples=['{ delta_v = "12 ± 1 m/s" }']
+    )
     marks: Annotated[list[MarkEntry], BeforeValidator(_few)] = Field(
         [], examples=['[{ point = ["3 m", "1 m"], of = "front_left" }]']
     )
