@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import (
     AfterValidator,
@@ -176,12 +176,15 @@ class _DepartureTable(_Table):
         return self
 
 
-DepartureEntry = create_model(
-    "DepartureEntry",
-    __base__=_DepartureTable,
-    __doc__="`[vehicles.A.departure]`: what is known of the motion just after impact.",
-    **{name: (Annotated[Measured, of_departure(name)] | None, None) for name in ITEMS},
-)
+if TYPE_CHECKING:
+    DepartureEntry = _DepartureTable
+else:
+    DepartureEntry = create_model(
+        "DepartureEntry",
+        __base__=_DepartureTable,
+        __doc__="`[vehicles.A.departure]`: what is known of the motion just after impact.",
+        **{name: (Annotated[Measured, of_departure(name)] | None, None) for name in ITEMS},
+    )
 
 
 class MarkEntry(_Table):
@@ -269,9 +272,7 @@ class VehicleEntry(_Table):
     )
     impact: ImpactPoseEntry = Field(examples=['{ heading = "180 ± 2 deg" }'])
     approach: ApproachEntry = Field(ApproachEntry(), examples=['{ speed = "45 ± 2 mph" }'])
-    departure: DepartureEntry | None = Field(  # type: ignore[valid-type]
-        None, examples=['{ delta_v = "12 ± 1 m/s" }']
-    )
+    departure: DepartureEntry | None = Field(None, examples=['{ delta_v = "12 ± 1 m/s" }'])
     marks: Annotated[list[MarkEntry], BeforeValidator(_few)] = Field(
         [], examples=['[{ point = ["3 m", "1 m"], of = "front_left" }]']
     )
