@@ -28,7 +28,7 @@ class Tags(HTMLParser):
 
 
 def html(outcome, units="si"):
-    return report_html(findings.of(outcome), outcome, units)
+    return report_html(findings.compute(outcome), outcome, units)
 
 
 @pytest.fixture(scope="module")
@@ -154,14 +154,14 @@ def test_a_good_run_has_no_mark(good):
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_what_would_narrow_the_answer_is_told_unless_it_failed(good, bad):
-    for page, told in ((good, True), (bad, False)):
-        assert ("What would narrow the answer" in page) is told
+def test_what_would_narrow_the_answer_is_shown_unless_it_failed(good, bad):
+    for page, passed in ((good, True), (bad, False)):
+        assert ("What would narrow the answer" in page) is passed
 
 
 def test_texts_of_the_scene_are_escaped_everywhere(outcome):
     evil = evil_outcome(outcome)
-    for page in (html(evil), findings_html(findings.of(evil)), scene_html(evil.scene)):
+    for page in (html(evil), findings_html(findings.compute(evil)), scene_html(evil.scene)):
         assert "<script" not in page
         assert "&lt;script&gt;" in page
         assert "script" not in Tags(page).tags
@@ -176,9 +176,9 @@ def test_missing_groups_do_not_break_the_report(outcome, drop):
 
 
 def test_fragments_show_results_and_sources(outcome, failing):
-    assert "19.2 ± 0.9" in findings_html(findings.of(outcome))
-    assert "42.9 ± 2.0" in findings_html(findings.of(outcome), "us")
-    assert "NOT TO BE RELIED ON" in findings_html(findings.of(failing))
+    assert "19.2 ± 0.9" in findings_html(findings.compute(outcome))
+    assert "42.9 ± 2.0" in findings_html(findings.compute(outcome), "us")
+    assert "NOT TO BE RELIED ON" in findings_html(findings.compute(failing))
     assert "20.10 ± 0.50" in scene_html(outcome.scene)
     assert "event data recorder" in scene_html(outcome.scene)
 
@@ -216,7 +216,7 @@ def test_a_report_where_the_speed_of_a_is_known_asks_for_that_of_b(good):
 
 def test_a_report_is_written_whole(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(document, "report_html", lambda *_: "<p>new ±</p>")
-    path = write_report(findings.of(outcome), outcome, tmp_path / "deep" / "report.html")
+    path = write_report(findings.compute(outcome), outcome, tmp_path / "deep" / "report.html")
     assert path.read_text(encoding="utf-8") == "<p>new ±</p>"
     assert [p.name for p in path.parent.iterdir()] == ["report.html"]
 
@@ -231,5 +231,5 @@ def test_a_failing_write_leaves_the_old_report(outcome, tmp_path, monkeypatch):
 
     monkeypatch.setattr(files.os, "replace", refuse)
     with pytest.raises(OSError, match="disk full"):
-        write_report(findings.of(outcome), outcome, path)
+        write_report(findings.compute(outcome), outcome, path)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("report.html", "old")]

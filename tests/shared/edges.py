@@ -61,8 +61,8 @@ def skid(velocity: list[float], friction: float, steps: int | None = None, **car
     return np.asarray(_rest(start, jnp.array(velocity), CAR._replace(**car), ground, steps=steps))
 
 
-def told_of_steps(steps: int) -> Array:
-    """What `step_error` says of `SPINNING` on 0.5."""
+def error_of_steps(steps: int) -> Array:
+    """What `step_error` gives for `SPINNING` on 0.5."""
     ground, start = Ground(jnp.array([0.5]), None, PLAIN), jnp.array([0.0, 0.0, 0.3])
     return np.asarray(step_error(start, jnp.array(SPINNING), CAR, ground, steps))
 

@@ -18,7 +18,8 @@ from retrodict.models.arrays import Data, Structure, steps_of
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.diagnostics import MAX_RHAT, MIN_ESS
-from retrodict.inference.fitting.posterior import RESOLVED, Posterior
+from retrodict.inference.fitting.posterior import Posterior
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Task
@@ -43,7 +44,7 @@ def draw(posterior: Posterior, method: str, draws: int | None = None, seed: int 
 
 
 def faults(posterior: Posterior, drawn: Draws, x: dict[str, Array]) -> list[str]:
-    """What the gate would hold against the draws, by its own limits."""
+    """What the checks find against the draws, by their own limits."""
     found = list(drawn.faults)
     if not posterior.unresolved <= RESOLVED:
         found.append("run-outs unresolved")
@@ -72,7 +73,7 @@ def off(x: dict[str, Array], reference: dict[str, Array]) -> float:
     return float(np.max(errors)) if np.isfinite(errors).all() else np.inf
 
 
-def told(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]:
+def verdict_of(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]:
     """What the checks of a reconstruction say, shortly."""
     try:
         outcome = reconstruct(scene, method=method)

@@ -21,7 +21,7 @@ from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import marked, result_rows
 from retrodict.scene.quantities import Units, label_and_unit, unit_of
 from retrodict.scene.records import VEHICLES
-from retrodict.studies.conflict import DOUBT
+from retrodict.studies.conflict import MIN_PROBABILITY
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -34,7 +34,7 @@ Drawn = Callable[[], dict[str, bytes]]  # figures' images by name
 _SYSTEMS: dict[Units, str] = {"si": "SI", "us": "US customary"}
 _ASSUMED = {"": "", "sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
 
-_MOST_TELLING = 8  # quantities that would narrow an answer
+_MAX_NARROWING = 8  # quantities that would narrow an answer
 
 COMMAND = "retrodict reconstruct scene.toml"  # and the options that make the same numbers
 
@@ -84,7 +84,7 @@ def report_html(
         "assumptions": findings.assumptions,
         "marks": _marks(findings.scene, units),
         "left_out": _left_out(findings, units),
-        "doubt": DOUBT,
+        "min_probability": MIN_PROBABILITY,
         "narrowed": _narrowed(findings, units),
         "speed_unit": unit_of("speed", units).symbol,
         "size": _size(findings),
@@ -211,12 +211,12 @@ def _input_cells(findings: Findings, units: Units, kind: str) -> list[dict[str, 
 
 
 def _left_out(findings: Findings, units: Units) -> list[dict[str, Any]]:
-    """What all else says of each item of evidence, and what an error in it would do, in cells."""
+    """Each item of evidence predicted from all others, and the effect of an error in it, in cells."""
     rows, speed = [], unit_of("speed", units).worth
     for item in findings.left_out:
         label, unit = label_and_unit(item.name, units)
         without = {"expected": NOTHING, "probability": NOTHING, "speed": NOTHING}
-        if item.told:
+        if item.reliable:
             without = {
                 "expected": format_with_sd(
                     item.expected / unit.worth, item.expected_sd / unit.worth
@@ -248,7 +248,7 @@ def _narrowed(findings: Findings, units: Units) -> list[dict[str, Any]]:
     speed = unit_of("speed", units).worth
     for sought, known in findings.narrowing.items():
         rows = []
-        for each in known[:_MOST_TELLING]:
+        for each in known[:_MAX_NARROWING]:
             label, unit = label_and_unit(each.name, units)
             m = each.measured
             now = format_with_sd(m.value / unit.worth, m.sd / unit.worth) if m else "not measured"

@@ -363,7 +363,7 @@ class Scene:
         )
 
     def reported(self) -> tuple[str, ...]:
-        """Which of `REPORTED` its results tell, where the model knows them."""
+        """Which of `REPORTED` its results contain, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
         left_out = {"speed_a"} if known else set()
         left_out |= {f"initial_speed_{v}" for v in VEHICLES if self.approach[v].skid is None}

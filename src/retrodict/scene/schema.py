@@ -135,10 +135,10 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-def _tells_something(table: _Table) -> None:
+def _not_empty(table: _Table) -> None:
     keys = list(type(table).model_fields)
     if all(getattr(table, key) is None for key in keys):
-        raise fault(f"tells nothing; write one or more of {', '.join(keys)}")
+        raise fault(f"is empty; write one or more of {', '.join(keys)}")
 
 
 class ImpactCentreEntry(_Table):
@@ -165,10 +165,10 @@ class ApproachEntry(_Table):
 
 class _DepartureTable(_Table):
     @model_validator(mode="after")
-    def _tells_something_once(self) -> _DepartureTable:
-        _tells_something(self)
-        told = {name for name, measured in self if measured}
-        if "delta_v" in told and not told.isdisjoint({"delta_v_forward", "delta_v_left"}):
+    def _has_something_once(self) -> _DepartureTable:
+        _not_empty(self)
+        written = {name for name, measured in self if measured}
+        if "delta_v" in written and not written.isdisjoint({"delta_v_forward", "delta_v_left"}):
             raise fault(
                 "the same measurement twice; keep it, or delta_v_forward and delta_v_left",
                 "delta_v",
@@ -208,7 +208,7 @@ class EndOfRotationEntry(_Table):
 
     @model_validator(mode="after")
     def _has_a_part(self) -> EndOfRotationEntry:
-        _tells_something(self)
+        _not_empty(self)
         return self
 
 
@@ -350,8 +350,8 @@ class SurfaceEntry(_Table):
     @model_validator(mode="after")
     def _friction_is_known(self) -> SurfaceEntry:
         if self.friction is None and self.kind is None:
-            mend = 'missing; write friction = "0.50 ± 0.03", or kind = "dry asphalt"'
-            raise fault(mend, "friction")
+            fix = 'missing; write friction = "0.50 ± 0.03", or kind = "dry asphalt"'
+            raise fault(fix, "friction")
         return self
 
 
