@@ -110,7 +110,7 @@ def test_a_sampler_draws_what_importance_sampling_does(
 
 
 def test_a_coefficient_is_reported_with_its_prior(outcome: Outcome) -> None:
-    found = findings.of(outcome)
+    found = findings.compute(outcome)
     assert found.quantities["ratio"].label == REPORTED["ratio"][0]
     assert (REPORTED["ratio"][0], "log-normal, 1 within a factor of 1.6") in [
         (label, prior) for label, prior, _ in outcome.description.priors
@@ -121,7 +121,7 @@ def test_a_figure_is_drawn_and_in_the_report(monkeypatch: pytest.MonkeyPatch) ->
     toy = Registered(toy_figure.toy_figure, "A toy", toy_figure.CAPTION)
     monkeypatch.setitem(FIGURES, "toy", toy)
     made_up = make_outcome()
-    found = findings.of(made_up)
+    found = findings.compute(made_up)
     ((name, image),) = images(found, made_up, which=slice(-1, None)).items()
     assert (name, image[1:4]) == ("toy", b"PNG")
     page = report_html(found, made_up, drawn=lambda: dict.fromkeys(FIGURES, image))

@@ -27,11 +27,15 @@ if __name__ == "__main__":
     scene = parse_scene(sys.stdin.read(), "toy")
     name = "departure_forward_b"
     structure, data = RUNGS["momentum+slide"].of_scene(scene)
-    model = handlers.seed(RUNGS["momentum+slide"].model, jax.random.key(0))
-    trace = handlers.trace(model).get_trace(structure, data)
-    x, y, heading = (trace[site]["value"] for site in ("Vbx", "Vby", "heading_b"))
-    along = x * jnp.cos(heading) + y * jnp.sin(heading)
+
+    @jax.jit
+    def predicted() -> tuple[jax.Array, jax.Array]:
+        model = handlers.seed(RUNGS["momentum+slide"].model, jax.random.key(0))
+        trace = handlers.trace(model).get_trace(structure, data)
+        x, y, heading = (trace[site]["value"] for site in ("Vbx", "Vby", "heading_b"))
+        return trace[name]["fn"].mean, x * jnp.cos(heading) + y * jnp.sin(heading)
+
     label, unit = label_and_unit(name, "si")
     print(label, unit.symbol, sep="|")
     print(*data.evidence[name].tolist())
-    print(float(trace[name]["fn"].mean), float(along))
+    print(*map(float, predicted()))

@@ -11,4 +11,4 @@ def json_of(text: str, file: str) -> dict[str, Any]:
     try:
         return json.loads(text)
     except ValueError as error:
-        raise SceneError(file, [Problem("", "", f"not valid JSON ({error}); mend it")]) from None
+        raise SceneError(file, [Problem("", "", f"not valid JSON ({error}); fix it")]) from None

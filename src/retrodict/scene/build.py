@@ -101,7 +101,7 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
         question=entry.question or UNKNOWNS[speed_of_a_is_known:],
         priors=_priors(entry.priors),
         departure={
-            v.lower(): {name: told for name, told in each.departure if told}
+            v.lower(): {name: measured for name, measured in each.departure if measured}
             for v, each in entries.items()
             if each.departure
         },
