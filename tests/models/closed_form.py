@@ -8,7 +8,7 @@ import numpy as np
 from scipy import stats
 
 from retrodict.scene.records import Measured, Scene
-from tests.scenes import LEVER_A, LEVER_B
+from tests.shared.scenes import LEVER_A, LEVER_B
 
 GRAVITY = 9.80665
 

@@ -17,7 +17,7 @@ from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
 from tests.models.closed_form import everything_exact, momentum_and_slide
-from tests.scenes import collision, rolls
+from tests.shared.scenes import collision, rolls
 
 SCENE = collision(share=0.0, berm=False)
 QUICK = ("momentum+spin", "planar-common+spin", "momentum+roll")  # the others: -m slow

@@ -10,7 +10,7 @@ from retrodict.scene.errors import SceneError
 from retrodict.scene.quantities import describe
 from retrodict.scene.questions import questions_from
 from retrodict.scene.units import QuantityError
-from tests.scene.example import SCENE
+from tests.shared.scene_file import SCENE
 
 MPH = 0.44704
 

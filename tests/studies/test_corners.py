@@ -10,7 +10,7 @@ import pytest
 from retrodict.studies.corners import LIMITS, corners
 from retrodict.studies.draws import NotAnswered
 from tests.models.closed_form import momentum_and_slide
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 SCENE = collision(share=0.0, berm=False)  # rest positions, friction, A's speed and Gamma
 

@@ -14,7 +14,7 @@ from retrodict.scene.measured import Measured
 from retrodict.studies.draws import NotAnswered
 from retrodict.studies.probability import likelihood_ratio, probability
 from tests.models.closed_form import everything_exact, momentum_and_slide
-from tests.scenes import collision
+from tests.shared.scenes import collision
 from tests.studies import gaussian
 from tests.studies.gaussian import MEASURED, PRIOR_SCALE, SD, outcome, speed_draws
 

@@ -12,15 +12,21 @@ import numpy as np
 import xarray as xr
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error
-from retrodict.scene.quantities import DERIVED, Unit, Units, describe, si_symbol, unit_of
+from retrodict.scene.quantities import (
+    DERIVED,
+    UNKNOWNS,
+    Unit,
+    Units,
+    describe,
+    si_symbol,
+    unit_of,
+)
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
 LEVELS = (50, 90, 95)  # per cent; not those of studies.fit, which brings JAX
 Interval = tuple[float | None, float | None]
-
-UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")  # of the figures, and of the correlations
 
 
 @dataclass(frozen=True, slots=True)

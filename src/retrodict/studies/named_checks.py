@@ -123,10 +123,8 @@ def _pdof(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
         middle = float(np.angle(angle.mean()))
         sd = float(np.angle(angle * np.exp(-1j * middle)).std(ddof=1))
         measured = measured_sd = off = None
-        departure = outcome.scene.departure.get(v)
-        forward, left = (
-            (departure.delta_v_forward, departure.delta_v_left) if departure else (None, None)
-        )
+        recorded = outcome.scene.departure.get(v, {})
+        forward, left = recorded.get("delta_v_forward"), recorded.get("delta_v_left")
         note = ""
         if forward and left:
             measured = math.atan2(left.value, -forward.value)
@@ -153,7 +151,7 @@ def _third_law(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
     impulses = []
     for v in VEHICLES:
         size, mass = (
-            _measured_change(outcome.scene.departure.get(v)),
+            _measured_change(outcome.scene.departure.get(v, {})),
             outcome.scene.vehicles[v].mass,
         )
         if size is not None:
@@ -191,17 +189,15 @@ def _change_of_a(outcome: Outcome) -> np.ndarray:
     )
 
 
-def _measured_change(departure: Departure | None) -> tuple[float, float] | None:
+def _measured_change(recorded: Departure) -> tuple[float, float] | None:
     """A measured delta-v and its sd, m/s; None where its size was not measured."""
-    if departure is None:
-        return None
-    if departure.delta_v:
-        return departure.delta_v.value, departure.delta_v.sd
-    forward, left = departure.delta_v_forward, departure.delta_v_left
+    if size := recorded.get("delta_v"):
+        return size.value, size.sd
+    forward, left = recorded.get("delta_v_forward"), recorded.get("delta_v_left")
     if not (forward and left):
         return None
-    size = math.hypot(forward.value, left.value)
-    return size, math.hypot(forward.value * forward.sd, left.value * left.sd) / size
+    value = math.hypot(forward.value, left.value)
+    return value, math.hypot(forward.value * forward.sd, left.value * left.sd) / value
 
 
 def _moments(draws: np.ndarray) -> tuple[float, float]:
