@@ -68,7 +68,7 @@ ENFSI_SOURCE = "ENFSI Guideline for Evaluative Reporting in Forensic Science, 20
 WITHHELD = "Withheld, because checks of the draws failed."
 WIDER = (
     "It is wider than the interval because it lets every measurement err in the worst direction at "
-    "once, which independent errors hardly ever do, and because it knows no priors and no bounds."
+    "once, which independent errors hardly ever do, and because it uses no priors and no bounds."
 )
 _SURE = f"{100 * CONFIDENCE:.0f} %"
 _MOST = 12  # rows of the table of effects
@@ -368,7 +368,7 @@ def _one_at_a_time(outcome: Outcome, name: str, blank: Answered) -> Answered:
         sentences.append(f"The {_MOST} largest of {len(found)}.")
     if outcome.scene.robust:
         sentences.append(
-            "Not told of the evidence after the impact, whose errors have heavy tails."
+            "Evidence after the impact is left out, because its errors have heavy tails."
         )
     return replace(
         blank,

@@ -38,7 +38,7 @@ def timeline_figure(findings: Findings, outcome: Outcome, units: Units = "si") -
     axes = figure.subplots()
     told = next((q.numbers for q in findings.questions if q.kind == "time_distance"), None)
     if not isinstance(told, TimeDistance):
-        drawing.nothing_here(axes, "no times and distances are told")
+        drawing.nothing_here(axes, "no times and distances were asked for")
         return figure
     unit = unit_of("length", units)
     before = -np.array(told.times)

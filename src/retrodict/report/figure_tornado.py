@@ -39,7 +39,7 @@ def tornado_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
     figure = drawing.new_figure(7.2, (_MOST * _ROW + 0.9) * max(len(told), 1))
     panels = figure.subplots(max(len(told), 1), 1, squeeze=False)[:, 0]
     if not told:
-        drawing.nothing_here(panels[0], "no effects of measurements are told")
+        drawing.nothing_here(panels[0], "no effect of a measurement was computed")
     for axes, each in zip(panels, told, strict=False):
         _panel(axes, each, units)
     return figure
