@@ -9,6 +9,7 @@ from retrodict.findings.inputs import InputRow, input_rows
 from retrodict.findings.sentences import answer, assumptions, verdict
 from retrodict.findings.statistics import DERIVED, Quantity, correlations, reported, statistics
 from retrodict.scene.quantities import Units
+from retrodict.scene.write import SceneText, scene_text
 from retrodict.studies.conflict import LeftOut, conflicts
 from retrodict.studies.narrowing import Narrowed, narrowing
 
@@ -27,6 +28,7 @@ class Findings:
 
     Args:
         scene: what was measured.
+        scene_text: the scene file that says so.
         description: the model, in words.
         quantities: the reported ones, by name.
         derived: what follows from the same draws, by name.
@@ -46,6 +48,7 @@ class Findings:
     """
 
     scene: Scene
+    scene_text: SceneText
     description: Description
     quantities: dict[str, Quantity]
     derived: dict[str, Quantity]
@@ -84,6 +87,7 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
     return Findings(
         scene=outcome.scene,
+        scene_text=scene_text(outcome.scene),
         description=outcome.description,
         quantities=quantities,
         derived={name: found[name] for name in derived},
