@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from retrodict.findings.rounding import format_value
@@ -19,6 +19,40 @@ if TYPE_CHECKING:
 MARK = "†"
 WITHHELD = "withheld"
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
+
+
+_ASKED = {
+    "e": "the restitution e",
+    "mu": "the equivalent friction μ",
+    "e_m": "the impact moment coefficient e_m",
+}
+
+
+def question(outcome: Outcome) -> str:
+    """What a scene asks, in a sentence.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        The speeds that are asked, then what is asked of the impact.
+    """
+    asked = outcome.scene.question
+    speeds = [v.upper() for v in VEHICLES if f"speed_{v}" in asked]
+    impact = [words for name, words in _ASKED.items() if name in asked]
+    parts = []
+    if speeds:
+        parts.append(
+            f"how fast {_and(f'vehicle {v}' for v in speeds)} travelled just before impact"
+        )
+    if impact:
+        parts.append(f"what {_and(impact)} {'was' if len(impact) == 1 else 'were'}")
+    return f"It is asked {', and '.join(parts)}, given what was measured and is listed below."
+
+
+def _and(words: Iterable[str]) -> str:
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units) -> str:
