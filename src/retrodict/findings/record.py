@@ -41,7 +41,7 @@ class Findings:
         assumptions: what is taken for granted, one line each.
         checks: the verdict on the draws.
         verdict: the same, in a line.
-        question: what was asked, in a sentence.
+        question: what was asked, in words.
         answers: the answer in sentences, by the system of units that comes first.
         size: chains, and draws kept of each; None where there are none.
         seconds, versions, seed, settings, complete, notes: as of the outcome.

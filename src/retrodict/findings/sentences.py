@@ -29,13 +29,13 @@ _ASKED = {
 
 
 def question(outcome: Outcome) -> str:
-    """What a scene asks, in a sentence.
+    """What a scene asks, in words.
 
     Args:
         outcome: the reconstruction.
 
     Returns:
-        The speeds that are asked, then what is asked of the impact.
+        A question on the speeds, if one is asked, and one on the impact.
     """
     asked = outcome.scene.question
     speeds = [v.upper() for v in VEHICLES if f"speed_{v}" in asked]
@@ -43,11 +43,11 @@ def question(outcome: Outcome) -> str:
     parts = []
     if speeds:
         parts.append(
-            f"how fast {_and(f'vehicle {v}' for v in speeds)} travelled just before impact"
+            f"How fast did {_and(f'vehicle {v}' for v in speeds)} travel before the impact?"
         )
     if impact:
-        parts.append(f"what {_and(impact)} {'was' if len(impact) == 1 else 'were'}")
-    return f"It is asked {', and '.join(parts)}, given what was measured and is listed below."
+        parts.append(f"What {'was' if len(impact) == 1 else 'were'} {_and(impact)}?")
+    return " ".join((*parts, "The answer rests on what was measured, as listed below."))
 
 
 def _and(words: Iterable[str]) -> str:

@@ -1,19 +1,29 @@
-"""What a report says, as plain data: every renderer lays out the same texts and numbers.
-
-`content` makes it of the findings, once; nothing in it is computed and every cell is formatted.
-"""
+"""What a report says: the document is made once of the findings, with every cell formatted."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from retrodict.findings.inputs import ASSUMED
 from retrodict.findings.rounding import NOTHING, format_value, format_with_sd
 from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import scaled
 from retrodict.inference.digits import decimals_of, rhat_text
+from retrodict.report.blocks import (
+    Block,
+    Code,
+    Document,
+    Form,
+    Listing,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+    numbered,
+    printable,
+)
 from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import marked, result_rows
 from retrodict.scene.case import Attachment, Case
@@ -30,6 +40,7 @@ if TYPE_CHECKING:
     from retrodict.findings.statistics import Quantity
     from retrodict.report.figures import Registered
     from retrodict.studies.conflict import LeftOut
+    from retrodict.studies.narrowing import Narrowed
 
 NOT_STATED = "not stated"
 COMMAND = "retrodict reconstruct scene.toml"  # and the options that make the same numbers
@@ -38,110 +49,6 @@ _CAUSES = 3  # of the uncertainty, on the first page
 _MOST_TELLING = 8  # quantities that would narrow an answer
 _LEVELS = (90, 95)  # per cent, of the results' intervals
 _SYSTEMS: dict[Units, str] = {"si": "SI units", "us": "US customary units"}
-
-
-@dataclass(frozen=True, slots=True)
-class Paragraph:
-    """Text: plain, "quiet" (small print), the "answer", an answer that is "held" back, or a "note"."""
-
-    text: str
-    kind: Literal["plain", "quiet", "answer", "held", "note"] = "plain"
-
-
-@dataclass(frozen=True, slots=True)
-class Listing:
-    """Items, one line each."""
-
-    items: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A table whose first column names its rows.
-
-    Args:
-        rows: cells, as many as there are columns.
-        header: of the columns; empty for a table of names and values.
-        title: above it; empty for none.
-        texts: numbers of the columns that hold words, beside the first; all others hold numbers.
-    """
-
-    rows: tuple[tuple[str, ...], ...]
-    header: tuple[str, ...] = ()
-    title: str = ""
-    texts: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A figure.
-
-    Args:
-        number: in the document.
-        title: in a few words; it stands for the figure where that cannot be seen.
-        caption: what it shows and how to read it.
-        image: PNG.
-        small: whether it shares its page with other things.
-    """
-
-    number: str
-    title: str
-    caption: str
-    image: bytes
-    small: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Code:
-    """Text that keeps its lines, such as a scene file."""
-
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Form:
-    """Lines to be completed by hand."""
-
-    fields: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A heading with what stands below it.
-
-    Args:
-        title: in words.
-        blocks: in order; sections among them are its parts.
-        number: such as "3.1"; empty on the first page.
-    """
-
-    title: str
-    blocks: tuple[Block, ...]
-    number: str = ""
-
-
-Block = Paragraph | Listing | Table | Picture | Code | Form | Section
-
-
-@dataclass(frozen=True, slots=True)
-class Document:
-    """A report.
-
-    Args:
-        title: of the scene.
-        subtitle: what kind of document this is, and of which vehicles.
-        author: the examiner; empty if not stated.
-        date: of the report, as stated; empty if not.
-        first: the first page.
-        sections: the rest, numbered.
-    """
-
-    title: str
-    subtitle: str
-    author: str
-    date: str
-    first: tuple[Block, ...]
-    sections: tuple[Section, ...]
 
 
 def content(
@@ -187,41 +94,11 @@ def content(
         date=case.dates.get("report", ""),
         first=_first_page(findings, units, case, pictures),
         sections=tuple(
-            _numbered(section, str(number))
+            numbered(section, str(number))
             for number, section in enumerate((s for s in sections if s is not None), 1)
         ),
     )
-    return _printable(document)
-
-
-def _numbered(section: Section, number: str) -> Section:
-    parts, blocks = 0, list[Block]()
-    for block in section.blocks:
-        if isinstance(block, Section):
-            parts += 1
-            block = _numbered(block, f"{number}.{parts}")
-        blocks.append(block)
-    return replace(section, number=number, blocks=tuple(blocks))
-
-
-def _printable(value: Any) -> Any:
-    """The same tree, with codes in place of characters that do not print.
-
-    These could steer a terminal or a reader's eye, and XML cannot hold them.
-    """
-    if isinstance(value, str):
-        return "".join(
-            c if c.isprintable() or c in "\n\t\N{NO-BREAK SPACE}" else _code(c) for c in value
-        )
-    if isinstance(value, tuple):
-        return tuple(_printable(each) for each in value)
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{f.name: _printable(getattr(value, f.name)) for f in fields(value)})
-    return value
-
-
-def _code(character: str) -> str:
-    return character.encode("unicode_escape").decode("ascii")
+    return printable(document)
 
 
 # ---- the first page
@@ -237,8 +114,8 @@ def _first_page(
     blocks += [
         replace(p, caption=_first_sentence(p.caption), small=True) for p in pictures["first page"]
     ]
-    if causes := _causes(findings, units):
-        blocks.append(Section("What the uncertainty comes from most", (Listing(tuple(causes)),)))
+    if causes := tuple(_causes(findings, units)):
+        blocks.append(Section("What the uncertainty comes from most", causes))
     blocks.append(Section("Are the numbers sound?", _verdict(findings)))
     blocks.append(Section("Assumed rather than measured", (Paragraph(_assumed(findings)),)))
     return tuple(blocks)
@@ -281,23 +158,28 @@ def _answer(findings: Findings, units: Units) -> list[Block]:
 def _put(findings: Findings) -> Iterable[Block]:
     """The questions that were put, each with the first sentence of its answer."""
     for each in findings.questions:
-        yield Paragraph(" ".join((f"{each.title}:", *each.sentences[:1])))
+        title = each.title if each.title.endswith(("?", ".")) else f"{each.title}:"
+        yield Paragraph(" ".join((title, *each.sentences[:1])))
 
 
-def _causes(findings: Findings, units: Units) -> list[str]:
-    speed = unit_of("speed", units)
-    lines = []
+def _causes(findings: Findings, units: Units) -> Iterable[Block]:
+    """The measurements that would narrow each speed the most, of those that visibly would."""
+    if not findings.narrowing:
+        return
+    symbol, lines = unit_of("speed", units).symbol, list[str]()
     for sought, known in findings.narrowing.items():
         label, now = _speed_and_sd(findings, sought, units)
         measured = [each for each in known if each.measured is not None][:_CAUSES]
         for each in measured:
-            sd = each.sd / speed.worth
-            left = format_value(sd, _decimals(findings, sought, units, sd))
-            lines.append(
-                f"{label_and_unit(each.name, units)[0]}: known exactly, it would bring the standard "
-                f"deviation of the {label} from {now} to {left} {speed.symbol}"
-            )
-    return lines
+            left = _sd_left(findings, sought, units, each)
+            if left != now:
+                name = label_and_unit(each.name, units)[0]
+                lines.append(f"{name}: {label} from ± {now} to ± {left} {symbol}")
+    if lines:
+        yield Paragraph("Known exactly, each alone would narrow the answer (standard deviation):")
+        yield Listing(tuple(lines))
+    else:
+        yield Paragraph("No single measurement, known exactly, would visibly narrow the answer.")
 
 
 def _verdict(findings: Findings) -> tuple[Block, ...]:
@@ -508,10 +390,8 @@ def _files(attachments: tuple[Attachment, ...]) -> Block:
 
 
 def _sources(rows: Iterable[InputRow]) -> Table:
-    cells = tuple(
-        (row.label, row.source or NOT_STATED, ASSUMED[row.assumed] or "as measured") for row in rows
-    )
-    return Table(cells, ("Item", "Source", "Standing"), texts=(1, 2))
+    cells = tuple((row.label, row.source or NOT_STATED, ASSUMED[row.assumed]) for row in rows)
+    return Table(cells, ("Item", "Source", "Default"), texts=(1, 2))
 
 
 def _marks(findings: Findings, units: Units) -> list[str]:
@@ -607,14 +487,8 @@ def _narrowed(findings: Findings, units: Units) -> Iterable[Block]:
             as_now = (
                 format_with_sd(m.value / unit.worth, m.sd / unit.worth) if m else "not measured"
             )
-            sd = each.sd / speed.worth
-            rows.append(
-                (
-                    _named(name, unit.symbol),
-                    as_now,
-                    format_value(sd, _decimals(findings, sought, units, sd)),
-                )
-            )
+            left = _sd_left(findings, sought, units, each)
+            rows.append((_named(name, unit.symbol), as_now, left))
         heading = f"Sd of the {label}, {speed.symbol} (now {now})"
         yield Table(tuple(rows), ("Known exactly", "Measured ± sd", heading))
 
@@ -624,6 +498,12 @@ def _speed_and_sd(findings: Findings, name: str, units: Units) -> tuple[str, str
     precision = found.precision[units]
     sd = format_value(scaled(found.sd, precision.unit.worth), precision.decimals)
     return label_and_unit(name, units)[0], sd
+
+
+def _sd_left(findings: Findings, sought: str, units: Units, known: Narrowed) -> str:
+    """Sd of a speed, were a quantity known."""
+    sd = known.sd / unit_of("speed", units).worth
+    return format_value(sd, _decimals(findings, sought, units, sd))
 
 
 def _decimals(findings: Findings, name: str, units: Units, sd: float) -> int | None:
@@ -820,8 +700,8 @@ def _reproduction(findings: Findings) -> Section:
     how = (
         "as it was written"
         if text.as_written
-        else "made from the values that were computed with, because the scene was changed after its file "
-        "was read, or had none"
+        else "made from the values that were computed with, because the scene was changed after its "
+        "file was read, or had none"
     )
     rows = {
         **{name: str(value) for name, value in options.items()},

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.report import html, pdf, word
-from retrodict.report.content import Document, content
+from retrodict.report.blocks import Document
+from retrodict.report.content import content
 from retrodict.report.files import write_whole
 from retrodict.scene.quantities import Units
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from retrodict.report.templates import template
 
 if TYPE_CHECKING:
-    from retrodict.report.content import Document
+    from retrodict.report.blocks import Document
 
 
 def render(document: Document) -> bytes:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 from dataclasses import fields, is_dataclass
-from datetime import date, datetime
+from datetime import UTC, date, datetime
 from importlib import resources
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from retrodict.report.blocks import Table
 from retrodict.report.libraries import imported
 
 if TYPE_CHECKING:
-    from retrodict.report.content import Document
+    from retrodict.report.blocks import Document
 
 STANDARDS = ["a-2a", "ua-1"]
 _UNDATED = date(1970, 1, 1)  # PDF/A demands a date
@@ -65,8 +66,6 @@ def render(document: Document) -> bytes:
 
 
 def _date(document: Document) -> datetime:
-    from datetime import UTC
-
     try:
         stated = date.fromisoformat(document.date)
     except ValueError:
@@ -83,5 +82,7 @@ def _plain(value: Any, images: list[bytes]) -> Any:
         return [_plain(each, images) for each in value]
     if is_dataclass(value):
         own = {each.name: _plain(getattr(value, each.name), images) for each in fields(value)}
+        if isinstance(value, Table):
+            own["shares"] = value.shares
         return own | {"block": type(value).__name__}
     return value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING, Any
 
-from retrodict.report.content import (
+from retrodict.report.blocks import (
     Block,
     Code,
     Form,
@@ -18,9 +18,9 @@ from retrodict.report.content import (
 from retrodict.report.libraries import imported
 
 if TYPE_CHECKING:
-    from retrodict.report.content import Document
+    from retrodict.report.blocks import Document
 
-_WIDTH, _HEIGHT, _SMALL = 17.0, 18.0, 9.0  # cm, of a picture
+_WIDTH, _HEIGHT, _SMALL = 17.0, 17.0, 7.0  # cm, of a picture
 _STYLES = {"answer": "Intense Quote", "held": "Intense Quote", "note": "Quote"}
 
 
@@ -42,7 +42,7 @@ def render(document: Document) -> bytes:
     section.page_width, section.page_height = docx.shared.Cm(21.0), docx.shared.Cm(29.7)
     section.left_margin = section.right_margin = docx.shared.Cm(2.0)
     section.top_margin = section.bottom_margin = docx.shared.Cm(2.0)
-    made.styles["Normal"].font.size = docx.shared.Pt(10)
+    _restyle(made.styles)
     # those that the library's template has are of another document
     properties = made.core_properties
     properties.title, properties.author, properties.comments = document.title, document.author, ""
@@ -56,6 +56,26 @@ def render(document: Document) -> bytes:
     file = io.BytesIO()
     made.save(file)
     return file.getvalue()
+
+
+def _restyle(styles: Any) -> None:
+    """Plainer than the library's template, and in grey."""
+    from docx.shared import Cm, Pt, RGBColor
+
+    for name, points, bold in (
+        ("Normal", 10, False),
+        ("Title", 18, True),
+        ("Heading 1", 14, True),
+        ("Heading 2", 12, True),
+        ("Heading 3", 10, True),
+        ("Caption", 9, False),
+        ("Intense Quote", 12, False),
+    ):
+        font = styles[name].font
+        font.size, font.bold, font.italic = Pt(points), bold, False
+        font.color.rgb = RGBColor(0, 0, 0)
+    quote = styles["Intense Quote"].paragraph_format
+    quote.left_indent = quote.right_indent = Cm(0.3)
 
 
 def _add(made: Any, block: Block, level: int) -> None:
@@ -92,19 +112,20 @@ def _run(paragraph: Any, text: str, points: int | None) -> Any:
 def _add_table(made: Any, block: Table) -> None:
     from docx.enum.text import WD_ALIGN_PARAGRAPH
     from docx.oxml import OxmlElement
-    from docx.oxml.ns import qn
+    from docx.shared import Cm
 
     if block.title:
         _run(made.add_paragraph(), block.title, None).bold = True
     rows = ([block.header] if block.header else []) + list(block.rows)
-    table = made.add_table(len(rows), len(rows[0]), style="Light List")
-    # Word would print the first row of a table of names and values like a header
-    (look,) = table._tbl.tblPr.findall(qn("w:tblLook"))
-    look.set(qn("w:firstRow"), "1" if block.header else "0")
+    table = made.add_table(len(rows), len(rows[0]), style="Table Grid")
+    table.autofit = False
+    for share, column in zip(block.shares, table.columns, strict=True):
+        column.width = Cm(_WIDTH * share)
     for number, (cells, row) in enumerate(zip(rows, table.rows, strict=True)):
         for column, (text, cell) in enumerate(zip(cells, row.cells, strict=True)):
             (paragraph,) = cell.paragraphs
-            _run(paragraph, text, 8)
+            cell.width = Cm(_WIDTH * block.shares[column])
+            _run(paragraph, text, 8).bold = number == 0 and bool(block.header)
             if column and column not in block.texts and block.header:
                 paragraph.alignment = WD_ALIGN_PARAGRAPH.RIGHT
         if number == 0 and block.header:  # repeated on each page
