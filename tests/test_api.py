@@ -84,20 +84,20 @@ def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path)
 
 
 def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> None:
-    told = ladder_of(step("low", 19.0), step("full", 19.1))
+    ladder = ladder_of(step("low", 19.0), step("full", 19.1))
     ran = []
     monkeypatch.setattr(api, "_reconstruct", lambda scene, **given: ran.append(given["model"]))
-    monkeypatch.setattr(api, "ladder", lambda scene, **_: told)
+    monkeypatch.setattr(api, "ladder", lambda scene, **_: ladder)
     monkeypatch.setattr(api, "allowed", lambda scene: ["low", "full"])
-    assert api.reconstruct(told.scene).ladder is told
-    none = replace(told, choice=None)
+    assert api.reconstruct(ladder.scene).ladder is ladder
+    none = replace(ladder, choice=None)
     monkeypatch.setattr(api, "ladder", lambda scene, **_: none)
-    api.reconstruct(told.scene)
-    assert api.reconstruct(told.scene, model="middle").ladder is None
-    monkeypatch.setattr(api, "allowed", lambda scene: ["full"])  # nothing to climb
-    assert api.reconstruct(told.scene).ladder is None
+    api.reconstruct(ladder.scene)
+    assert api.reconstruct(ladder.scene, model="middle").ladder is None
+    monkeypatch.setattr(api, "allowed", lambda scene: ["full"])  # nothing to compare
+    assert api.reconstruct(ladder.scene).ladder is None
     assert ran == ["low", "full", "middle", "full"]
     monkeypatch.setattr(api, "allowed", lambda scene: ["low", "full"])
     monkeypatch.setattr(api, "ladder", lambda scene, **_: replace(none, complete=False))
     with pytest.raises(Interrupted):
-        api.reconstruct(told.scene)
+        api.reconstruct(ladder.scene)

@@ -59,16 +59,16 @@ def test_check_accepts_the_example() -> None:
     assert done.returncode == 0, done.stderr
     assert "fine" in done.stdout
     assert "It asks for speed of B before impact, restitution e" in done.stdout
-    assert "doubt" not in done.stdout
+    assert "warning" not in done.stdout
 
 
-def test_check_doubts_what_is_seldom_meant_and_accepts_it(tmp_path: Path) -> None:
+def test_check_warns_of_an_implausible_value_and_accepts_it(tmp_path: Path) -> None:
     file = tmp_path / "odd.toml"
     line = r"(?m)^contact_line = .*"
     file.write_text(re.sub(line, 'contact_line = "-60 ± 3 deg"', SCENE.read_text()))
     done = run("check", file)
     assert done.returncode == 0, done.stderr
-    assert "  doubt: impact.contact_line: both centres" in done.stdout
+    assert "  warning: impact.contact_line: both centres" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) 
     assert "<script" not in (out / "report.html").read_text()
 
 
-def test_too_few_draws_are_told_as_not_to_be_relied_on(tmp_path: Path) -> None:
+def test_too_few_draws_are_marked_as_not_to_be_relied_on(tmp_path: Path) -> None:
     done = run("reconstruct", SCENE, "--out", tmp_path / "few", "--draws", 20, "--warmup", 60)
     assert done.returncode == 0, done.stderr
     assert "NOT TO BE RELIED ON" in done.stdout
@@ -225,11 +225,11 @@ def test_results_of_two_runs_show(tmp_path: Path) -> None:
     assert "not of the run that summary.json is of: report.html" in mixed.stderr
 
 
-@pytest.mark.parametrize(("out", "told"), [("", "--out is empty"), (".", "--out is empty")])
-def test_the_current_folder_is_not_written_to(tmp_path: Path, out: str, told: str) -> None:
+@pytest.mark.parametrize(("out", "said"), [("", "--out is empty"), (".", "--out is empty")])
+def test_the_current_folder_is_not_written_to(tmp_path: Path, out: str, said: str) -> None:
     done = run("reconstruct", SCENE, "--out", out, folder=tmp_path)
     assert done.returncode == 2
-    assert reasons(done)[0].startswith(told)
+    assert reasons(done)[0].startswith(said)
     (tmp_path / "...toml").write_text(SCENE.read_text())
     done = run("reconstruct", "...toml", folder=tmp_path)
     assert done.returncode == 2
@@ -259,16 +259,16 @@ def test_the_option_names_every_method() -> None:
     assert [choice.value for choice in MethodChoice] == list(METHODS)
 
 
-def test_ladder_writes_its_files_and_tells_the_choice(tmp_path: Path) -> None:
+def test_ladder_writes_its_files_and_states_the_choice(tmp_path: Path) -> None:
     out = tmp_path / "case"
     done = run("ladder", SCENE, "--out", out, "--seed", 3)
     assert done.returncode == 0, done.stderr
     assert {p.name for p in out.iterdir()} == {
         "ladder.json", "ladder.csv", "ladder.png", "ladder.svg",
     }  # fmt: skip
-    told = json.loads((out / "ladder.json").read_text())
-    assert told["choice"] in {step["name"] for step in told["steps"] if step["answers"]}
-    assert " ".join(told["reason"].split()) in " ".join(done.stdout.split())
+    content = json.loads((out / "ladder.json").read_text())
+    assert content["choice"] in {step["name"] for step in content["steps"] if step["answers"]}
+    assert " ".join(content["reason"].split()) in " ".join(done.stdout.split())
     refused = run("ladder", tmp_path / "none.toml")
     assert refused.returncode == 2
     assert len(reasons(refused)) == 1
@@ -296,7 +296,7 @@ def test_calibrate_writes_its_files_and_goes_on(tmp_path: Path) -> None:
     assert reasons(refused)[0].startswith("--model momentum: choose one of momentum+slide, ")
 
 
-def test_validate_scores_a_case_and_tells_of_faulty_files(tmp_path: Path) -> None:
+def test_validate_scores_a_case_and_reports_faulty_files(tmp_path: Path) -> None:
     """Momentum: 2200 kg at 10 m/s meet 1379 kg; both go on at 2 m/s, so that these came at 10.76 m/s."""
     text = (ROOT / "examples" / "ricsac-11" / "scene.toml").read_text()
     known = ("approach.speed = .*", 'approach.speed = "10 ± 0.1 m/s"')

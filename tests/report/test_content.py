@@ -55,7 +55,7 @@ def test_the_three_largest_causes_are_measured_quantities_that_visibly_narrow(ou
 def test_the_question_is_the_one_that_was_asked(outcome):
     def asked(*names):
         scene = replace(outcome.scene, question=names)
-        return findings.of(replace(outcome, scene=scene)).question
+        return findings.compute(replace(outcome, scene=scene)).question
 
     assert asked("speed_a", "speed_b").startswith("How fast did vehicle A and vehicle B travel")
     assert asked("e") == (
@@ -97,7 +97,7 @@ def test_the_report_holds_what_a_court_asks_for(good, title, wanted):
 
 
 def test_the_scene_file_is_given_with_its_digest_and_whether_it_was_changed(outcome, good):
-    found = findings.of(outcome).scene_text
+    found = findings.compute(outcome).scene_text
     text = text_of(section(good, "Reproduction"))
     assert found.sha256 in text
     assert found.text.strip() in text
@@ -142,7 +142,7 @@ def test_a_sampler_that_was_replaced_stands_under_the_checks(outcome):
 
 
 def test_what_nothing_cross_checks_is_said_in_a_sentence(outcome):
-    found = findings.of(outcome)
+    found = findings.compute(outcome)
     unreliable = tuple(replace(item, pareto_k=2.0) for item in found.left_out)
     text = text_of(section(document_of(outcome, left_out=unreliable), "Each item left out"))
     assert text.count("Nothing cross-checks") == 1
@@ -161,7 +161,7 @@ def test_models_that_were_not_run_are_named_in_a_sentence(outcome):
 
 
 def test_no_more_digits_are_printed_beside_a_result_than_of_it(outcome):
-    """The speed is told as 19.2 ± 0.9: the sd that a known input would leave has one decimal too."""
+    """The speed is printed as 19.2 ± 0.9: the sd that a known input would leave has one decimal too."""
     (table,) = (
         b
         for b in section(document_of(outcome), "What would narrow the answer").blocks
@@ -190,7 +190,7 @@ def test_evidence_of_every_kind_is_registered(sparse):
     assert "rest of A" not in text_of(document)
 
 
-def test_a_case_is_told_and_nothing_else(outcome):
+def test_a_case_is_printed_and_nothing_else(outcome):
     photo = Attachment("b.jpg", "ab" * 32, 12, title="rest of B", by="B. Officer")
     case = Case(
         number="17/26",
@@ -217,7 +217,7 @@ def test_questions_put_are_answered_on_the_first_page_and_in_full_with_their_fig
         "extra",
     )
     extra = Registered(None, "Exceedance", "What was found.")
-    found = replace(findings.of(outcome), questions=(put,))
+    found = replace(findings.compute(outcome), questions=(put,))
     document = content(found, {"extra": b"PNG"}, {"extra": extra})
     assert "Was B faster than 45 mph?: With probability" not in text_of(document.first)
     assert "Was B faster than 45 mph? With probability 0.91 ± 0.01." in text_of(document.first)
@@ -228,7 +228,7 @@ def test_questions_put_are_answered_on_the_first_page_and_in_full_with_their_fig
 
 def test_every_figure_has_a_place(outcome):
     images = dict.fromkeys(FIGURES, b"PNG")
-    document = content(findings.of(outcome), images, FIGURES)
+    document = content(findings.compute(outcome), images, FIGURES)
     pictures = [b for b in blocks(document) if isinstance(b, Picture)]
     assert sorted(p.title for p in pictures) == sorted(f.title for f in FIGURES.values())
     assert [p.number for p in pictures] == [str(n) for n in range(1, len(FIGURES) + 1)]

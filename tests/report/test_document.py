@@ -70,14 +70,16 @@ def test_a_strangers_text_shows_as_text(outcome, suffix):
 def test_a_new_format_is_one_function_and_one_line(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {})
     monkeypatch.setitem(FORMATS, "toy", lambda document: json.dumps(document.title).encode())
-    path = write_report(findings.of(outcome), outcome, tmp_path / "deep" / "report.toy")
+    path = write_report(findings.compute(outcome), outcome, tmp_path / "deep" / "report.toy")
     assert json.loads(path.read_bytes()) == outcome.scene.title
     assert [p.name for p in path.parent.iterdir()] == ["report.toy"]
 
 
-def test_an_unknown_format_and_a_missing_library_are_told_in_a_line(outcome, tmp_path, monkeypatch):
+def test_an_unknown_format_and_a_missing_library_are_reported_in_a_line(
+    outcome, tmp_path, monkeypatch
+):
     with pytest.raises(UnknownFormat, match=r"'odt': choose of html, pdf, docx"):
-        write_report(findings.of(outcome), outcome, tmp_path / "report.odt")
+        write_report(findings.compute(outcome), outcome, tmp_path / "report.odt")
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
     with pytest.raises(MissingLibrary, match=r"pip install 'retrodict\[documents\]'"):
         render(document_of(outcome), ["pdf"])
@@ -95,5 +97,5 @@ def test_a_failing_write_leaves_the_old_report(outcome, tmp_path, monkeypatch):
 
     monkeypatch.setattr(files.os, "replace", refuse)
     with pytest.raises(OSError, match="disk full"):
-        write_report(findings.of(outcome), outcome, path)
+        write_report(findings.compute(outcome), outcome, path)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("report.html", "old")]

@@ -26,7 +26,7 @@ NEEDS = (
 
 
 def drawn(name, outcome, units="si"):
-    return FIGURES[name].draw(findings.of(outcome), outcome, units)
+    return FIGURES[name].draw(findings.compute(outcome), outcome, units)
 
 
 def words(figure):
@@ -34,7 +34,7 @@ def words(figure):
 
 
 def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
-    paths = save_figures(findings.of(outcome), outcome, tmp_path / "new", "si")
+    paths = save_figures(findings.compute(outcome), outcome, tmp_path / "new", "si")
     assert {p.name for p in paths} == {"posterior.png", "pair.png", "scene.png", "predictive.png"}
     for path in paths:
         image = matplotlib.image.imread(path)
@@ -106,7 +106,7 @@ def test_marks_and_directions_are_drawn_where_they_were_measured(sparse):
 
 def test_every_item_of_evidence_has_its_row(sparse):
     text = words(drawn("predictive", sparse, "si"))
-    for row in findings.of(sparse).measured:
+    for row in findings.compute(sparse).measured:
         assert row.measured.sd == 0 or row.label in text
     assert "0.00 ± 0.15 m *" in text
 
@@ -129,7 +129,7 @@ def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_only_a_failed_run_bears_a_banner(outcome, failing, name):
+def test_only_a_failed_run_has_a_banner(outcome, failing, name):
     assert "NOT TO BE RELIED ON" in words(drawn(name, failing, "si"))
     assert "NOT TO BE RELIED ON" not in words(drawn(name, outcome, "si"))
 
@@ -214,7 +214,7 @@ def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {"scene": FIGURES["scene"]})
     monkeypatch.setattr(figures, "to_png", lambda _: b"new")
     with pytest.raises(OSError, match="disk full"):
-        save_figures(findings.of(outcome), outcome, tmp_path, "si")
+        save_figures(findings.compute(outcome), outcome, tmp_path, "si")
     assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("scene.png", b"old")]
 
 

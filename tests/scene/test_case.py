@@ -81,19 +81,19 @@ def test_nothing_outside_the_folder_is_read(folder, path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "wanted"),
     [
         ('attachments = [{ file = "none.jpg" }]', "cannot be read (No such file"),
         ('attachments = [{ file = "photos" }]', "is no file"),
         ("attachments = [{}]", "attachments[0].file: missing"),
-        ('examiner = { nmae = "x" }', 'did you mean "name"?'),
+        ('examiner = { names = "x" }', 'did you mean "name"?'),
         ('number = "a\\u001b[2J"', "printable characters"),
         ("questions = 3", "write a table: [questions]"),
         ('units = "metric"', 'units = "si" or "us"'),
     ],
 )
-def test_a_fault_is_told_with_its_place_in_a_line(folder, text, told):
+def test_a_fault_is_reported_with_its_place_in_a_line(folder, text, wanted):
     said = refusal(folder, f"schema = 1\n{text}\n")
-    assert told in said
+    assert wanted in said
     assert "\x1b" not in said
     assert len(said.splitlines()) == 1

@@ -76,7 +76,7 @@ class Findings:
     schema: Literal[1] = SCHEMA
 
 
-def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
+def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     """Compute what a reconstruction comes to.
 
     Args:

@@ -29,7 +29,7 @@ from retrodict.report.results import marked, result_rows
 from retrodict.scene.case import Attachment, Case
 from retrodict.scene.quantities import Units, label_and_unit, unit_of
 from retrodict.scene.records import VEHICLES
-from retrodict.studies.conflict import DOUBT
+from retrodict.studies.conflict import MIN_PROBABILITY
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +46,7 @@ NOT_STATED = "not stated"
 COMMAND = "retrodict reconstruct scene.toml"  # and the options that make the same numbers
 
 _CAUSES = 3  # of the uncertainty, on the first page
-_MOST_TELLING = 8  # quantities that would narrow an answer
+_MAX_NARROWING = 8  # quantities that would narrow an answer
 _LEVELS = (90, 95)  # per cent, of the results' intervals
 _SYSTEMS: dict[Units, str] = {"si": "SI units", "us": "US customary units"}
 
@@ -481,7 +481,7 @@ def _narrowed(findings: Findings, units: Units) -> Iterable[Block]:
     for sought, known in findings.narrowing.items():
         label, now = _speed_and_sd(findings, sought, units)
         rows = []
-        for each in known[:_MOST_TELLING]:
+        for each in known[:_MAX_NARROWING]:
             name, unit = label_and_unit(each.name, units)
             m = each.measured
             as_now = (
@@ -513,29 +513,29 @@ def _decimals(findings: Findings, name: str, units: Units, sd: float) -> int | N
 
 
 def _left_out(findings: Findings, units: Units) -> Iterable[Block]:
-    told = [item for item in findings.left_out if item.told]
-    if told:
+    checked = [item for item in findings.left_out if item.reliable]
+    if checked:
         yield Paragraph(
-            "What all else says of each measurement, by weighing the draws anew without it, and the "
-            "speed of B that would be found. ► marks a measurement that all else makes less probable "
-            f"than {format_value(100 * DOUBT, 0)} %."
+            "Each measurement predicted from all others, by reweighting the draws without it, and the "
+            "speed of B that would be found. ► marks a measurement that all others make less probable "
+            f"than {format_value(100 * MIN_PROBABILITY, 0)} %."
         )
         speed = unit_of("speed", units)
-        rows = tuple(_without(findings, units, item) for item in told)
+        rows = tuple(_without(findings, units, item) for item in checked)
         yield Table(
             rows,
             (
                 "Item",
                 "Measured ± sd",
-                "All else expects ± sd",
+                "All others predict ± sd",
                 "Probability",
                 f"Speed of B without it ± sd, {speed.symbol}",
             ),
         )
-    if missing := [label_and_unit(i.name, units)[0] for i in findings.left_out if not i.told]:
+    if missing := [label_and_unit(i.name, units)[0] for i in findings.left_out if not i.reliable]:
         yield Paragraph(
             f"Nothing cross-checks {'; '.join(missing)}: so much depends on "
-            f"{'it' if len(missing) == 1 else 'each of these'} that the draws cannot be weighed anew "
+            f"{'it' if len(missing) == 1 else 'each of these'} that the draws cannot be reweighted "
             "without it (Pareto k above 0.7)."
         )
 
@@ -572,7 +572,7 @@ def _believed(findings: Findings, units: Units) -> Iterable[Block]:
             label = label_and_unit(item.name, units)[0]
             rows.append((label, marked(findings, believed), marked(findings, moved)))
     if not rows:
-        yield Paragraph("Not told: errors of the evidence have heavy tails here.")
+        yield Paragraph("No values are given: errors of the evidence have heavy tails here.")
         return
     yield Paragraph(
         "What an error in a measurement would do, to first order: which share of it would be believed, "
@@ -686,7 +686,7 @@ def _model_comparison(findings: Findings, units: Units) -> Section | None:
             "p is the probability of a misfit as large, of evidence and inputs together, were the model "
             "true. The ln evidence (log marginal likelihood) may be compared only between models that "
             "explain the same data. The half-normal prior of B's speed was halved and doubled in scale, "
-            "and made flat, by weighing the same draws anew.",
+            "and made flat, by reweighting the same draws.",
             "quiet",
         )
     )
@@ -739,11 +739,11 @@ def _expert(case: Case) -> Section:
         "Place and date of the report": tuple(filter(None, (case.place, dates.get("report", "")))),
         "Duty to the court and declaration of truth": case.declaration,
     }
-    told = tuple(
+    stated = tuple(
         (name, (value if isinstance(value, str) else "; ".join(value)) or NOT_STATED)
         for name, value in rows.items()
     )
-    return Section("The expert", (Table(told, texts=(1,)), Form(("Signature",))))
+    return Section("The expert", (Table(stated, texts=(1,)), Form(("Signature",))))
 
 
 # ---- shared

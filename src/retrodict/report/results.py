@@ -52,7 +52,7 @@ def result_rows(
 ) -> list[ResultRow]:
     """The results as they are printed, to two digits of their uncertainty or as draws allow.
 
-    When the run failed every number bears a mark; those of a quantity that failed checks of its
+    When the run failed every number has a mark; those of a quantity that failed checks of its
     own, and of what follows from it, are withheld.
 
     Args:
