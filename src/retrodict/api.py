@@ -204,9 +204,8 @@ class Result:
 
     def __repr__(self) -> str:
         verdict = "passed" if self.checks.passed else "FAILED"
-        method = self.outcome.settings.get("method", "")
-        made = f"{self.outcome.description.name} by {method}, seed {self.outcome.seed}"
-        return f"<Result of {self.scene.name!r}: {made}, checks {verdict}>"
+        model, seed = self.outcome.description.name, self.outcome.seed
+        return f"<Result of {self.scene.name!r}: {model}, seed {seed}, checks {verdict}>"
 
     def _repr_html_(self) -> str:
         from retrodict.report.fragments import findings_html

@@ -236,16 +236,17 @@ def report(
 
         from retrodict.api import load
         from retrodict.findings.stored import NotStored
-        from retrodict.report.document import UnknownFormat, document_of, write_reports
+        from retrodict.report.document import UnknownFormat, document_of, renderers, write_reports
         from retrodict.report.libraries import MissingLibrary
         from retrodict.report.pdf import NoGlyph
 
         try:
+            wanted = list(renderers(formats.split(",")))
             found = load(result)
             progress(_WRITING, 0, 1)
             chosen = units.value if units else (known and known.units) or "si"
             document = document_of(found.findings, found.outcome, chosen, known)
-            files = write_reports(document, folder, [f.strip() for f in formats.split(",")])
+            files = write_reports(document, folder, wanted)
             progress(_WRITING, 1, 1)
         except NotStored as error:
             _fail(str(error))

@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 
 import docx
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from retrodict import findings
 from retrodict.report import document, figures, files
 from retrodict.report.blocks import Table
-from retrodict.report.document import FORMATS, UnknownFormat, render, write_report
+from retrodict.report.document import FORMATS, UnknownFormat, renderers, write_report
 from retrodict.report.libraries import MissingLibrary
 from tests.report.documents import (
     EVIL,
@@ -26,7 +27,7 @@ from tests.report.documents import (
 @pytest.fixture(scope="module")
 def made(rolled):
     document = document_of(rolled)
-    return document, render(document, ["html", "pdf", "docx"])
+    return document, {name: render(document) for name, render in FORMATS.items()}
 
 
 def test_html_and_word_have_the_cells_of_the_content(made):
@@ -51,7 +52,7 @@ def test_pdf_has_the_cells_of_the_content_in_their_order(made):
 
 @pytest.mark.parametrize("suffix", ["html", "pdf", "docx"])
 def test_a_strangers_text_shows_as_text(outcome, suffix):
-    made = render(document_of(evil_outcome(outcome, EVIL)), [suffix])[suffix]
+    made = FORMATS[suffix](document_of(evil_outcome(outcome, EVIL)))
     if suffix == "html":
         page = Page(made)
         assert "script" not in page.tags
@@ -80,9 +81,10 @@ def test_an_unknown_format_and_a_missing_library_are_reported_in_a_line(
 ):
     with pytest.raises(UnknownFormat, match=r"'odt': choose of html, pdf, docx"):
         write_report(findings.compute(outcome), outcome, tmp_path / "report.odt")
-    monkeypatch.setitem(__import__("sys").modules, "typst", None)
+    assert list(renderers([" PDF", "html"])) == ["pdf", "html"]
+    monkeypatch.setitem(sys.modules, "typst", None)
     with pytest.raises(MissingLibrary, match=r"pip install 'retrodict\[documents\]'"):
-        render(document_of(outcome), ["pdf"])
+        FORMATS["pdf"](document_of(outcome))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,10 +1,21 @@
 """A case file: what it says is kept, what is empty stays so, and nothing outside its folder is read."""
 
 import hashlib
+import re
+import tomllib
+from pathlib import Path
 
 import pytest
 
-from retrodict.scene.case import Case, load_case
+from retrodict.scene.case import (
+    Case,
+    _AttachmentEntry,
+    _CaseEntry,
+    _DatesEntry,
+    _ExaminerEntry,
+    _InstructionEntry,
+    load_case,
+)
 from retrodict.scene.errors import SceneError
 
 FULL = """
@@ -97,3 +108,18 @@ def test_a_fault_is_reported_with_its_place_in_a_line(folder, text, wanted):
     assert wanted in said
     assert "\x1b" not in said
     assert len(said.splitlines()) == 1
+
+
+def test_the_documented_example_and_keys_are_the_code_s(folder):
+    """docs/reports.md shows every key."""
+    page = Path(__file__).parents[2].joinpath("docs", "reports.md").read_text("utf-8")
+    example = re.search(r"```toml\n(.*?)```", page, re.DOTALL)[1]
+    (folder / "photos" / "rest-of-b.jpg").write_bytes(b"")
+    found = case(folder, example)
+    assert found.dates["report"] == "2026-06-01"
+    written = tomllib.loads(example)
+    parts = {"examiner": _ExaminerEntry, "instruction": _InstructionEntry, "dates": _DatesEntry}
+    assert set(written) == {f.alias or n for n, f in _CaseEntry.model_fields.items()}
+    for name, entry in parts.items():
+        assert set(written[name]) == set(entry.model_fields)
+    assert set(written["attachments"][0]) == set(_AttachmentEntry.model_fields)
