@@ -6,11 +6,11 @@ import pytest
 
 from retrodict import findings
 from retrodict.findings.questions import Answered
-from retrodict.report.blocks import Listing, Picture, Table
+from retrodict.findings.record import Cause
+from retrodict.report.blocks import Picture, Table
 from retrodict.report.content import content
 from retrodict.report.figures import FIGURES, Registered
 from retrodict.scene.case import Attachment, Case
-from retrodict.studies.narrowing import Narrowed
 from tests.report.documents import (
     EVIL,
     EVIL_PRINTED,
@@ -32,24 +32,16 @@ def test_the_first_page_has_question_answer_scene_causes_verdict_and_assumptions
     text = text_of(good.first)
     assert "How fast did vehicle B travel before the impact?" in text
     assert "with 95 % probability between 17.5 and 21.0 m/s (63 and 76 km/h; 39 and 47 mph)" in text
-    assert "No single measurement, known exactly, would visibly narrow the answer." in text
+    assert "The measured quantities that contribute most" in text
     assert "Checks passed: 0 divergences" in text
     assert "yaw inertia of A" in text_of(section(good, "Assumed rather than measured"))
     assert [b.caption for b in good.first if isinstance(b, Picture)] == ["Drawn to scale."]
 
 
-def test_the_three_largest_causes_are_measured_quantities_that_visibly_narrow(outcome):
-    m = outcome.scene.inputs()["mass_a"]
-    sds = {"Omega_a": 0.1, "mass_a": 0.4, "mass_b": 0.6, "friction_road": 0.89, "Gamma": 0.895}
-    known = tuple(Narrowed(n, None if n == "Omega_a" else m, sd) for n, sd in sds.items())
-    document = document_of(outcome, narrowing={"speed_b": known})
-    (lines,) = (
-        b.items for b in blocks(document) if isinstance(b, Listing) and "from ±" in b.items[0]
-    )
-    assert lines == (
-        "mass of A: speed of B before impact from ± 0.9 to ± 0.4 m/s",
-        "mass of B: speed of B before impact from ± 0.9 to ± 0.6 m/s",
-    )
+def test_the_largest_causes_stand_on_the_first_page_with_their_shares(outcome):
+    causes = (Cause("mass_a", 0.8042, 0.004), Cause("mass_b", 0.106, 0.02))
+    text = text_of(document_of(outcome, causes={"speed_b": causes}).first)
+    assert "speed of B before impact: mass of A 80 %, mass of B 10 %" in text
 
 
 def test_the_question_is_the_one_that_was_asked(outcome):

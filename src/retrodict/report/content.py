@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 NOT_STATED = "not stated"
 COMMAND = "retrodict reconstruct scene.toml"  # and the options that make the same numbers
 
-_CAUSES = 3  # of the uncertainty, on the first page
 _MAX_NARROWING = 8  # quantities that would narrow an answer
 _LEVELS = (90, 95)  # per cent, of the results' intervals
 _SYSTEMS: dict[Units, str] = {"si": "SI units", "us": "US customary units"}
@@ -163,23 +162,25 @@ def _put(findings: Findings) -> Iterable[Block]:
 
 
 def _causes(findings: Findings, units: Units) -> Iterable[Block]:
-    """The measurements that would narrow each speed the most, of those that visibly would."""
-    if not findings.narrowing:
-        return
-    symbol, lines = unit_of("speed", units).symbol, list[str]()
-    for sought, known in findings.narrowing.items():
-        label, now = _speed_and_sd(findings, sought, units)
-        measured = [each for each in known if each.measured is not None][:_CAUSES]
-        for each in measured:
-            left = _sd_left(findings, sought, units, each)
-            if left != now:
-                name = label_and_unit(each.name, units)[0]
-                lines.append(f"{name}: {label} from ± {now} to ± {left} {symbol}")
+    lines = []
+    for sought, causes in findings.causes.items():
+        shares = [
+            f"{label_and_unit(each.name, units)[0]} "
+            f"{format_value(100 * each.share, decimals_of(10, error=_percent(each.error)))} %"
+            for each in causes
+        ]
+        if shares:
+            lines.append(f"{label_and_unit(sought, units)[0]}: {', '.join(shares)}")
     if lines:
-        yield Paragraph("Known exactly, each alone would narrow the answer (standard deviation):")
+        yield Paragraph(
+            "The measured quantities that contribute most, with the share of the variance that would "
+            "vanish, were each known exactly (to first order):"
+        )
         yield Listing(tuple(lines))
-    else:
-        yield Paragraph("No single measurement, known exactly, would visibly narrow the answer.")
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100 * share
 
 
 def _verdict(findings: Findings) -> tuple[Block, ...]:
