@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from retrodict.studies.calibration import (
     SLOWLY,
     Calibration,
     Row,
+    digest,
 )
 from retrodict.studies.uniformity import BAND, LEVELS, Uniformity, uniformity
 
@@ -238,7 +238,7 @@ def _settings(calibration: Calibration) -> dict[str, Any]:
         "model": calibration.model,
         "method": calibration.method,
         "seed": calibration.seed,
-        "scene": hashlib.sha256(repr(calibration.scene).encode()).hexdigest()[:12],
+        "scene": digest(calibration.scene, calibration.model),
         "closing_from": CLOSING,
     }
 

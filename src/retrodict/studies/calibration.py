@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 import signal
@@ -239,6 +240,22 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
             continue
         rows.append(_ranked(where, of.method, truth, rng, Row(number, closing=closing[i])))
     return rows
+
+
+def digest(scene: Scene, model: str) -> str:
+    """What a design and a rung compute with, in twelve characters: its numbers, and none of its words.
+
+    Args:
+        scene: the design.
+        model: name of the rung.
+    """
+    data = RUNGS[model].of_scene(scene)[1]
+    print_ = hashlib.sha256()
+    for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways):
+        for name in sorted(numbers):
+            print_.update(name.encode() + np.asarray(numbers[name], float).tobytes())
+    print_.update(np.concatenate([data.edges.point, data.edges.inward], axis=1).tobytes())
+    return print_.hexdigest()[:12]
 
 
 def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[Values, Values]:

@@ -56,7 +56,7 @@ class Posterior:
         programs: compiled functions, among them the density and its gradient.
         data: the scene's numbers.
         transform: the coordinates, centred and whitened at the mode.
-        sheet_error: of the fitted regressions for A and B, in standard deviations of the rest pose.
+        regression_error: of the fitted regressions for A and B, in standard deviations of the rest pose.
         log_evidence: Laplace's approximation at the mode.
         unresolved: how far the rest poses may be out for want of steps, in standard deviations.
         spread: standard deviations of w from which tempering starts; None for `_FAR` in all.
@@ -65,7 +65,7 @@ class Posterior:
     programs: Programs
     data: Data
     transform: TransformParameters
-    sheet_error: np.ndarray
+    regression_error: np.ndarray
     log_evidence: float
     unresolved: float
     spread: np.ndarray | None = None
