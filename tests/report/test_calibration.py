@@ -27,6 +27,14 @@ from retrodict.studies.calibration import Calibration, Row, design
 from retrodict.studies.uniformity import uniformity
 
 
+def heavier() -> dict[str, object]:
+    """The design with A a kilogram heavier."""
+    scene = design()
+    a = scene.vehicles["a"]
+    a = replace(a, mass=replace(a.mass, value=a.mass.value + 1))
+    return {"scene": replace(scene, vehicles=scene.vehicles | {"a": a})}
+
+
 @pytest.fixture(scope="module")
 def calibration() -> Calibration:
     """Sixty simulations: one withheld, speeds uniform, e far too low."""
@@ -80,9 +88,15 @@ def test_a_table_of_ranks_is_read_back(calibration, tmp_path) -> None:
     assert read_ranks(calibration, tmp_path) == calibration.rows
 
 
+def test_other_words_make_no_other_calibration(calibration, tmp_path) -> None:
+    write_ranks(calibration, tmp_path)
+    reworded = replace(calibration, scene=replace(calibration.scene, title="another", text=""))
+    assert read_ranks(reworded, tmp_path) == calibration.rows
+
+
 @pytest.mark.parametrize(
     "other",
-    [{"seed": 4}, {"model": "planar+spin"}, {"scene": replace(design(), title="another")}],
+    [{"seed": 4}, {"model": "planar+spin"}, {"scene": replace(design(), robust=True)}, heavier()],
 )
 def test_a_table_of_another_calibration_is_refused(calibration, tmp_path, other) -> None:
     write_ranks(calibration, tmp_path)

@@ -249,8 +249,9 @@ def digest(scene: Scene, model: str) -> str:
         scene: the design.
         model: name of the rung.
     """
-    data = RUNGS[model].of_scene(scene)[1]
-    print_ = hashlib.sha256()
+    s, data = RUNGS[model].of_scene(scene)
+    fixed = (s.uncertain, s.known_of_b, s.surfaces, s.rolling, s.robust, s.interlocked, s.marks)
+    print_ = hashlib.sha256(repr(fixed).encode())
     for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways):
         for name in sorted(numbers):
             print_.update(name.encode() + np.asarray(numbers[name], float).tobytes())
