@@ -13,6 +13,7 @@ from retrodict.findings.statistics import LEVELS
 from retrodict.findings.summary import ladder_data
 from retrodict.inference.digits import decimals_of
 from retrodict.report.files import csv_text
+from retrodict.report.results import named
 from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def ladder_rows(
 def headings(ladder: Ladder, units: Units = "si") -> list[str]:
     """Of the columns that hold the answers: what is asked, with its unit."""
     labels = [label_and_unit(name, units) for name in ladder.question]
-    return [f"{label}, {unit.symbol}" if unit.symbol else label for label, unit in labels]
+    return [named(label, unit.symbol) for label, unit in labels]
 
 
 def write_ladder(ladder: Ladder, directory: Path) -> None:
