@@ -12,8 +12,11 @@ from pathlib import Path
 import arviz
 import pytest
 
+from retrodict.api import Result
 from retrodict.cli import MethodChoice
 from retrodict.inference.samplers import METHODS
+from retrodict.report import figures
+from tests.report.conftest import make_outcome
 
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
@@ -220,6 +223,37 @@ def test_ctrl_c_leaves_a_finished_result_alone(tmp_path: Path) -> None:
     assert "is that of the run before, which was finished; --resume" in interrupted(*asked)
     assert {p.name for p in out.iterdir()} == {"summary.json", "report.html", "chains.npz"}
     assert (out / "report.html").read_text() == "finished"
+
+
+def test_report_writes_every_format_of_a_saved_run(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "FIGURES", {})
+        Result(make_outcome()).save(folder)
+    (tmp_path / "case.toml").write_text('schema = 1\nnumber = "17/26"\nunits = "us"\n')
+    out = tmp_path / "report"
+    asked = ("report", folder, "--out", out, "--case", tmp_path / "case.toml", "--format")
+    done = run(*asked, "html,pdf,docx")
+    assert done.returncode == 0, done.stderr
+    written = [out / f"report.{suffix}" for suffix in ("html", "pdf", "docx")]
+    assert done.stdout.split() == [str(file) for file in written]
+    assert sorted(out.iterdir()) == sorted(written)
+    page = written[0].read_text("utf-8")
+    assert "17/26" in page
+    assert page.index("US customary units") < page.index("SI units")  # the case's come first
+    refused = run(*asked, "odt")
+    assert refused.returncode == 2
+    assert reasons(refused) == ["--format odt: no document format 'odt': choose of html, pdf, docx"]
+    (tmp_path / "case.toml").write_text('schema = 1\nattachments = [{ file = "../x" }]\n')
+    refused = run(*asked, "html")
+    assert refused.returncode == 2
+    assert "attachments[0].file" in refused.stderr
+
+
+def test_report_of_a_folder_without_a_result_is_refused(tmp_path: Path) -> None:
+    refused = run("report", tmp_path)
+    assert refused.returncode == 2
+    assert "holds no result: summary.json is missing or damaged" in reasons(refused)[0]
 
 
 def test_results_of_two_runs_show(tmp_path: Path) -> None:

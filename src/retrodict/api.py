@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.findings.questions import Answered
     from retrodict.report.drawing_process import DrawingProcess
+    from retrodict.scene.case import Case
 
 
 __all__ = [
@@ -42,6 +43,7 @@ __all__ = [
     "Validation",
     "calibrate",
     "ladder",
+    "load",
     "reconstruct",
     "validate",
 ]
@@ -53,7 +55,7 @@ CHAINS = "chains.npz"  # what an interrupted run needs to go on
 ladder = shown_in_notebooks(_ladder)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """A reconstruction: its draws, its checks, its figures and its report.
 
@@ -121,6 +123,32 @@ class Result:
         quantities = found.quantities | found.derived
         return probability_of(self.outcome, quantities, read_proposition(proposition))
 
+    def findings_for(self, case: Case | None) -> Findings:
+        """The findings, with the answers to a case's questions after those to the scene's.
+
+        Args:
+            case: from `load_case`; None where there is none.
+
+        Returns:
+            The record.
+
+        Raises:
+            SceneError: a question of the case does not fit.
+        """
+        if case is None or not case.questions:
+            return self.findings
+        from retrodict.findings.questions import answers_to
+        from retrodict.scene.questions import questions_from
+
+        found = self.findings
+        # the scene's answers hold these
+        asked = replace(
+            questions_from(case.questions, "case file"), one_at_a_time=False, checks=False
+        )
+        quantities = found.quantities | found.derived
+        more = answers_to(self.outcome, asked, quantities, found.left_out)
+        return replace(found, questions=found.questions + more)
+
     def plot_posterior(self, units: Units = "si") -> Figure:
         """Marginal posteriors of speed, e, e_m and mu with their intervals."""
         return self._draw("posterior", units)
@@ -145,27 +173,45 @@ class Result:
         """Times and distances before the impact, where the scene's questions ask for them."""
         return self._draw("timeline", units)
 
-    def report(self, path: str | Path, units: Units = "si") -> Path:
-        """Write the self-contained HTML report.
+    def report(
+        self,
+        path: str | Path,
+        units: Units | None = None,
+        case: Case | str | Path | None = None,
+    ) -> Path:
+        """Write the report as HTML, PDF or Word document, by the suffix of the file.
 
         Args:
-            path: of the file, replaced whole.
-            units: "si" or "us" first.
+            path: of the file, replaced whole: .html, .pdf or .docx.
+            units: "si" or "us" first; None for those of the case, or else SI.
+            case: what the expert says, or the path of a case file; None where nothing is stated.
 
         Returns:
             The path.
+
+        Raises:
+            UnknownFormat: no format has that suffix.
+            MissingLibrary: the format needs a library that is not installed.
+            NoGlyph: no font at hand prints a character of the PDF.
+            SceneError: the case file cannot be used.
+            OSError: the file could not be written.
         """
         from retrodict.report.document import write_report
+        from retrodict.scene.case import load_case
 
-        write_report(self.findings, self.outcome, Path(path), units)
-        return Path(path)
+        known = load_case(case) if isinstance(case, str | Path) else case
+        chosen = units or (known and known.units) or "si"
+        findings = self.findings_for(known)
+        return write_report(findings, self.outcome, Path(path), chosen, known)
 
     def save(
         self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
     ) -> Path:
-        """Write posterior.nc, summary.json, report.html, figures/*.png, and chains.npz if interrupted.
+        """Write the result: `load` reads it again.
 
-        The summary comes last and has the digests of the others, so that a mixture of two runs shows.
+        The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png, summary.json, and
+        chains.npz if the run was interrupted. The summary comes last and has the digests of the
+        others, so that a mixture of two runs shows.
 
         Args:
             directory: made where missing; files of the same names in it are replaced, once all of
@@ -183,8 +229,9 @@ class Result:
         # handed over before the imports and asked for last: all else is done while they are drawn
         begun = drawing.begin(self.findings, self.outcome, units) if drawing else None
 
+        from retrodict.findings.stored import stored
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
-        from retrodict.report.document import report_html
+        from retrodict.report.document import FORMATS, document_of
         from retrodict.report.figures import images
         from retrodict.report.files import write_together
 
@@ -194,10 +241,11 @@ class Result:
             write_together(directory, chains)
             return directory
         drawn = cache(begun or partial(images, self.findings, self.outcome, units))
-        # netCDF in memory: where a disk is full, the library that writes it ends the process
+        document = document_of(self.findings, self.outcome, units, drawn=drawn)
         files = {
-            "posterior.nc": bytes(self.idata.to_netcdf()),
-            "report.html": report_html(self.findings, self.outcome, units, drawn).encode(),
+            **stored(self.outcome, self.ladder),
+            "scene.toml": self.findings.scene_text.text.encode(),
+            "report.html": FORMATS["html"](document),
             **{f"figures/{name}.png": image for name, image in drawn().items()},
             **chains,
         }
@@ -212,10 +260,32 @@ class Result:
 
         return (FIGURES | ASKED)[name].draw(self.findings, self.outcome, units)
 
+    def __repr__(self) -> str:
+        verdict = "passed" if self.checks.passed else "FAILED"
+        model, seed = self.outcome.description.name, self.outcome.seed
+        return f"<Result of {self.scene.name!r}: {model}, seed {seed}, checks {verdict}>"
+
     def _repr_html_(self) -> str:
-        from retrodict.report.document import findings_html
+        from retrodict.report.fragments import findings_html
 
         return findings_html(self.findings)
+
+
+def load(folder: str | Path) -> Result:
+    """The result that was saved in a folder.
+
+    Args:
+        folder: that `Result.save`, or `retrodict reconstruct`, wrote to.
+
+    Returns:
+        The result, as it was; of an interrupted run without what it would go on from.
+
+    Raises:
+        NotStored: the folder holds no result that this version reads; the message says what to do.
+    """
+    from retrodict.findings.stored import load as read
+
+    return Result(*read(Path(folder)))
 
 
 @shown_in_notebooks

@@ -10,6 +10,8 @@ from retrodict import findings
 from retrodict.api import Result
 from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, verbal
 from retrodict.scene.asked import Questions, read_proposition
+from retrodict.scene.case import Case
+from retrodict.scene.errors import SceneError
 from retrodict.studies.probability import probability
 from tests.report.conftest import fail
 
@@ -127,3 +129,12 @@ def test_effects_are_sorted_and_their_table_is_short(outcome):
     assert list(moved) == sorted(moved, reverse=True)
     assert len(found.rows) == 12
     assert found.rows[0][0] != found.rows[1][0]
+
+
+def test_a_case_s_questions_are_answered_after_the_scene_s(asked):
+    result = Result(asked)
+    found = result.findings_for(Case(questions={"exceeds": "speed_b > 30 mph"})).questions
+    assert found[:-1] == result.findings.questions
+    assert found[-1].title.endswith("above 13.41 m/s (48.28 km/h; 30 mph)")
+    with pytest.raises(SceneError, match=r"case file: questions\.exceeds"):
+        result.findings_for(Case(questions={"exceeds": "speed_b > 30"}))

@@ -1,6 +1,7 @@
 """What a `[questions]` table may ask, and what is refused with one line that says what to write."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -10,6 +11,7 @@ from retrodict.scene.errors import SceneError
 from retrodict.scene.quantities import describe
 from retrodict.scene.questions import questions_from
 from retrodict.scene.units import QuantityError
+from retrodict.scene.write import scene_text, scene_toml
 from tests.shared.scene_file import SCENE
 
 MPH = 0.44704
@@ -125,3 +127,10 @@ def test_a_scene_file_may_ask():
     asked = SCENE + '\n[questions]\nexceeds = "speed_b > 45 mph"\n'
     (found,) = parse_scene(asked, "example").questions.probabilities
     assert found.low == pytest.approx(45 * MPH)
+
+
+def test_questions_survive_being_written_anew():
+    asked = questions_from(FULL, "case.toml")
+    scene = replace(parse_scene(SCENE, "example"), questions=asked)
+    assert parse_scene(scene_toml(scene), "example").questions == asked
+    assert scene_text(scene).as_written  # a question changes nothing that was measured

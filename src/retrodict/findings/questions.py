@@ -275,11 +275,11 @@ def _avoidability(outcome: Outcome, asked: Avoidance, blank: Answered) -> Answer
     else:
         where = "one reaction time before the skid"
     sentences = [
-        f"{v} went faster than the limit in {_of_draws(found.too_fast)}.",
         f"At the limit, or at its own speed where that was lower, it would have stopped before the "
         f"point of impact in {_of_draws(found.stopped)}; it would not, but {other} would have been out "
         f"of the way in {_of_draws(found.passed)}; the impact would have been avoided in "
         f"{_of_draws(found.avoided)}.",
+        f"{v} went faster than the limit in {_of_draws(found.too_fast)}.",
         f"Assumed: the hazard is perceived {where}; reaction {_measured(asked.reaction, 's')}, then "
         f"braking at {_measured(asked.deceleration, 'm/s²')}; {other} moves as it did and goes on at "
         "its speed at the impact.",
@@ -329,13 +329,18 @@ def _time_distance(outcome: Outcome, span: float, blank: Answered) -> Answered:
 
 def _corners(outcome: Outcome, speed: Quantity, blank: Answered) -> Answered:
     found = corners(outcome)
+    said = [
+        f"with every measurement within ± {c.limit:g} sd it lies between "
+        f"{_text(c.least, 'speed', lambda _: 1)} and {_text(c.greatest, 'speed', lambda _: 1)}"
+        for c in found
+    ]
     low, high = speed.intervals[95]
     ranges = [(f"every measurement within ± {c.limit:g} sd", c.least, c.greatest) for c in found]
     if low is not None and high is not None:
         ranges.append(("95 % interval of the reconstruction", low, high))
     return replace(
         blank,
-        sentences=(WIDER,),
+        sentences=(f"W{'; '.join(said)[1:]}.", WIDER),
         header=("", "least", "greatest"),
         rows=tuple(
             (what, *(_text(end, "speed", lambda _: 1) for end in ends)) for what, *ends in ranges

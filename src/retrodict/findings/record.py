@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from retrodict.findings.inputs import InputRow, input_rows
 from retrodict.findings.questions import Answered, answers_to
-from retrodict.findings.sentences import answer, assumptions, verdict
+from retrodict.findings.sentences import answer, assumptions, question, verdict
 from retrodict.findings.statistics import DERIVED, Quantity, correlations, reported, statistics
 from retrodict.scene.quantities import Units
+from retrodict.scene.write import SceneText, scene_text
 from retrodict.studies.conflict import LeftOut, conflicts
 from retrodict.studies.narrowing import Narrowed, narrowing
 
@@ -19,7 +21,23 @@ if TYPE_CHECKING:
     from retrodict.scene.records import Scene
     from retrodict.studies.ladder import Ladder
 
+_CAUSES = 3  # named, of each speed's uncertainty
 SCHEMA: Literal[1] = 1  # raised when a reader of `summary.json` has to change
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A measured quantity that an answer is uncertain by.
+
+    Args:
+        name: its flat name.
+        share: of the answer's variance that would vanish, were it known exactly; to first order.
+        error: Monte Carlo standard error of the share; None where the draws are not judged.
+    """
+
+    name: str
+    share: float
+    error: float | None
 
 
 @dataclass(frozen=True)
@@ -28,6 +46,7 @@ class Findings:
 
     Args:
         scene: what was measured.
+        scene_text: the scene file that says so.
         description: the model, in words.
         quantities: the reported ones, by name.
         derived: what follows from the same draws, by name.
@@ -36,18 +55,22 @@ class Findings:
         left_out: what all else says of each item of evidence.
         narrowing: the sd of each speed that was sought, were a quantity known exactly; nothing where
             checks failed.
+        causes: the measured quantities that each speed is uncertain by most; likewise.
         assumptions: what is taken for granted, one line each.
         checks: the verdict on the draws.
         verdict: the same, in a line.
+        question: what was asked, in words.
         answers: the answer in sentences, by the system of units that comes first.
         questions: what was asked, with its answers.
         size: chains, and draws kept of each; None where there are none.
         seconds, versions, seed, settings, complete, notes: as of the outcome.
         ladder: what the other models say, where the ladder chose this one.
+        questions: that were put beside it, with their answers.
         schema: version of this record and of its serialisation.
     """
 
     scene: Scene
+    scene_text: SceneText
     description: Description
     quantities: dict[str, Quantity]
     derived: dict[str, Quantity]
@@ -55,9 +78,11 @@ class Findings:
     measured: tuple[InputRow, ...]
     left_out: tuple[LeftOut, ...]
     narrowing: dict[str, tuple[Narrowed, ...]]
+    causes: dict[str, tuple[Cause, ...]]
     assumptions: tuple[str, ...]
     checks: Checks
     verdict: str
+    question: str
     answers: dict[Units, str]
     questions: tuple[Answered, ...]
     size: tuple[int, int] | None
@@ -85,18 +110,22 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     found = statistics(outcome, dict.fromkeys((*names, *derived)))
     quantities, left_out = {name: found[name] for name in names}, conflicts(outcome)
     sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
+    narrowed = _narrowing(outcome, quantities)
     return Findings(
         scene=outcome.scene,
+        scene_text=scene_text(outcome.scene),
         description=outcome.description,
         quantities=quantities,
         derived={name: found[name] for name in derived},
         correlations=correlations(outcome),
         measured=input_rows(outcome),
         left_out=left_out,
-        narrowing=_narrowing(outcome, quantities),
+        narrowing=narrowed,
+        causes={name: _causes(quantities[name], known) for name, known in narrowed.items()},
         assumptions=assumptions(outcome),
         checks=outcome.checks,
         verdict=verdict(outcome),
+        question=question(outcome),
         answers={units: answer(outcome, quantities, units) for units in get_args(Units)},
         questions=answers_to(outcome, outcome.scene.questions, found, left_out),
         size=None if sizes is None else (sizes.get("chain", 0), sizes.get("draw", 0)),
@@ -118,3 +147,17 @@ def _narrowing(
     sought = [name for name in quantities if name in ("speed_a", "speed_b")]
     found = {name: narrowing(outcome, name) for name in sought}
     return {name: known for name, known in found.items() if known}
+
+
+def _causes(answer: Quantity, known: tuple[Narrowed, ...]) -> tuple[Cause, ...]:
+    """Those of what was measured that would narrow an answer the most."""
+    if not answer.sd:
+        return ()
+    causes = []
+    for each in [each for each in known if each.measured is not None][:_CAUSES]:
+        share = max(0.0, 1 - (each.sd / answer.sd) ** 2)
+        size = answer.ess_bulk
+        # of a squared coefficient of correlation, by Fisher's transformation
+        error = 2 * math.sqrt(share / size) * (1 - share) if size else None
+        causes.append(Cause(each.name, share, error))
+    return tuple(causes)

@@ -59,25 +59,43 @@ _MARGIN = 16  # pixels of white about what is drawn
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """A figure of the report: its function, its title and what its caption says is drawn."""
+    """A figure of the report.
+
+    Args:
+        draw: its function.
+        title: in a few words.
+        caption: what is drawn, and how to read it.
+        beside: key of the section that it stands in: "first page", "results", "evidence" or
+            "sensitivity".
+    """
 
     draw: Callable[[Findings, Outcome, Units], Figure]
     title: str
     caption: str
+    beside: str = "results"
 
 
 # in the order of the report; the key is the file's name
 FIGURES: dict[str, Registered] = {
-    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION),
+    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION, "first page"),
     "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
-    "pair": Registered(pair_figure, "How the unknowns hang together", figure_pair.CAPTION),
-    "predictive": Registered(predictive_figure, "Fit to the evidence", figure_predictive.CAPTION),
-    "tornado": Registered(tornado_figure, "The effect of each measurement", figure_tornado.CAPTION),
+    "pair": Registered(
+        pair_figure, "How the unknowns hang together", figure_pair.CAPTION, "sensitivity"
+    ),
+    "predictive": Registered(
+        predictive_figure, "Fit to the evidence", figure_predictive.CAPTION, "evidence"
+    ),
+    "tornado": Registered(
+        tornado_figure, "The effect of each measurement", figure_tornado.CAPTION, "sensitivity"
+    ),
 }
 # likewise, where a question asks for them
 ASKED: dict[str, Registered] = {
     "timeline": Registered(
-        timeline_figure, "Times and distances before the impact", figure_timeline.CAPTION
+        timeline_figure,
+        "Times and distances before the impact",
+        figure_timeline.CAPTION,
+        "results",
     ),
 }
 

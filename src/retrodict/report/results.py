@@ -104,3 +104,8 @@ def marked(findings: Findings, text: str, withheld: bool = False) -> str:
     if withheld:
         return WITHHELD
     return text if findings.checks.passed else text + MARK
+
+
+def named(label: str, unit: str) -> str:
+    """A quantity's label with its unit, where it has one."""
+    return f"{label}, {unit}" if unit else label

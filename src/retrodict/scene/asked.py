@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from retrodict.scene import units
+from retrodict.scene.measured import Measured
 from retrodict.scene.quantities import DERIVED, REPORTED, describe
 from retrodict.scene.units import QuantityError, read_quantity
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from retrodict.scene.measured import Measured
 
 ASKABLE = tuple(dict.fromkeys((*REPORTED, *DERIVED)))
 BEFORE = ("speed_a", "speed_b", "initial_speed_a", "initial_speed_b")

@@ -76,6 +76,11 @@ def overridden(name: str, numbers: Mapping[str, float], source: str) -> Prior:
     return Prior(tuple(now), prior["text"].format(*now), reason, source, "C", True)
 
 
+def prior_keys() -> dict[str, tuple[str, ...]]:
+    """Keys of the numbers of each prior, by its name, in the order of `Prior.numbers`."""
+    return {name: tuple(prior["numbers"]) for name, prior in _defaults().items()}
+
+
 @cache
 def _defaults() -> dict[str, Any]:
     return tomllib.loads(resources.files(__package__).joinpath("priors.toml").read_text("utf-8"))
