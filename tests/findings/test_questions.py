@@ -9,7 +9,7 @@ import pytest
 from retrodict import findings
 from retrodict.api import Result
 from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, verbal
-from retrodict.scene.asked import Questions, read_proposition
+from retrodict.scene.asked import Comparison, Questions, read_proposition
 from retrodict.scene.case import Case
 from retrodict.scene.errors import SceneError
 from retrodict.studies.probability import probability
@@ -138,3 +138,14 @@ def test_a_case_s_questions_are_answered_after_the_scene_s(asked):
     assert found[-1].title.endswith("above 13.41 m/s (48.28 km/h; 30 mph)")
     with pytest.raises(SceneError, match=r"case file: questions\.exceeds"):
         result.findings_for(Case(questions={"exceeds": "speed_b > 30"}))
+
+
+def test_a_bound_is_printed_without_powers_of_ten(outcome):
+    pair = [read_proposition(t) for t in ("speed_b > 18 m/s", "speed_b < 10 m/s")]
+    asked = Questions(comparisons=(Comparison(*pair),))
+    (found,) = answers(
+        replace(outcome, scene=replace(outcome.scene, questions=asked)), "likelihood_ratio"
+    )
+    assert found.numbers.bound == "at least"
+    (printed,) = re.findall(r"is at least (\d+) times", found.sentences[0])
+    assert float(printed) == pytest.approx(found.numbers.value, rel=0.05)

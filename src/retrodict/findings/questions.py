@@ -218,7 +218,7 @@ def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered)
         ratio, bound, one, other = 1 / ratio, opposite[bound], other, one
     support = verbal(ratio)
     if found.error is None:
-        times = f"{bound} {ratio:.2g} times (with {_SURE} confidence)"
+        times = f"{bound} {format_value(ratio, decimals_of(ratio))} times (with {_SURE} confidence)"
         support = f"{bound} {support}"
     else:
         decimals = decimals_of(ratio * found.error, digits=1)
