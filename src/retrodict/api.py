@@ -111,6 +111,10 @@ class Result:
         """The scene from above with measured rest poses and posterior trajectories."""
         return self._draw("scene", units)
 
+    def plot_delta_v(self, units: Units = "si") -> Figure:
+        """Delta-v and direction of force (PDOF) of both vehicles with their clouds of draws."""
+        return self._draw("delta_v", units)
+
     def plot_predictive(self, units: Units = "si") -> Figure:
         """What the posterior predicts of every item of evidence, against what was measured."""
         return self._draw("predictive", units)

@@ -17,6 +17,7 @@ from retrodict.scene.records import Edge, Measured
 
 NEEDS = (
     ("scene", "trajectories"),
+    ("delta_v", "posterior"),
     ("posterior", "prior"),
     ("posterior", "posterior"),
     ("pair", "posterior"),
@@ -35,7 +36,8 @@ def words(figure):
 
 def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
     paths = save_figures(findings.of(outcome), outcome, tmp_path / "new", "si")
-    assert {p.name for p in paths} == {"posterior.png", "pair.png", "scene.png", "predictive.png"}
+    names = {"scene", "delta_v", "posterior", "pair", "predictive"}
+    assert {p.name for p in paths} == {f"{name}.png" for name in names}
     for path in paths:
         image = matplotlib.image.imread(path)
         assert image.shape[1] >= 150 * 6  # at least 150 dpi over six inches
@@ -120,7 +122,8 @@ def test_a_missing_variable_is_said_in_its_panel(outcome, drop):
 @pytest.mark.parametrize("units", ["si", "us"])
 def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
     text = words(drawn(name, outcome, units))
-    symbols = {"scene": ("x (m)", "x (ft)"), "posterior": ("m/s", "mph"),
+    symbols = {"scene": ("x (m)", "x (ft)"), "delta_v": ("along (m/s)", "along (mph)"),
+               "posterior": ("m/s", "mph"),
                "pair": ("speed of B (m/s)", "speed of B (mph)"),
                "predictive": ("20.10 ± 0.50 m/s", "45.0 ± 1.1 mph")}  # fmt: skip
     wanted, other = symbols[name] if units == "si" else symbols[name][::-1]

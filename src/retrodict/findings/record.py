@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from retrodict.findings.inputs import InputRow, input_rows
 from retrodict.findings.sentences import answer, assumptions, verdict
-from retrodict.findings.statistics import DERIVED, Quantity, correlations, reported, statistics
+from retrodict.findings.severity import hours
+from retrodict.findings.statistics import (
+    DERIVED,
+    Quantity,
+    correlations,
+    posterior_of,
+    reported,
+    statistics,
+)
 from retrodict.scene.quantities import Units
+from retrodict.scene.records import VEHICLES
 from retrodict.studies.conflict import LeftOut, conflicts
 from retrodict.studies.narrowing import Narrowed, narrowing
 
@@ -30,6 +39,8 @@ class Findings:
         description: the model, in words.
         quantities: the reported ones, by name.
         derived: what follows from the same draws, by name.
+        hours: share of the draws at each hour of the clock that the force on a vehicle came from, by
+            vehicle, the largest share first.
         correlations: of the unknowns, pair by pair.
         measured: inputs and evidence, with what became of each.
         left_out: what all else says of each item of evidence.
@@ -49,6 +60,7 @@ class Findings:
     description: Description
     quantities: dict[str, Quantity]
     derived: dict[str, Quantity]
+    hours: dict[str, dict[int, float]]
     correlations: dict[tuple[str, str], float]
     measured: tuple[InputRow, ...]
     left_out: tuple[LeftOut, ...]
@@ -81,12 +93,16 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     names, derived = reported(outcome), reported(outcome, DERIVED)
     found = statistics(outcome, dict.fromkeys((*names, *derived)))
     quantities = {name: found[name] for name in names}
+    posterior = posterior_of(outcome)
     sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
     return Findings(
         scene=outcome.scene,
         description=outcome.description,
         quantities=quantities,
         derived={name: found[name] for name in derived},
+        hours={
+            v: hours(posterior[f"pdof_{v}"].values) for v in VEHICLES if f"pdof_{v}" in posterior
+        },
         correlations=correlations(outcome),
         measured=input_rows(outcome),
         left_out=conflicts(outcome),

@@ -76,7 +76,8 @@ class Outcome:
         idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
             sample_stats, observed_data, constant_data and trajectories; each variable has
             attributes `unit` (SI) and `label`. trajectories/path has dimensions
-            (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws.
+            (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws; `time` (s
+            after the impact) and `before` (velocity before it, axis = x, y) are of the same draws.
         checks: the verdict on the draws.
         seconds: total, compile and sample.
         versions: of retrodict, Python and the libraries that made the numbers.

@@ -14,8 +14,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
 
-from retrodict.report import figure_pair, figure_posterior, figure_predictive, figure_scene
+from retrodict.report import (
+    figure_delta_v,
+    figure_pair,
+    figure_posterior,
+    figure_predictive,
+    figure_scene,
+)
 from retrodict.report.drawing import DPI
+from retrodict.report.figure_delta_v import delta_v_figure
 from retrodict.report.figure_pair import pair_figure
 from retrodict.report.figure_posterior import posterior_figure
 from retrodict.report.figure_predictive import predictive_figure
@@ -30,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FIGURES",
     "Registered",
+    "delta_v_figure",
     "images",
     "pair_figure",
     "posterior_figure",
@@ -56,6 +64,7 @@ class Registered:
 # in the order of the report; the key is the file's name
 FIGURES: dict[str, Registered] = {
     "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION),
+    "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", figure_delta_v.CAPTION),
     "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
     "pair": Registered(pair_figure, "How the unknowns hang together", figure_pair.CAPTION),
     "predictive": Registered(predictive_figure, "Fit to the evidence", figure_predictive.CAPTION),

@@ -88,6 +88,7 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "omega": ("yaw rate of {} before impact", "yaw rate"),
     "Omega": ("yaw rate of {} after impact", "yaw rate"),
     "delta_v": ("change of velocity of {} (delta-v)", "speed"),
+    "pdof": ("principal direction of force on {} (PDOF), clockwise from straight ahead", "angle"),
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),

@@ -205,12 +205,14 @@ class Target:
 
         return jax.vmap(one)(keys)
 
-    def _paths(self, data: Data, separation: Array, xi: Array) -> Array:
-        """How each motion comes to rest: its poses."""
+    def _paths(self, data: Data, separation: Array, xi: Array) -> dict[str, Array]:
+        """How each motion comes to rest: its poses, their times, and the velocities before impact."""
 
-        def one(V: Array, deviates: Array) -> Array:
+        def one(V: Array, deviates: Array) -> dict[str, Array]:
             x = parts.from_standard(self.structure, data, deviates)
-            return self.rung.run_out.paths(self.structure, data, x, V).pose
+            taken = self.rung.run_out.paths(self.structure, data, x, V)
+            before = V.reshape(2, -1)[:, :2] - parts.delta_v(x, V)
+            return {"pose": taken.pose, "time": taken.time, "before": before}
 
         return jax.vmap(one)(separation, xi)
 
