@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         Validation,
         calibrate,
         ladder,
+        load,
         reconstruct,
         validate,
     )
@@ -30,6 +31,7 @@ __all__ = [
     "__version__",
     "calibrate",
     "ladder",
+    "load",
     "load_scene",
     "parse_scene",
     "reconstruct",
@@ -44,6 +46,7 @@ _HOMES = {
     "Validation": "retrodict.api",
     "calibrate": "retrodict.api",
     "ladder": "retrodict.api",
+    "load": "retrodict.api",
     "reconstruct": "retrodict.api",
     "validate": "retrodict.api",
     "Scene": "retrodict.notebook",

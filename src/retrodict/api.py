@@ -40,6 +40,7 @@ __all__ = [
     "Validation",
     "calibrate",
     "ladder",
+    "load",
     "reconstruct",
     "validate",
 ]
@@ -137,9 +138,11 @@ class Result:
     def save(
         self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
     ) -> Path:
-        """Write posterior.nc, summary.json, report.html, figures/*.png, and chains.npz if interrupted.
+        """Write the result: `load` reads it again.
 
-        The summary comes last and has the digests of the others, so that a mixture of two runs shows.
+        The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png, summary.json, and
+        chains.npz if the run was interrupted. The summary comes last and has the digests of the
+        others, so that a mixture of two runs shows.
 
         Args:
             directory: made where missing; files of the same names in it are replaced, once all of
@@ -157,6 +160,7 @@ class Result:
         # handed over before the imports and asked for last: all else is done while they are drawn
         begun = drawing.begin(self.findings, self.outcome, units) if drawing else None
 
+        from retrodict.findings.stored import stored
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
         from retrodict.report.document import report_html
         from retrodict.report.figures import images
@@ -168,9 +172,9 @@ class Result:
             write_together(directory, chains)
             return directory
         drawn = cache(begun or partial(images, self.findings, self.outcome, units))
-        # netCDF in memory: where a disk is full, the library that writes it ends the process
         files = {
-            "posterior.nc": bytes(self.idata.to_netcdf()),
+            **stored(self.outcome, self.ladder),
+            "scene.toml": self.findings.scene_text.text.encode(),
             "report.html": report_html(self.findings, self.outcome, units, drawn).encode(),
             **{f"figures/{name}.png": image for name, image in drawn().items()},
             **chains,
@@ -190,6 +194,23 @@ class Result:
         from retrodict.report.document import findings_html
 
         return findings_html(self.findings)
+
+
+def load(folder: str | Path) -> Result:
+    """The result that was saved in a folder.
+
+    Args:
+        folder: that `Result.save`, or `retrodict reconstruct`, wrote to.
+
+    Returns:
+        The result, as it was; of an interrupted run without what it would go on from.
+
+    Raises:
+        NotStored: the folder holds no result that this version reads; the message says what to do.
+    """
+    from retrodict.findings.stored import load as read
+
+    return Result(*read(Path(folder)))
 
 
 @shown_in_notebooks

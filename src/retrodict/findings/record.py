@@ -18,6 +18,7 @@ from retrodict.findings.statistics import (
 )
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import VEHICLES
+from retrodict.scene.write import SceneText, scene_text
 from retrodict.studies.conflict import LeftOut, conflicts
 from retrodict.studies.narrowing import Narrowed, narrowing
 
@@ -36,6 +37,7 @@ class Findings:
 
     Args:
         scene: what was measured.
+        scene_text: the scene file that says so.
         description: the model, in words.
         quantities: the reported ones, by name.
         derived: what follows from the same draws, by name.
@@ -57,6 +59,7 @@ class Findings:
     """
 
     scene: Scene
+    scene_text: SceneText
     description: Description
     quantities: dict[str, Quantity]
     derived: dict[str, Quantity]
@@ -97,6 +100,7 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
     return Findings(
         scene=outcome.scene,
+        scene_text=scene_text(outcome.scene),
         description=outcome.description,
         quantities=quantities,
         derived={name: found[name] for name in derived},

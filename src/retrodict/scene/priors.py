@@ -76,6 +76,11 @@ def overridden(name: str, numbers: Mapping[str, float], source: str) -> Prior:
     return Prior(tuple(now), told["text"].format(*now), reason, source, "C", True)
 
 
+def prior_keys() -> dict[str, tuple[str, ...]]:
+    """Keys of the numbers of each prior, by its name, in the order of `Prior.numbers`."""
+    return {name: tuple(told["numbers"]) for name, told in _told().items()}
+
+
 @cache
 def _told() -> dict[str, Any]:
     return tomllib.loads(resources.files(__package__).joinpath("priors.toml").read_text("utf-8"))

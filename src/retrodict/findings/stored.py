@@ -1,0 +1,116 @@
+"""A reconstruction in a folder of results, and read from there: plain data, nothing that runs."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retrodict.findings.summary import SUMMARY, read_summary, strangers
+from retrodict.inference.outcome import Checks, Mode, Outcome
+from retrodict.scene.records import Scene
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+    from retrodict.studies.ladder import Ladder
+
+DRAWS, RUN = "posterior.nc", "run.json"
+_SCHEMA = 1  # of run.json; raised when a reader has to change
+
+
+class NotStored(ValueError):
+    """A folder holds no result that can be read; the message names it and says what to do."""
+
+
+def stored(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, bytes]:
+    """A reconstruction as the files that `load` reads.
+
+    Args:
+        outcome: the reconstruction.
+        ladder: what the other models say, where the ladder chose this one.
+
+    Returns:
+        What they hold, by name: the draws in netCDF, and everything else in JSON.
+    """
+    known = {each.name: getattr(outcome, each.name) for each in fields(outcome)}
+    record = {name: known[name] for name in _record_types() if name in known}
+    record |= {"schema": _SCHEMA, "ladder": ladder}
+    # netCDF in memory: where a disk is full, the library that writes it ends the process
+    return {
+        DRAWS: bytes(outcome.idata.to_netcdf()),
+        RUN: _reader().dump_json(record, indent=1) + b"\n",
+    }
+
+
+def load(folder: Path) -> tuple[Outcome, Ladder | None]:
+    """A reconstruction from a folder of results.
+
+    Args:
+        folder: where a result was saved.
+
+    Returns:
+        The outcome, without what an interrupted run would go on from; and what the ladder said.
+
+    Raises:
+        NotStored: there is no result, a file is not of the run that the summary is of, or it was
+            saved by a version that this one does not read.
+    """
+    import xarray as xr
+    from pydantic import ValidationError
+
+    if not folder.is_dir():
+        raise NotStored(f"{folder}: no such folder; give the folder of a result, like out/NAME")
+    if (summary := read_summary(folder)) is None:
+        raise NotStored(f"{folder}: holds no result: {SUMMARY} is missing or damaged")
+    if not {DRAWS, RUN} <= set(summary["files"]):
+        raise NotStored(f"{folder}: saved by an earlier version; reconstruct the scene anew")
+    if other := {DRAWS, RUN} & set(strangers(folder)):
+        raise NotStored(
+            f"{folder}: not of the run that {SUMMARY} is of: {', '.join(sorted(other))}; "
+            "reconstruct the scene anew"
+        )
+    try:
+        record = dict(_reader().validate_json((folder / RUN).read_bytes()))
+    except ValidationError:
+        raise NotStored(
+            f"{folder / RUN}: saved by another version; reconstruct the scene anew"
+        ) from None
+    with xr.open_datatree(folder / DRAWS, engine="h5netcdf") as tree:
+        idata = tree.load()
+    del record["schema"]
+    ladder = record.pop("ladder")
+    return Outcome(idata=idata, **record), ladder
+
+
+def _reader() -> TypeAdapter[Any]:
+    """Of all but the draws; made here, because pydantic and JAX take a while to import."""
+    from pydantic import ConfigDict, TypeAdapter
+    from typing_extensions import TypedDict
+
+    record = TypedDict("record", _record_types())  # type: ignore[misc]
+    # strict JSON: what is not finite is a text
+    record.__pydantic_config__ = ConfigDict(ser_json_inf_nan="strings")  # type: ignore[attr-defined]
+    return TypeAdapter(record)
+
+
+def _record_types() -> dict[str, Any]:
+    from typing import Literal
+
+    from retrodict.models.description import Description
+    from retrodict.studies.ladder import Ladder
+
+    return {
+        "schema": Literal[1],
+        "scene": Scene,
+        "description": Description,
+        "checks": Checks,
+        "seconds": dict[str, float],
+        "versions": dict[str, str],
+        "seed": int,
+        "settings": dict[str, int | str],
+        "complete": bool,
+        "notes": tuple[str, ...],
+        "modes": tuple[Mode, ...],
+        "ladder": Ladder | None,
+    }

@@ -1,0 +1,239 @@
+"""The text of a scene: as it was written where that is what the scene says, else written anew."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+
+from retrodict.scene.errors import SceneError
+from retrodict.scene.load import parse_scene
+from retrodict.scene.priors import Prior, prior_keys
+from retrodict.scene.records import VEHICLES, WHEELS, Edge, Mark, Measured, Rest, Scene, Vehicle
+
+_SOURCE = 200  # characters that a source may have
+_LARGEST = 1e-9  # relative difference of two numbers that are the same but for rounding
+_UNITS = {"direction": "rad", "yaw_rate": "rad/s", "skid": "m"}  # of motion; all others are speeds
+_PRIOR_UNITS = {"speed_a": "m/s", "speed_b": "m/s", "omega_b": "rad/s", "impulse": "m/s"} | {
+    "Omega": "rad/s"
+}
+
+
+@dataclass(frozen=True, slots=True)
+class SceneText:
+    """The scene file that belongs to a scene.
+
+    Args:
+        text: TOML.
+        as_written: whether it is what somebody wrote; else the scene was changed after it was read,
+            or never had a file, and the text was made from its values.
+    """
+
+    text: str
+    as_written: bool
+
+
+def scene_text(scene: Scene) -> SceneText:
+    """The scene file that says what a scene holds.
+
+    Args:
+        scene: what was measured, as it was read or changed since.
+
+    Returns:
+        Its own text where reading that gives the same scene, but for whole turns that were not
+        measured; else a text made from its values.
+    """
+    try:
+        read = parse_scene(scene.text, scene.name)
+    except SceneError:
+        return SceneText(scene_toml(scene), False)
+    if _comparable(read, scene) == replace(scene, text="", approximations={}):
+        return SceneText(scene.text, True)
+    return SceneText(scene_toml(scene), False)
+
+
+def _comparable(read: Scene, scene: Scene) -> Scene:
+    """A scene as it was read, with the whole turns to rest that a reconstruction found."""
+    rest = dict(read.rest)
+    for v, pose in rest.items():
+        other = scene.rest.get(v)
+        if pose.heading is None or pose.turns_known or other is None or other.heading is None:
+            continue
+        turns = (other.heading.value - pose.heading.value) / math.tau
+        if abs(turns - round(turns)) < _LARGEST:
+            rest[v] = replace(pose, heading=replace(pose.heading, value=other.heading.value))
+    return replace(read, text="", rest=rest)
+
+
+def scene_toml(scene: Scene) -> str:
+    """A scene file made from a scene's values, in SI units and radians.
+
+    Args:
+        scene: what was measured.
+
+    Returns:
+        TOML; a comment at its head names what a scene file cannot say (such as a mass that is exact),
+        and one behind each assumed quantity says what of it was assumed.
+    """
+    lines = [
+        "# Made from the values that were computed with: the scene was changed after its file was read.",
+        "schema = 1",
+        f"title = {_quoted(scene.title)}",
+        f"notes = [{', '.join(map(_quoted, scene.notes))}]",
+        f"question = [{', '.join(map(_quoted, scene.question))}]",
+        f'errors = "{"robust" if scene.robust else "normal"}"',
+    ]
+    for v in VEHICLES:
+        lines += ["", *_vehicle(scene, v)]
+    x, y = scene.contact.x, scene.contact.y
+    lines += [
+        "",
+        "[impact]",
+        f"point = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}",
+        _line("contact_line", scene.contact.Gamma, "rad"),
+        f"interlocked = {str(scene.contact.interlocked).lower()}",
+    ]
+    for surface in scene.surfaces:
+        lines += ["", f"[surfaces.{surface.name}]", _line("friction", surface.friction)]
+        lines.append(_line("speed_dependence", surface.speed_dependence, "s/m"))
+        lines += _edge(surface.edge) if surface.edge else []
+    default_keys = prior_keys()
+    for name, prior in scene.priors.items():
+        if prior.overridden:
+            lines += ["", f"[priors.{name}]", *_prior(name, prior, default_keys[name])]
+    text = "\n".join(lines) + "\n"
+    unsaid = _unsaid(scene, text)
+    return f"# A scene file cannot say: {'; '.join(unsaid)}.\n{text}" if unsaid else text
+
+
+def _vehicle(scene: Scene, v: str) -> Iterator[str]:
+    vehicle = scene.vehicles[v]
+    yield f"[vehicles.{v.upper()}]"
+    yield f"name = {_quoted(vehicle.name)}"
+    yield _line("mass", vehicle.mass, "kg")
+    yield _line("yaw_inertia", vehicle.yaw_inertia, "kg m^2")
+    yield _line("cg_to_front_axle", vehicle.front_axle, "m")
+    yield _line("cg_to_rear_axle", vehicle.rear_axle, "m")
+    yield _line("track", vehicle.track, "m")
+    yield f'length = "{float(vehicle.length)!r} m"'
+    yield f'width = "{float(vehicle.width)!r} m"'
+    yield _line("grip", vehicle.grip)
+    yield from _wheels(vehicle)
+    missed = vehicle.run_out_error
+    yield _line(
+        "run_out_error.position", replace(missed.position, value=100 * missed.position.value), "%"
+    )
+    yield _line("run_out_error.heading", missed.heading, "rad")
+    yield _line("impact_centre.distance", vehicle.impact_distance, "m")
+    yield _line("impact_centre.angle", vehicle.impact_angle, "rad")
+    yield _line("impact.heading", vehicle.heading, "rad")
+    for table, motion in (("approach", scene.approach[v]), ("departure", scene.departure.get(v))):
+        for each in fields(motion) if motion is not None else ():
+            if (measured := getattr(motion, each.name)) is not None:
+                yield _line(f"{table}.{each.name}", measured, _UNITS.get(each.name, "m/s"))
+    if marks := scene.marks.get(v):
+        yield "marks = ["
+        yield from (f"  {_mark(mark)}," for mark in marks)
+        yield "]"
+    if end := scene.end_of_rotation.get(v):
+        for part, unit in (("x", "m"), ("y", "m"), ("heading", "rad")):
+            if (measured := getattr(end, part)) is not None:
+                yield _line(f"end_of_rotation.{part}", measured, unit)
+    if rest := scene.rest.get(v):
+        yield from _rest(rest, vehicle.heading.value)
+
+
+def _wheels(vehicle: Vehicle) -> Iterator[str]:
+    if (wheels := vehicle.wheels) is None:
+        return
+    for wheel in WHEELS:
+        yield _line(f"wheels.{wheel}", getattr(wheels, wheel))
+    yield _line("steer", wheels.steer, "rad")
+    if wheels.factor is not None:
+        yield _line("drag_factor", wheels.factor)
+
+
+def _mark(mark: Mark) -> str:
+    across = Measured(mark.sd, source=mark.source)
+    parts = [
+        f'point = ["{float(mark.x)!r} m", "{float(mark.y)!r} m"]',
+        f"of = {_quoted(mark.of)}",
+        f"uncertainty = {_quantity(across, 'm')}",
+    ]
+    for key, measured, unit in (("speed", mark.speed, "m/s"), ("course", mark.course, "rad")):
+        if measured is not None:
+            parts.append(f"{key} = {_quantity(measured, unit)}")
+    return "{ " + ", ".join(parts) + " }"
+
+
+def _rest(rest: Rest, at_impact: float) -> Iterator[str]:
+    x, y = rest.x, rest.y
+    yield f"rest.position = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}"
+    if rest.heading is None:
+        return
+    rotation = rest.heading.value - at_impact
+    once = math.remainder(rest.heading.value, math.tau)
+    yield _line("rest.heading", replace(rest.heading, value=once), "rad")
+    if rest.turns_known:
+        yield f'rest.rotation = "{float(rotation)!r} rad"'
+
+
+def _edge(edge: Edge) -> Iterator[str]:
+    yield f'edge.point = ["{float(edge.x)!r} m", "{float(edge.y)!r} m"]'
+    yield f'edge.direction = "{float(edge.direction)!r} rad"'
+    yield f"edge.side = {_quoted(edge.side)}"
+    if edge.offset.sd:
+        yield _line("edge.uncertainty", Measured(edge.offset.sd, source=edge.offset.source), "m")
+
+
+def _prior(name: str, prior: Prior, keys: tuple[str, ...]) -> Iterator[str]:
+    yield f"source = {_quoted(prior.source[:_SOURCE])}"
+    for key, number in zip(keys, prior.numbers, strict=True):
+        unit = _PRIOR_UNITS.get(name, "m/s" if key == "over" else "")
+        yield _line(key, Measured(number), unit)
+
+
+def _line(key: str, measured: Measured, unit: str = "") -> str:
+    return f"{key} = {_quantity(measured, unit)}{_assumed(measured)}"
+
+
+def _quantity(measured: Measured, unit: str) -> str:
+    parts = [f"value = {float(measured.value)!r}"]
+    parts += [f"sd = {float(measured.measured_sd)!r}"] if measured.sd else []
+    parts += [f"unit = {_quoted(unit)}"] if unit else []
+    parts += [f"source = {_quoted(measured.source[:_SOURCE])}"] if measured.source else []
+    return "{ " + ", ".join(parts) + " }"
+
+
+def _assumed(*measured: Measured) -> str:
+    words = {"sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
+    found = {words[m.assumed] for m in measured if m.assumed}
+    return f"  # {' and '.join(sorted(found))}" if found else ""
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _unsaid(scene: Scene, text: str) -> list[str]:
+    """What a text made from a scene does not say of it: names of quantities, or why it is refused."""
+    try:
+        read = parse_scene(text, scene.name)
+    except SceneError as error:
+        return [f"{problem.key}: {problem.mend}" for problem in error.problems]
+    known = scene.inputs() | scene.evidence()
+    said = read.inputs() | read.evidence()
+    return [
+        f"{name} as it is"
+        for name in {**known, **said}
+        if name not in scene.approximations
+        if name not in known or name not in said or not _same(known[name], said[name])
+    ]
+
+
+def _same(one: Measured, other: Measured) -> bool:
+    return one.law == other.law and all(
+        math.isclose(a, b, rel_tol=_LARGEST, abs_tol=_LARGEST)
+        for a, b in ((one.value, other.value), (one.sd, other.sd))
+    )
