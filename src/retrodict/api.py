@@ -140,9 +140,9 @@ class Result:
     ) -> Path:
         """Write the result: `load` reads it again.
 
-        The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png, summary.json, and
-        chains.npz if the run was interrupted. The summary comes last and has the digests of the
-        others, so that a mixture of two runs shows.
+        The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png,
+        figures/scene.svg, summary.json, and chains.npz if the run was interrupted. The summary comes
+        last and has the digests of the others, so that a mixture of two runs shows.
 
         Args:
             directory: made where missing; files of the same names in it are replaced, once all of
@@ -163,7 +163,7 @@ class Result:
         from retrodict.findings.stored import stored
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
         from retrodict.report.document import report_html
-        from retrodict.report.figures import images
+        from retrodict.report.figures import images, svgs
         from retrodict.report.files import write_together
 
         directory = Path(directory)
@@ -177,6 +177,10 @@ class Result:
             "scene.toml": self.findings.scene_text.text.encode(),
             "report.html": report_html(self.findings, self.outcome, units, drawn).encode(),
             **{f"figures/{name}.png": image for name, image in drawn().items()},
+            **{
+                f"figures/{name}.svg": drawing
+                for name, drawing in svgs(self.findings, self.outcome, units).items()
+            },
             **chains,
         }
         files[SUMMARY] = summary_json(self.findings, files)

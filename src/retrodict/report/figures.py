@@ -44,6 +44,7 @@ __all__ = [
     "predictive_figure",
     "save_figures",
     "scene_figure",
+    "svgs",
     "to_png",
     "to_svg",
 ]
@@ -54,16 +55,24 @@ _MARGIN = 16  # pixels of white about what is drawn
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """A figure of the report: its function, its title and what its caption says is drawn."""
+    """A figure of the report.
+
+    Args:
+        draw: makes it.
+        title: of it.
+        caption: what is drawn.
+        svg: whether it is saved as an SVG drawing too, to be worked on.
+    """
 
     draw: Callable[[Findings, Outcome, Units], Figure]
     title: str
     caption: str
+    svg: bool = False
 
 
 # in the order of the report; the key is the file's name
 FIGURES: dict[str, Registered] = {
-    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION),
+    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION, svg=True),
     "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", figure_delta_v.CAPTION),
     "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
     "pair": Registered(pair_figure, "How the unknowns hang together", figure_pair.CAPTION),
@@ -114,6 +123,16 @@ def images(
     """
     chosen = list(FIGURES.items())[which]
     return {name: to_png(figure.draw(findings, outcome, units)) for name, figure in chosen}
+
+
+def svgs(findings: Findings, outcome: Outcome, units: Units = "si") -> dict[str, bytes]:
+    """SVG drawings of the figures that are saved as such; arguments as of `images`.
+
+    Returns:
+        The drawings by name.
+    """
+    chosen = {name: figure for name, figure in FIGURES.items() if figure.svg}
+    return {n: to_svg(figure.draw(findings, outcome, units)) for n, figure in chosen.items()}
 
 
 def save_figures(
