@@ -15,7 +15,6 @@ from markupsafe import Markup
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.run_outs import Motion, motions
-from retrodict.inference.digits import decimals_of
 from retrodict.report.figure_scene import half_plane, impact_pose, outline
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES, Scene
