@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from retrodict.findings import Findings
     from retrodict.report.drawing_process import DrawingProcess
+    from retrodict.scene.case import Case
 
 
 __all__ = [
@@ -52,7 +53,7 @@ CHAINS = "chains.npz"  # what an interrupted run needs to go on
 ladder = shown_in_notebooks(_ladder)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Result:
     """A reconstruction: its draws, its checks, its figures and its report.
 
@@ -120,20 +121,34 @@ class Result:
         """What the posterior predicts of every item of evidence, against what was measured."""
         return self._draw("predictive", units)
 
-    def report(self, path: str | Path, units: Units = "si") -> Path:
-        """Write the self-contained HTML report.
+    def report(
+        self,
+        path: str | Path,
+        units: Units | None = None,
+        case: Case | str | Path | None = None,
+    ) -> Path:
+        """Write the report as HTML, PDF or Word document, by the suffix of the file.
 
         Args:
-            path: of the file, replaced whole.
-            units: "si" or "us" first.
+            path: of the file, replaced whole: .html, .pdf or .docx.
+            units: "si" or "us" first; None for those of the case, or else SI.
+            case: what the expert says, or the path of a case file; None where nothing is stated.
 
         Returns:
             The path.
+
+        Raises:
+            UnknownFormat: no format has that suffix.
+            MissingLibrary: the format needs a library that is not installed.
+            SceneError: the case file cannot be used.
+            OSError: the file could not be written.
         """
         from retrodict.report.document import write_report
+        from retrodict.scene.case import load_case
 
-        write_report(self.findings, self.outcome, Path(path), units)
-        return Path(path)
+        known = load_case(case) if isinstance(case, str | Path) else case
+        chosen = units or (known and known.units) or "si"
+        return write_report(self.findings, self.outcome, Path(path), chosen, known)
 
     def save(
         self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
@@ -162,7 +177,7 @@ class Result:
 
         from retrodict.findings.stored import stored
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
-        from retrodict.report.document import report_html
+        from retrodict.report.document import FORMATS, document_of
         from retrodict.report.figures import images, svgs
         from retrodict.report.files import write_together
 
@@ -172,10 +187,11 @@ class Result:
             write_together(directory, chains)
             return directory
         drawn = cache(begun or partial(images, self.findings, self.outcome, units))
+        document = document_of(self.findings, self.outcome, units, drawn=drawn)
         files = {
             **stored(self.outcome, self.ladder),
             "scene.toml": self.findings.scene_text.text.encode(),
-            "report.html": report_html(self.findings, self.outcome, units, drawn).encode(),
+            "report.html": FORMATS["html"](document),
             **{f"figures/{name}.png": image for name, image in drawn().items()},
             **{
                 f"figures/{name}.svg": drawing
@@ -194,8 +210,14 @@ class Result:
 
         return FIGURES[name].draw(self.findings, self.outcome, units)
 
+    def __repr__(self) -> str:
+        verdict = "passed" if self.checks.passed else "FAILED"
+        method = self.outcome.settings.get("method", "")
+        made = f"{self.outcome.description.name} by {method}, seed {self.outcome.seed}"
+        return f"<Result of {self.scene.name!r}: {made}, checks {verdict}>"
+
     def _repr_html_(self) -> str:
-        from retrodict.report.document import findings_html
+        from retrodict.report.fragments import findings_html
 
         return findings_html(self.findings)
 

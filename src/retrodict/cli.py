@@ -203,6 +203,66 @@ def reconstruct(
 
 
 @app.command()
+def report(
+    result: Annotated[
+        Path, typer.Argument(help="folder of a result, as reconstruct wrote it", show_default=False)
+    ],
+    formats: Annotated[
+        str, typer.Option("--format", help="html, pdf, docx, or several with commas")
+    ] = "html",
+    case: Annotated[
+        Path | None, typer.Option(help="case file (TOML): number, examiner, attachments …")
+    ] = None,
+    units: Annotated[
+        UnitChoice | None, typer.Option(help="units that come first [default: the case's, or si]")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for the report [default: that of the result]")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
+) -> None:
+    """Write the report of a finished run as HTML page, PDF or Word document."""
+    from retrodict.scene import SceneError
+
+    with _working(quiet) as progress:
+        try:
+            from retrodict.scene.case import load_case
+
+            known = None if case is None else load_case(case)
+        except SceneError as error:
+            _fail(str(error))
+        folder = result if out is None else _folder(out, "report")
+        progress(_LOADING, 0, 1)
+
+        from retrodict.api import load
+        from retrodict.findings.stored import NotStored
+        from retrodict.report.document import UnknownFormat, document_of, write_reports
+        from retrodict.report.libraries import MissingLibrary
+        from retrodict.report.pdf import NoGlyph
+
+        try:
+            found = load(result)
+            progress(_WRITING, 0, 1)
+            chosen = units.value if units else (known and known.units) or "si"
+            document = document_of(found.findings, found.outcome, chosen, known)
+            files = write_reports(document, folder, [f.strip() for f in formats.split(",")])
+            progress(_WRITING, 1, 1)
+        except NotStored as error:
+            _fail(str(error))
+        except UnknownFormat as error:
+            _fail(f"--format {formats}: {error}")
+        except (MissingLibrary, NoGlyph) as error:
+            _fail(str(error), 1)
+        except OSError as error:
+            _fail(f"{folder}: cannot write the report: {error}", 1)
+
+    from rich.console import Console
+
+    for file in files:
+        _name(file, Console(quiet=quiet))
+
+
+@app.command()
 def ladder(
     scene: SceneFile,
     out: Annotated[

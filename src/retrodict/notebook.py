@@ -8,7 +8,7 @@ __all__ = ["Scene", "SceneError", "load_scene", "parse_scene"]
 
 
 def _repr_html_(scene: Scene) -> str:
-    from retrodict.report.document import scene_html
+    from retrodict.report.fragments import scene_html
 
     return scene_html(scene)
 

@@ -31,7 +31,7 @@ def test_a_method_that_fails_hands_over_to_another_and_says_so(
     assert found.checks.passed, found.checks.reasons
     assert found.settings["method"] == "importance"
     assert found.checks.pareto_k is not None
-    assert "the method nuts failed: nuts is stuck" in found.notes[0]
+    assert "the first sampler, nuts, was not accepted (nuts is stuck)" in found.notes[0]
 
 
 def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -53,7 +53,7 @@ def test_where_both_that_need_a_mode_fail_tempering_stands_in(
     assert found.settings["method"] == "smc"
     assert found.checks.passed
     assert found.notes[0].startswith(
-        "the method nuts failed: nuts is stuck; the run reported here is"
+        "the first sampler, nuts, was not accepted (nuts is stuck) and was replaced"
     )
     usual = reconstruct(SCENE, method="importance", pictured=False)
     for name in ("speed_b", "e", "e_m", "mu"):

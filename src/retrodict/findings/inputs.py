@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Measured
 
+ASSUMED = {"": "", "sd": "uncertainty assumed", "value": "value and uncertainty assumed"}
 QUANTILES = (0.025, 0.25, 0.5, 0.75, 0.975)
 
 

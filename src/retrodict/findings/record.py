@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from retrodict.findings.inputs import InputRow, input_rows
-from retrodict.findings.sentences import answer, assumptions, verdict
+from retrodict.findings.questions import Answered
+from retrodict.findings.sentences import answer, assumptions, question, verdict
 from retrodict.findings.severity import hours
 from retrodict.findings.statistics import (
     DERIVED,
@@ -51,10 +52,12 @@ class Findings:
         assumptions: what is taken for granted, one line each.
         checks: the verdict on the draws.
         verdict: the same, in a line.
+        question: what was asked, in words.
         answers: the answer in sentences, by the system of units that comes first.
         size: chains, and draws kept of each; None where there are none.
         seconds, versions, seed, settings, complete, notes: as of the outcome.
         ladder: what the other models say, where the ladder chose this one.
+        questions: that were put beside it, with their answers.
         schema: version of this record and of its serialisation.
     """
 
@@ -71,6 +74,7 @@ class Findings:
     assumptions: tuple[str, ...]
     checks: Checks
     verdict: str
+    question: str
     answers: dict[Units, str]
     size: tuple[int, int] | None
     seconds: dict[str, float]
@@ -80,6 +84,7 @@ class Findings:
     complete: bool
     notes: tuple[str, ...]
     ladder: Ladder | None = None
+    questions: tuple[Answered, ...] = ()
     schema: Literal[1] = SCHEMA
 
 
@@ -114,6 +119,7 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         assumptions=assumptions(outcome),
         checks=outcome.checks,
         verdict=verdict(outcome),
+        question=question(outcome),
         answers={units: answer(outcome, quantities, units) for units in get_args(Units)},
         size=None if sizes is None else (sizes.get("chain", 0), sizes.get("draw", 0)),
         seconds=dict(outcome.seconds),

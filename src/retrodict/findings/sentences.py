@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from retrodict.findings.rounding import format_value
@@ -19,6 +19,40 @@ if TYPE_CHECKING:
 MARK = "†"
 WITHHELD = "withheld"
 NOT_TO_BE_RELIED_ON = "NOT TO BE RELIED ON"
+
+
+_ASKED = {
+    "e": "the restitution e",
+    "mu": "the equivalent friction μ",
+    "e_m": "the impact moment coefficient e_m",
+}
+
+
+def question(outcome: Outcome) -> str:
+    """What a scene asks, in words.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        A question on the speeds, if one is asked, and one on the impact.
+    """
+    asked = outcome.scene.question
+    speeds = [v.upper() for v in VEHICLES if f"speed_{v}" in asked]
+    impact = [words for name, words in _ASKED.items() if name in asked]
+    parts = []
+    if speeds:
+        parts.append(
+            f"How fast did {_and(f'vehicle {v}' for v in speeds)} travel before the impact?"
+        )
+    if impact:
+        parts.append(f"What {'was' if len(impact) == 1 else 'were'} {_and(impact)}?")
+    return " ".join((*parts, "The answer rests on what was measured, as listed below."))
+
+
+def _and(words: Iterable[str]) -> str:
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units) -> str:

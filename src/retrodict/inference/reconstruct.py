@@ -137,7 +137,7 @@ def reconstruct(
         else:
             if other.checks.passed or where is None:
                 notes.append(
-                    f"the method {method} failed: {failed}; the run reported here is by smc"
+                    f"the first sampler, {method}, was not accepted ({failed}) and was replaced by smc"
                 )
                 where, run = elsewhere, other
             else:

@@ -159,8 +159,8 @@ class Sampling:
             failed = "; ".join(other.failed)
             note = f"the method {instead} was tried too, and failed: {failed}"
             return replace(run, notes=(*run.notes, note), seconds=seconds)
-        why = f"the method {run.method} failed: {'; '.join(run.failed)}"
-        note = f"{why}; the run reported here is by {instead}"
+        why = f"the first sampler, {run.method}, was not accepted ({'; '.join(run.failed)})"
+        note = f"{why} and was replaced by {instead}"
         return replace(other, notes=(note, *other.notes), seconds=seconds)
 
     def _timed(self, draw: Callable[[], list[Draws]]) -> tuple[list[Draws], float]:

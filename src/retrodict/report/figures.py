@@ -58,25 +58,32 @@ class Registered:
     """A figure of the report.
 
     Args:
-        draw: makes it.
-        title: of it.
-        caption: what is drawn.
+        draw: its function.
+        title: in a few words.
+        caption: what is drawn, and how to read it.
+        beside: key of the section that it stands in: "first page", "results", "evidence" or
+            "sensitivity".
         svg: whether it is saved as an SVG drawing too, to be worked on.
     """
 
     draw: Callable[[Findings, Outcome, Units], Figure]
     title: str
     caption: str
+    beside: str = "results"
     svg: bool = False
 
 
 # in the order of the report; the key is the file's name
 FIGURES: dict[str, Registered] = {
-    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION, svg=True),
+    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION, "first page", svg=True),
     "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", figure_delta_v.CAPTION),
     "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
-    "pair": Registered(pair_figure, "How the unknowns hang together", figure_pair.CAPTION),
-    "predictive": Registered(predictive_figure, "Fit to the evidence", figure_predictive.CAPTION),
+    "pair": Registered(
+        pair_figure, "How the unknowns hang together", figure_pair.CAPTION, "sensitivity"
+    ),
+    "predictive": Registered(
+        predictive_figure, "Fit to the evidence", figure_predictive.CAPTION, "evidence"
+    ),
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +35,7 @@ class LadderRow:
         verdict: why it was chosen or not.
         priors: B's speed under other priors of it, as (prior, median ± sd).
         furthest: the item of evidence with the largest residual.
+        ran: whether there are draws of it.
     """
 
     name: str
@@ -46,30 +48,36 @@ class LadderRow:
     verdict: str
     priors: tuple[tuple[str, str], ...]
     furthest: str
+    ran: bool
 
 
-def ladder_rows(ladder: Ladder, units: Units = "si") -> list[LadderRow]:
+def ladder_rows(
+    ladder: Ladder, units: Units = "si", decimals: Mapping[str, int | None] | None = None
+) -> list[LadderRow]:
     """The rungs as they are printed, rounded to their uncertainty.
 
     Args:
         ladder: what every rung says.
         units: "si" or "us".
+        decimals: of the results that the rows are printed with, by name: no more are printed.
 
     Returns:
         One row a rung, from simplest to fullest.
     """
+    known = decimals or {}
     return [
         LadderRow(
             name=step.name,
             chosen=step.name == ladder.choice,
-            answers=tuple(_answer(step, name, units) for name in ladder.question),
+            answers=tuple(_answer(step, name, units, known.get(name)) for name in ladder.question),
             fit=NOTHING if step.fit is None else f"{step.fit.probability:.2g}",
             evidence=_evidence(step),
             parameters=NOTHING if step.parameters is None else str(step.parameters),
             seconds=format_value(step.seconds, 1),
             verdict=step.verdict,
-            priors=_priors(step, units),
+            priors=_priors(step, units, known.get("speed_b")),
             furthest=_furthest(step),
+            ran=step.fit is not None,
         )
         for step in ladder.steps
     ]
@@ -132,17 +140,21 @@ def _table(ladder: Ladder) -> str:
     return csv_text(list(rows[0]) if rows else ["rung"], rows)
 
 
-def _answer(step: Step, name: str, units: Units) -> tuple[str, str]:
+def _answer(step: Step, name: str, units: Units, most: int | None) -> tuple[str, str]:
     found = step.answers.get(name)
     if found is None:
         return NOTHING, NOTHING
     worth = label_and_unit(name, units)[1].worth
     low, high = found.intervals[90]
-    bounds = (low / worth, high / worth)
+    bounds, decimals = (low / worth, high / worth), _no_more(decimals_of(found.sd / worth), most)
     return (
-        format_with_sd(found.median / worth, found.sd / worth),
-        format_range(bounds, decimals_of(found.sd / worth)),
+        format_with_sd(found.median / worth, found.sd / worth, decimals),
+        format_range(bounds, decimals),
     )
+
+
+def _no_more(decimals: int | None, most: int | None) -> int | None:
+    return decimals if decimals is None or most is None else min(decimals, most)
 
 
 def _evidence(step: Step) -> str:
@@ -151,10 +163,17 @@ def _evidence(step: Step) -> str:
     return format_with_sd(step.log_evidence, step.log_evidence_sd)
 
 
-def _priors(step: Step, units: Units) -> tuple[tuple[str, str], ...]:
+def _priors(step: Step, units: Units, most: int | None) -> tuple[tuple[str, str], ...]:
     worth = label_and_unit("speed_b", units)[1].worth
     return tuple(
-        (other.prior, format_with_sd(other.median / worth, other.sd / worth))
+        (
+            other.prior,
+            format_with_sd(
+                other.median / worth,
+                other.sd / worth,
+                _no_more(decimals_of(other.sd / worth), most),
+            ),
+        )
         for other in step.priors
     )
 

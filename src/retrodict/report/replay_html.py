@@ -10,12 +10,12 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.run_outs import Motion, motions
 from retrodict.report.figure_scene import half_plane, impact_pose, outline
+from retrodict.report.templates import template
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES, Scene
 
@@ -85,7 +85,7 @@ def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -
         "data": _data(found, view, scale, speed.worth, speed.symbol),
         "script": Markup(_script()),
     }
-    return _environment().get_template("replay.html.j2").render(content)
+    return template("replay.html.j2").render(content)
 
 
 def replay_script_hash() -> str:
@@ -186,14 +186,3 @@ def _scale_bar(view: View, scale: float, units: Units) -> dict[str, Any]:
 @cache
 def _script() -> str:
     return files("retrodict.report").joinpath("replay.js").read_text("utf-8")
-
-
-@cache
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("retrodict.report", "."),
-        autoescape=True,  # names are a stranger's text
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )

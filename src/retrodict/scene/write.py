@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Iterator
@@ -32,6 +33,11 @@ class SceneText:
 
     text: str
     as_written: bool
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the text in UTF-8."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
 
 
 def scene_text(scene: Scene) -> SceneText:

@@ -1,0 +1,165 @@
+"""What a document is made of, as plain data: every renderer lays out the same texts and numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Literal
+
+_NARROWEST, _WIDEST = 10, 48  # characters that a column is taken to have, for its width
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """Text: plain, "quiet" (small print), the "answer", an answer that is "held" back, or a "note"."""
+
+    text: str
+    kind: Literal["plain", "quiet", "answer", "held", "note"] = "plain"
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """Items, one line each."""
+
+    items: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table whose first column names its rows.
+
+    Args:
+        rows: cells, as many as there are columns.
+        header: of the columns; empty for a table of names and values.
+        title: above it; empty for none.
+        texts: numbers of the columns that hold words, beside the first; all others hold numbers.
+    """
+
+    rows: tuple[tuple[str, ...], ...]
+    header: tuple[str, ...] = ()
+    title: str = ""
+    texts: tuple[int, ...] = ()
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Of the width, for each column: by its longest text, within limits; headings may break."""
+        longest = [max(map(len, column)) for column in zip(*self.rows, strict=True)]
+        headed = [len(cell) // 2 for cell in self.header] or [0] * len(longest)
+        widths = [
+            min(max(cells, head, _NARROWEST), _WIDEST)
+            for cells, head in zip(longest, headed, strict=True)
+        ]
+        return tuple(width / sum(widths) for width in widths)
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure.
+
+    Args:
+        number: in the document.
+        title: in a few words; it stands for the figure where that cannot be seen.
+        caption: what it shows and how to read it.
+        image: PNG.
+        small: whether it shares its page with other things.
+    """
+
+    number: str
+    title: str
+    caption: str
+    image: bytes
+    small: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """Text that keeps its lines, such as a scene file."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """Lines to be completed by hand."""
+
+    fields: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A heading with what stands below it.
+
+    Args:
+        title: in words.
+        blocks: in order; sections among them are its parts.
+        number: such as "3.1"; empty on the first page.
+    """
+
+    title: str
+    blocks: tuple[Block, ...]
+    number: str = ""
+
+
+Block = Paragraph | Listing | Table | Picture | Code | Form | Section
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A report.
+
+    Args:
+        title: of the scene.
+        subtitle: what kind of document this is, and of which vehicles.
+        author: the examiner; empty if not stated.
+        date: of the report, as stated; empty if not.
+        first: the first page.
+        sections: the rest, numbered.
+    """
+
+    title: str
+    subtitle: str
+    author: str
+    date: str
+    first: tuple[Block, ...]
+    sections: tuple[Section, ...]
+
+
+def numbered(section: Section, number: str) -> Section:
+    """A section with its number, and its parts with theirs.
+
+    Args:
+        section: with or without numbers.
+        number: such as "3".
+    """
+    parts, blocks = 0, list[Block]()
+    for block in section.blocks:
+        if isinstance(block, Section):
+            parts += 1
+            block = numbered(block, f"{number}.{parts}")
+        blocks.append(block)
+    return replace(section, number=number, blocks=tuple(blocks))
+
+
+def printable(value: Any) -> Any:
+    """A tree with codes in place of characters that do not print.
+
+    These could steer a terminal or a reader's eye, and XML cannot hold them.
+
+    Args:
+        value: a document or a part of one.
+
+    Returns:
+        The same with other texts.
+    """
+    if isinstance(value, str):
+        return "".join(
+            c if c.isprintable() or c in "\n\t\N{NO-BREAK SPACE}" else _code(c) for c in value
+        )
+    if isinstance(value, tuple):
+        return tuple(printable(each) for each in value)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{f.name: printable(getattr(value, f.name)) for f in fields(value)})
+    return value
+
+
+def _code(character: str) -> str:
+    return character.encode("unicode_escape").decode("ascii")

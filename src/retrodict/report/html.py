@@ -1,0 +1,28 @@
+"""A document as one HTML page that needs nothing else and loads nothing."""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING
+
+from retrodict.report.templates import template
+
+if TYPE_CHECKING:
+    from retrodict.report.blocks import Document
+
+
+def render(document: Document) -> bytes:
+    """The page.
+
+    Args:
+        document: what it says; every text is escaped.
+
+    Returns:
+        HTML in UTF-8; it has no scripts and loads nothing.
+    """
+    page = template("document.html.j2").render(
+        document=document,
+        kind=lambda block: type(block).__name__,
+        encoded=lambda image: base64.b64encode(image).decode("ascii"),
+    )
+    return page.encode()
