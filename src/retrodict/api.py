@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from retrodict.findings import Findings
+    from retrodict.findings.reproduction import Reproduction
     from retrodict.report.drawing_process import DrawingProcess
     from retrodict.scene.case import Case
 
@@ -43,6 +44,7 @@ __all__ = [
     "ladder",
     "load",
     "reconstruct",
+    "replay",
     "validate",
 ]
 
@@ -150,6 +152,27 @@ class Result:
         chosen = units or (known and known.units) or "si"
         return write_report(self.findings, self.outcome, Path(path), chosen, known)
 
+    def archive(self, path: str | Path, case: str | Path | None = None) -> Path:
+        """Write all that the result came from and to as one file, which `replay` verifies and runs anew.
+
+        Args:
+            path: of the file, replaced whole; by custom it ends in .retrodict.zip.
+            case: path of a case file; its attachments are recorded by their SHA-256.
+
+        Returns:
+            The path.
+
+        Raises:
+            SceneError: the case file cannot be used.
+            OSError: the file could not be written.
+        """
+        from retrodict.report.archive import archive_bytes
+        from retrodict.report.files import write_whole
+        from retrodict.report.result_archive import archived
+
+        files = archived(self.findings, self.outcome, self.ladder, case and Path(case))
+        return write_whole(Path(path), archive_bytes(files))
+
     def save(
         self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
     ) -> Path:
@@ -240,6 +263,34 @@ def load(folder: str | Path) -> Result:
 
 
 @shown_in_notebooks
+def replay(path: str | Path, *, progress: Progress | None = None) -> Reproduction:
+    """Verify an archive, run it anew as it was asked for, and compare every number.
+
+    Args:
+        path: of an archive, from `Result.archive`.
+        progress: as of `reconstruct`.
+
+    Returns:
+        Which numbers came out the same, and which versions differ.
+
+    Raises:
+        NotArchived: the file is no archive, or was altered; the message names what was.
+        SceneError: this version does not read the scene.
+        Unanswerable, Interrupted: as of `reconstruct`.
+    """
+    from retrodict.findings.reproduction import compare
+    from retrodict.findings.stored import draws_of
+    from retrodict.report.archive import read_archive
+    from retrodict.report.result_archive import recorded_in
+
+    archive = read_archive(Path(path))
+    recorded = recorded_in(archive, str(path))
+    result = reconstruct(recorded.scene, **recorded.asked, progress=progress)
+    draws = draws_of(recorded.draws)
+    return compare(archive.link, recorded.summary, draws, result.findings, result.idata)
+
+
+@shown_in_notebooks
 def reconstruct(
     scene: Scene,
     *,
@@ -277,6 +328,8 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
+    asked = {"model": model, "method": method, "chains": chains, "draws": draws}
+    asked |= {"warmup": warmup, "seed": seed}
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
     climbed, known = None, dict[str, PosteriorModes]()
@@ -293,7 +346,7 @@ def reconstruct(
                 raise Interrupted("stopped before a model was chosen")
         model = (climbed and climbed.choice) or rungs[-1]
         if kept and model in kept:
-            return Result(kept[model], climbed)
+            return Result(replace(kept[model], asked=asked), climbed)
     outcome = _reconstruct(
         scene,
         model=model,
@@ -306,7 +359,7 @@ def reconstruct(
         resume=resume,
         known=known,
     )
-    return Result(outcome, climbed)
+    return Result(replace(outcome, asked=asked), climbed)
 
 
 @shown_in_notebooks
