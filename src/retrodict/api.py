@@ -358,8 +358,9 @@ def reconstruct(
         progress=prefixed(progress or silent, model),
         resume=resume,
         known=known,
+        asked=asked,
     )
-    return Result(replace(outcome, asked=asked), climbed)
+    return Result(outcome, climbed)
 
 
 @shown_in_notebooks
