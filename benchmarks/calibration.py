@@ -34,19 +34,22 @@ def table(folders: list[Path]) -> page.Parts:
     """What stands between the markers of docs/calibration.md."""
     rows, verdicts = [], []
     for folder in folders:
-        told = json.loads((folder / "calibration.json").read_text("utf-8"))
-        name = told["model"] + NAMES.get(folder.name.split("-")[0], "")
-        every = f"closing from {told.get('closing_from', 3.0):g} m/s"
-        groups = {every: told, f"closing below {SLOWLY:g} m/s": told.get("closing_slowly")}
+        calibration = json.loads((folder / "calibration.json").read_text("utf-8"))
+        name = calibration["model"] + NAMES.get(folder.name.split("-")[0], "")
+        every = f"closing from {calibration.get('closing_from', 3.0):g} m/s"
+        groups = {
+            every: calibration,
+            f"closing below {SLOWLY:g} m/s": calibration.get("closing_slowly"),
+        }
         for which, group in groups.items():
             if group and group["done"]:
-                rows.append([name, told["method"], which, *_counts(group)])
+                rows.append([name, calibration["method"], which, *_counts(group)])
         verdicts += [
-            f"### {name}, {told['method']}\n",
-            f"{told['verdict']}\n",
+            f"### {name}, {calibration['method']}\n",
+            f"{calibration['verdict']}\n",
             f"![ranks](charts/calibration/{folder.name}/calibration.png)\n",
             *page.table(
-                ["quantity", *(f"{level} %" for level in (50, 80, 90, 95))], _coverage(told)
+                ["quantity", *(f"{level} %" for level in (50, 80, 90, 95))], _coverage(calibration)
             ),
             "",
         ]
@@ -56,21 +59,25 @@ def table(folders: list[Path]) -> page.Parts:
     return {"summary": page.table(heading, rows), "verdicts": verdicts[:-1]}
 
 
-def _counts(told: dict) -> list[str]:
+def _counts(calibration: dict) -> list[str]:
     """Ranked, withheld, and quantities outside their bands."""
     bands = ["too few to judge"] * 2
-    if told["done"] >= LEAST:
+    if calibration["done"] >= LEAST:
         bands = [
-            ", ".join(k for k, v in told["quantities"].items() if not v[which]) or "none"
+            ", ".join(k for k, v in calibration["quantities"].items() if not v[which]) or "none"
             for which in ("inside", "inside_jointly")
         ]
-    return [f"{told['ranked']} of {told['done']}", f"{told['withheld']:.1%}", *bands]
+    return [
+        f"{calibration['ranked']} of {calibration['done']}",
+        f"{calibration['withheld']:.1%}",
+        *bands,
+    ]
 
 
-def _coverage(told: dict) -> list[list[str]]:
+def _coverage(calibration: dict) -> list[list[str]]:
     return [
         [name, *(f"{c['share']:.1%} ± {c['error']:.1%}" for c in each["coverage"].values())]
-        for name, each in told["quantities"].items()
+        for name, each in calibration["quantities"].items()
     ]
 
 

@@ -33,12 +33,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder, chance = Path(name), random.Random(0)
         runs = [_run(folder, seed) for seed in (0, 1)]
-        print("killed while results are put in place:", _told(_killed(runs, folder, chance)))
-        print("no room for a file:", _told(_full(runs, folder, chance)))
-        print("a bit of a cached program flipped:", _told(_flipped(folder, chance)))
+        print("killed while results are put in place:", _counted(_killed(runs, folder, chance)))
+        print("no room for a file:", _counted(_full(runs, folder, chance)))
+        print("a bit of a cached program flipped:", _counted(_flipped(folder, chance)))
 
 
-def _told(found: Counter[str]) -> str:
+def _counted(found: Counter[str]) -> str:
     return ", ".join(f"{count} {what}" for what, count in sorted(found.items()))
 
 
@@ -60,8 +60,8 @@ def _state(folder: Path, runs: list[dict[str, bytes]]) -> str:
     if here in runs:
         return "of one run"
     if read_summary(folder) is None or strangers(folder):
-        return "mixed, and told so"
-    return "MIXED WITHOUT A WORD"
+        return "mixed, and reported"
+    return "MIXED AND NOT REPORTED"
 
 
 def _write_for_ever(runs: list[dict[str, bytes]], folder: Path) -> None:

@@ -176,8 +176,8 @@ def main(charts: Path, points: int = POINTS) -> None:
             numbers = [scene.velocity[line.by], near[i]]
             numbers += [c.position[i] for c in all_] + [c.derivative[i] for c in all_]
             rows.append([line.name, *(f"{number:.10g}" for number in numbers)])
-    told = [f"{what} {name}" for what in ("position", "derivative") for name in names]
-    columns = ["kink", "velocity", "nearness", *told]
+    cells = [f"{what} {name}" for what in ("position", "derivative") for name in names]
+    columns = ["kink", "velocity", "nearness", *cells]
     tables.write(charts / "kinks.csv", columns, rows, (("kinks", text) for text in remarks))
     draw(found, charts / "kinks.png")
     print(*remarks, sep="\n")

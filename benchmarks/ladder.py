@@ -27,10 +27,11 @@ from retrodict.models.arrays import Data, Structure
 from benchmarks import page, synthetic
 from benchmarks.__main__ import DOCS
 from retrodict.inference.density.compiled import CHUNK, programs_for
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.fit import Fit, Summary
-from retrodict.studies.ladder import DOUBT, FACTOR, SHARE, Step, blank, chosen, climb
+from retrodict.studies.ladder import FACTOR, MIN_PROBABILITY, SHARE, Step, blank, chosen, run_rung
 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time
@@ -66,28 +67,28 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
         programs = programs_for(structure)
         # as inference draws the prior, whose compiled program this shares
         seed = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
-        sites = programs("prior", jax.random.split(seed, CHUNK), data)
-        told = programs("simulate", data, sites)
-        found = np.flatnonzero(_plausible(structure, data, sites, told))
+        sites = programs(PRIOR, jax.random.split(seed, CHUNK), data)
+        simulated = programs(SIMULATE, data, sites)
+        found = np.flatnonzero(_plausible(structure, data, sites, simulated))
         if not found.size:
             continue
         first = found[0]
         if run_out != "wheels":
             road, berm = scene.surfaces
-            friction = float(told[f"friction_{road.name}"][first])
+            friction = float(simulated[f"friction_{road.name}"][first])
             scene = replace(scene, surfaces=(road, _of_friction(berm, friction, rng)))
         if full != rung:
             structure, data = RUNGS[rung].of_scene(scene)
             sites = (
                 {k: sites[k] for k in ("measured", "speed_b", "direction_b")}
                 | {
-                    "impulse_x": told["mass_b"] * (told["vbx"] - told["Vbx"]),
-                    "impulse_y": told["mass_b"] * (told["vby"] - told["Vby"]),
+                    "impulse_x": simulated["mass_b"] * (simulated["vbx"] - simulated["Vbx"]),
+                    "impulse_y": simulated["mass_b"] * (simulated["vby"] - simulated["Vby"]),
                 }
-                | ({k: told[k] for k in ("Omega_a", "Omega_b")} if run_out != "slide" else {})
+                | ({k: simulated[k] for k in ("Omega_a", "Omega_b")} if run_out != "slide" else {})
             )
-            told = programs_for(structure)("simulate", data, sites)
-        rest = {v: _measured(told, v, first, rng) for v in VEHICLES}
+            simulated = programs_for(structure)(SIMULATE, data, sites)
+        rest = {v: _measured(simulated, v, first, rng) for v in VEHICLES}
         return replace(scene, rest=rest), float(sites["speed_b"][first])
 
 
@@ -98,7 +99,7 @@ def _of_friction(surface: Surface, friction: float, rng: np.random.Generator) ->
     return replace(surface, friction=replace(m, value=value, sd=m.sd / m.value * value))
 
 
-def _plausible(structure: Structure, data: Data, sites: dict, told: dict) -> np.ndarray:
+def _plausible(structure: Structure, data: Data, sites: dict, simulated: dict) -> np.ndarray:
     """Which of the candidates drive and close in, lose energy, and neither spin nor travel too far."""
 
     def closing(xi: jax.Array, velocity: jax.Array) -> jax.Array:
@@ -106,21 +107,21 @@ def _plausible(structure: Structure, data: Data, sites: dict, told: dict) -> np.
         approach = jnp.concatenate([parts.approach_of_a(x), velocity, jnp.zeros(1)])
         return closing_speed(approach, parts.bodies(x))
 
-    velocity = jnp.stack([told["vbx"], told["vby"]], axis=1)
+    velocity = jnp.stack([simulated["vbx"], simulated["vby"]], axis=1)
     good = np.asarray(jax.vmap(closing)(sites["measured"], velocity)) > 3
     good &= (np.asarray(sites["speed_b"]) > 3) & (np.asarray(sites["speed_b"]) < 30)
-    good &= np.asarray(told["energy_lost"]) > 0
+    good &= np.asarray(simulated["energy_lost"]) > 0
     for v in VEHICLES:
-        good &= np.abs(told[f"Omega_{v}"]) < 12
+        good &= np.abs(simulated[f"Omega_{v}"]) < 12
         for part in ("x", "y"):
-            good &= np.abs(told[f"predicted/rest_{part}_{v}"]) < 50
+            good &= np.abs(simulated[f"predicted/rest_{part}_{v}"]) < 50
     return good
 
 
-def _measured(told: dict, v: str, i: int, rng: np.random.Generator) -> Rest:
+def _measured(simulated: dict, v: str, i: int, rng: np.random.Generator) -> Rest:
     # a straight slide predicts no heading: that of the impact is kept
-    heading = told.get(f"predicted/rest_heading_{v}", told[f"heading_{v}"])[i]
-    x, y = (told[f"predicted/rest_{part}_{v}"][i] for part in ("x", "y"))
+    heading = simulated.get(f"predicted/rest_heading_{v}", simulated[f"heading_{v}"])[i]
+    x, y = (simulated[f"predicted/rest_{part}_{v}"][i] for part in ("x", "y"))
     noisy = (
         Measured(float(value) + sd * rng.standard_normal(), sd)
         for value, sd in ((x, POSITION), (y, POSITION), (heading, HEADING))
@@ -247,7 +248,7 @@ def _seconds(rows: list[Row]) -> Iterator[str]:
 def _bound(scenes: dict[str, list[Row]]) -> str:
     """What no rule does better than: crashes on momentum and on `SIMPLEST` are drawn alike.
 
-    Of two crashes that cannot be told apart a rule is right about one, unless one choice is right for
+    Of two crashes that cannot be distinguished a rule is right about one, unless one choice is right for
     both; it can be no better than right about all others.
     """
     mine = [(p, rows) for p in ALIKE for rows in scenes.values() if rows[0]["truth"] in p]
@@ -264,7 +265,7 @@ def _bound(scenes: dict[str, list[Row]]) -> str:
 
 def _one_is_right_for(truths: tuple[str, ...], rows: list[Row]) -> bool:
     """Whether one rung would be a right choice were any of these the truth."""
-    return any(all(_right(rows, name, truth) for truth in truths) for name in _told(rows))
+    return any(all(_right(rows, name, truth) for truth in truths) for name in _with_answer(rows))
 
 
 def _right(rows: list[Row], name: str, truth: str) -> bool:
@@ -277,7 +278,7 @@ def _chosen(rows: list[Row], name: str | None) -> list[Row]:
     return [row | {"chosen": str(int(row["rung"] == name))} for row in rows]
 
 
-def _told(rows: list[Row]) -> list[str]:
+def _with_answer(rows: list[Row]) -> list[str]:
     """Rungs that have an answer."""
     return [row["rung"] for row in rows if _answered(row)]
 
@@ -293,7 +294,7 @@ def _by_evidence(scenes: dict[str, list[Row]]) -> str:
         truths = _probable(rows)
         hopes = {
             name: sum(p for truth, p in truths.items() if _right(rows, name, truth))
-            for name in _told(rows)
+            for name in _with_answer(rows)
         }
         best = max(hopes, key=hopes.__getitem__)
         kinds.append(kind_of(_chosen(rows, best)))
@@ -311,11 +312,13 @@ def _probable(rows: list[Row]) -> dict[str, float]:
     """How probable each rung is as the truth of a scene, if one is as likely as another beforehand."""
     if rows[0]["truth"] == SLIDE:  # given away by rest headings, which are those of the impact
         return {SLIDE: 1.0}
-    told = {row["rung"]: float(row["log_evidence"]) for row in rows if row["log_evidence"]}
-    told.pop(SLIDE, None)
-    told |= {a: told[b] for a, b in ALIKE if b in told}  # whose crashes are drawn from b's priors
-    most = max(told.values())
-    weights = {name: np.exp(value - most) for name, value in told.items()}
+    evidences = {row["rung"]: float(row["log_evidence"]) for row in rows if row["log_evidence"]}
+    evidences.pop(SLIDE, None)
+    evidences |= {
+        a: evidences[b] for a, b in ALIKE if b in evidences
+    }  # whose crashes are drawn from b's priors
+    most = max(evidences.values())
+    weights = {name: np.exp(value - most) for name, value in evidences.items()}
     return {name: weight / sum(weights.values()) for name, weight in weights.items()}
 
 
@@ -406,8 +409,8 @@ def _biases(rows: list[Row]) -> Iterator[list[str]]:
     """Of each rung, where the truth stands on a fuller one."""
     for rung in RUNGS:
         below = [row for row in rows if RUNGS[row["truth"]].nests(RUNGS[rung])]
-        told = [row for row in below if row["rung"] == rung and _answered(row)]
-        mine = [row for row in told if row["counts"] == "1" or _misfit(row)]
+        answered = [row for row in below if row["rung"] == rung and _answered(row)]
+        mine = [row for row in answered if row["counts"] == "1" or _misfit(row)]
         if mine:
             error = np.array([float(row["median"]) - float(row["speed_b"]) for row in mine])
             in_sd = error / [float(row["sd"]) for row in mine]
@@ -419,17 +422,17 @@ def _biases(rows: list[Row]) -> Iterator[list[str]]:
                 f"{np.sqrt(np.mean(in_sd**2)):.1f}",
                 f"{sum(map(covered, mine))} of {len(mine)}",
                 str(sum(map(_misfit, mine))),
-                str(len(told) - len(mine)),
+                str(len(answered) - len(mine)),
             ]
 
 
 def _misfit(row: Row) -> bool:
     """Whether a rung that has an answer does not fit."""
-    return float(row["fit_probability"]) < DOUBT
+    return float(row["fit_probability"]) < MIN_PROBABILITY
 
 
 def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
-    """Go on with the table until so many scenes stand in it, then tell what they come to."""
+    """Go on with the table until so many scenes stand in it, then write the results."""
     charts.mkdir(parents=True, exist_ok=True)
     file = charts / "ladder.csv"
     new = not file.exists() or not file.stat().st_size
@@ -462,7 +465,7 @@ def _on_scenes(indices: list[int]) -> list[dict[str, object]]:
     steps: dict[int, list[Step]] = {i: [] for i in indices}
     for name in RUNGS:
         for i in indices:
-            steps[i].append(climb(made[i][0], name, QUESTION, i))
+            steps[i].append(run_rung(made[i][0], name, QUESTION, i))
         gc.collect()
     return [
         row

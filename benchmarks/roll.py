@@ -139,12 +139,12 @@ def main(count: int = 200) -> None:
                 points = seen(pose, end, number)
                 off = np.stack(missed(them, points, end[:, 2]))
                 within = np.mean(np.abs(off) < NINETY * stated(them, points, end[:, 2]), axis=1)
-                told = (
+                cells = (
                     f"{mean:+.2f} ± {sd:.2f} ({share:.0%})"
                     for mean, sd, share in zip(off.mean(1), off.std(1), within, strict=True)
                 )
                 how = "steered" if steered else "straight"
-                print(f"| {name} | {how} | {number} | {' | '.join(told)} |", flush=True)
+                print(f"| {name} | {how} | {number} | {' | '.join(cells)} |", flush=True)
 
 
 if __name__ == "__main__":

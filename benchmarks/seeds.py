@@ -2,9 +2,10 @@
 
 python3 -m uv run --group bench python -m benchmarks.seeds [seeds folder]
 
-Sampling alone is timed, with the way from draws to all that is told of them: by NUTS with half its
-default draws and with all, by importance sampling likewise. A first run with divergences counts as it
-is: no second run hides it. With a number of seeds and a folder: a trial, which writes there only.
+Sampling alone is timed, with the computation of all reported quantities from the draws: by NUTS with
+half its default draws and with all, by importance sampling likewise. A first run with divergences
+counts as it is: no second run hides it. With a number of seeds and a folder: a trial, which writes
+there only.
 """
 
 from __future__ import annotations
@@ -63,16 +64,16 @@ def run(posterior: Posterior, method: str, draws: int, seed: int) -> Run:
         found = sample(task, nuts.targets(posterior.programs.structure)[0])
         divergences = int(found.stats["diverging"].sum())
         leapfrogs = float(found.stats["n_steps"].mean())
-        told = Draws(found.w, {}).known(posterior)
+        quantities = Draws(found.w, {}).known(posterior)
     else:
-        told = importance.draw(task).known(posterior)
+        quantities = importance.draw(task).known(posterior)
     seconds = time.perf_counter() - begin
-    return Run(seconds, divergences, leapfrogs, *_worst(told))
+    return Run(seconds, divergences, leapfrogs, *_worst(quantities))
 
 
-def _worst(told: Sites) -> tuple[float, float, float]:
+def _worst(quantities: Sites) -> tuple[float, float, float]:
     """Least bulk and tail ESS and largest R-hat of the reported quantities."""
-    chains = [np.reshape(told[name], (CHAINS, -1)) for name in REPORTED if name in told]
+    chains = [np.reshape(quantities[name], (CHAINS, -1)) for name in REPORTED if name in quantities]
     moving = [x for x in chains if np.ptp(x) > 0]  # what is known stands still
 
     def of(statistic: Callable[..., Array], **options: object) -> list[float]:

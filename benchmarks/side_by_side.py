@@ -39,7 +39,7 @@ from retrodict.mechanics import (
 PACKAGE = "pycrash==0.0.18"
 FOOT, POUND, MPH = 0.3048, 0.45359237, 0.44704  # m, kg, m/s
 SLUG_FT2 = POUND * 9.80665 * FOOT  # kg m² in lb ft s²
-GRAVITY = 9.80665 / FOOT / 32.2  # what PyCrash makes of a mass that was weighed
+GRAVITY = 9.80665 / FOOT / 32.2  # of a weight in lb, as PyCrash converts it to mass
 INTO, OUT = 1.46667 * FOOT / MPH, 0.681818 * MPH / FOOT  # and of a speed, on its way in and out
 AGREES = 1e-9  # m/s and rad/s: what rounding in double precision may leave
 HEADER = "      V_x      V_y    Omega  delta-v"

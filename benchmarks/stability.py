@@ -61,7 +61,7 @@ def run_outs(locked: int, rolling: int, compared: int) -> Iterator[Remark]:
         found = drawn.examine(scenes)
         broken = np.any(list(found.faults.values()), axis=0).sum()
         few = drawn.Found(found.rest[:compared], found.refused[:compared], {})
-        apart = drawn.apart(scenes[:compared], few)
+        apart = drawn.differences(scenes[:compared], few)
         far = (apart > drawn.WITHIN).sum()
         yield (
             "runouts",
@@ -72,16 +72,16 @@ def run_outs(locked: int, rolling: int, compared: int) -> Iterator[Remark]:
         )
         if name == "rolling":  # whose clock is stiff: fixed steps are not for them
             continue
-        off, told = np.concatenate(
+        off, errors = np.concatenate(
             [drawn.in_fixed_steps(scenes, found, n) for n in FIXED_STEPS], axis=1
         )
-        bad, unseen = off > COARSE, (off > COARSE) & ~(told > COARSE)
+        bad, unseen = off > COARSE, (off > COARSE) & ~(errors > COARSE)
         yield (
             "runouts",
             f"the same in {', '.join(map(str, FIXED_STEPS))} fixed steps: of {off.size} rest poses "
             f"{bad.sum()} are off by over {COARSE * 1e3:g} mm, and of these `step_error` says so of all "
             f"but {unseen.sum()}, of which the worst is off by {off[unseen].max(initial=0) * 1e3:.0f} "
-            f"mm; of the {(~bad).sum()} others it says so of {(~bad & (told > COARSE)).sum()}",
+            f"mm; of the {(~bad).sum()} others it says so of {(~bad & (errors > COARSE)).sum()}",
         )
 
 
@@ -90,8 +90,11 @@ def files(number: int) -> Iterator[Remark]:
     from benchmarks.atlas import files as drawn
 
     counts = drawn.count(number)
-    told = ", ".join(f"{n} {verdict}" for verdict, n in sorted(counts.items()))
-    yield "files", f"{counts.total()} scene files given to `retrodict check`: {told}, no traceback"
+    verdicts = ", ".join(f"{n} {verdict}" for verdict, n in sorted(counts.items()))
+    yield (
+        "files",
+        f"{counts.total()} scene files given to `retrodict check`: {verdicts}, no traceback",
+    )
 
 
 def at_random(charts: Path, share: float) -> None:
@@ -141,7 +144,7 @@ def mechanics(charts: Path, _: float) -> None:
     from benchmarks.atlas import edges
 
     begin = time.perf_counter()
-    rows = [*_told(edges.impacts()), *_told(edges.run_outs())]
+    rows = [*_printed(edges.impacts()), *_printed(edges.run_outs())]
     _write(rows, Row, charts / "atlas-mechanics.csv", [], begin)
 
 
@@ -150,11 +153,11 @@ def inference(charts: Path, _: float) -> None:
     from benchmarks.atlas import posteriors
 
     begin = time.perf_counter()
-    rows = list(_told(posteriors.rows()))
+    rows = list(_printed(posteriors.rows()))
     _write(rows, Row, charts / "atlas-inference.csv", [], begin)
 
 
-def _told(rows: Iterator[Row]) -> Iterator[Row]:
+def _printed(rows: Iterator[Row]) -> Iterator[Row]:
     """The rows, printed as they come."""
     for row in rows:
         print(row.part, row.edge, row.seen, sep=" | ", flush=True)
@@ -166,9 +169,9 @@ def _write(
 ) -> None:
     """A table, its remarks, and how long it took."""
     minutes = f"{file.stem}: {(time.perf_counter() - begin) / 60:.1f} minutes"
-    told = [*remarks, ("seconds", minutes)]
-    tables.write(file, kind._fields, rows, told)  # type: ignore[attr-defined]
-    print(*(f"{of}: {text}" for of, text in told), sep="\n", flush=True)
+    notes = [*remarks, ("seconds", minutes)]
+    tables.write(file, kind._fields, rows, notes)  # type: ignore[attr-defined]
+    print(*(f"{of}: {text}" for of, text in notes), sep="\n", flush=True)
 
 
 PARTS = {

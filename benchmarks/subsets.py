@@ -1,4 +1,4 @@
-"""What a part of the evidence still tells: the paper's scene with this and that not measured.
+"""What a part of the evidence still determines: the paper's scene with this and that not measured.
 
 python3 -m uv run --group bench python -m benchmarks.subsets [part ...]
 
@@ -97,8 +97,8 @@ def main(*named: str) -> None:
     found = list(rows({name: scenes[name] for name in named or scenes}))
     if not named:
         heading = ["measured", "B's speed, m/s", "from 5 to 95 %", "by", "checks", "seconds"]
-        told = [*page.table(heading, found), "", f"Machine: {machine()}."]
-        page.refresh(DOCS / "evidence.md", {"subsets": told})
+        table = [*page.table(heading, found), "", f"Machine: {machine()}."]
+        page.refresh(DOCS / "evidence.md", {"subsets": table})
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Does it tell the truth? Reconstructs staged collisions and writes docs/validation.md.
+"""Are the answers true? Reconstructs staged collisions and writes docs/validation.md.
 
 python3 -m uv run python -m benchmarks.validation [folder]
 

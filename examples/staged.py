@@ -381,7 +381,7 @@ def files() -> dict[Path, str]:
 
 
 def main() -> None:
-    """Write them, and tell the rule's number."""
+    """Write them, and print the rule's number."""
     for path, text in files().items():
         path.parent.mkdir(exist_ok=True)
         path.write_text(text, "utf-8")

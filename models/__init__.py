@@ -10,13 +10,15 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 from retrodict.models import evidence, parts
-from retrodict.models.arrays import Data, Structure, of_scene
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import Impact
 from retrodict.models.impacts import momentum, planar
+from retrodict.models.of_scene import of_scene
 from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import roll, slide, spin, wheels
 
+from retrodict.scene.names import parsed
 from retrodict.scene.quantities import describe
 from retrodict.scene.records import Scene
 
@@ -71,8 +73,8 @@ class Rung:
         ways = self.run_out.ways(seen)
 
         def explained(name: str) -> bool:
-            on_way = name.startswith(("mark_", "end_")) and name[-1] in ways
-            return self.explains(name) and not on_way  # points that define a way are no evidence
+            defines_way = parsed(name).on_way and parsed(name).vehicle in ways
+            return self.explains(name) and not defines_way
 
         # along a measured way yaw rates are so uncertain that the bounds on e_m distort the rest-pose
         # transform strongly: importance sampling had no finite weight in two scenes of five
@@ -98,7 +100,8 @@ class Rung:
         Args:
             structure: which inputs are uncertain and which surfaces there are.
             data: measured values and priors.
-            surrogate: of the run-out predictions, with derivatives; None to differentiate the run-outs.
+            surrogate: of the run-out predictions, with derivatives, which gives back what it has none
+                for; None to differentiate the run-outs.
         """
         x = parts.measured(structure, data)
         after = self.impact.forward_model(structure, data, x)

@@ -1,10 +1,9 @@
-"""A scene as arrays: the static structure that is compiled, and the numbers passed to it."""
+"""What is compiled of a scene, its static structure, and the numbers that are passed to it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,13 +11,16 @@ from jaxtyping import Array, Float
 import retrodict._precision  # noqa: F401
 from retrodict.mechanics import Zone
 from retrodict.mechanics.runout import Steps, fixed_steps
-from retrodict.scene.records import VEHICLES, Measured, Scene
+from retrodict.scene.names import parsed
+from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
-    from retrodict.models.run_out import RunOut
+    pass
 
 # measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")
+
+TransformName = Literal["rest-pose", "velocity", "offset"]
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
 ROLLING_STEPS = 192  # of a rolling vehicle's, differentiated in reverse mode: its time is stiff
@@ -41,9 +43,7 @@ class Structure:
         marks: name of each item at a mark, and the wheel or centre of gravity that passed there.
         robust: whether errors of the evidence have heavy tails.
         interlocked: whether parts of the vehicles may interlock, so that sliding may be reversed.
-        loose: whether rest poses are too uncertain for coordinates, so that velocities after the
-            impact are the coordinates.
-        offset: whether coordinates are offsets from a guess of the velocities after the impact.
+        transform: name of the transform that the program is compiled with.
         ways: vehicles that follow their measured way, and its number of points.
         around: angles of evidence whose whole turns were not counted: compared modulo one turn.
         steps: number of integration steps of each run-out; None where it is an argument, for run-outs
@@ -62,8 +62,7 @@ class Structure:
     marks: tuple[tuple[str, str], ...] = ()
     robust: bool = False
     interlocked: bool = False
-    loose: bool = False
-    offset: bool = False
+    transform: TransformName = "rest-pose"
     ways: tuple[tuple[str, int], ...] = ()
     around: tuple[str, ...] = ()
     steps: int | None = None
@@ -74,14 +73,14 @@ class Structure:
         return tuple(name for name, _ in self.uncertain)
 
     @property
-    def aims(self) -> tuple[str, ...]:
+    def rest_components(self) -> tuple[str, ...]:
         """Measurable components of the rest poses, A's first, by name of evidence."""
         return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
 
     @property
-    def open(self) -> tuple[str, ...]:
-        """Those of `aims` that determine no velocity after the impact: unmeasured or too uncertain."""
-        return tuple(name for name in self.aims if self.loose or name not in self.evidence)
+    def unmeasured(self) -> tuple[str, ...]:
+        """Those of `rest_components` that were not measured."""
+        return tuple(name for name in self.rest_components if name not in self.evidence)
 
     @property
     def paced(self) -> bool:
@@ -91,35 +90,13 @@ class Structure:
     @property
     def inverted(self) -> tuple[str, ...]:
         """Rolling vehicles whose rest pose gives the velocity after the impact in closed form."""
-        measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence and not self.loose)
+        measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence)
         return tuple(v for v in measured if v not in self.integrated)
-
-    @property
-    def unpinned(self) -> bool:
-        """Whether coordinates are velocities after the impact, and not rest poses: all are open."""
-        return self.open == self.aims
-
-    @property
-    def responding(self) -> tuple[str, ...]:
-        """Vehicles whose evidence on the way to rest is predicted by response surfaces.
-
-        Used where a vehicle rolls: its adaptive steps have no reverse-mode derivatives.
-        """
-        if self.steps or not self.paced:
-            return ()
-        return tuple(v for v in VEHICLES if self.on_way_of(v))
 
     def on_way_of(self, vehicle: str) -> tuple[str, ...]:
         """Names of what was measured on a vehicle's way to rest."""
-        names = (name for name in self.evidence if name.endswith(f"_{vehicle}"))
-        return tuple(name for name in names if name.startswith(("mark_", "end_")))
-
-    @property
-    def surrogates(self) -> tuple[str, ...]:
-        """Names of the run-out predictions that have a surrogate, in order."""
-        if self.offset:
-            return ()
-        return (*self.aims, *(name for v in self.responding for name in self.on_way_of(v)))
+        own = (name for name in self.evidence if parsed(name).vehicle == vehicle)
+        return tuple(name for name in own if parsed(name).on_way)
 
     @property
     def followed(self) -> bool:
@@ -129,7 +106,7 @@ class Structure:
     @property
     def rested(self) -> bool:
         """Whether any component of a rest pose was measured."""
-        return any(name.startswith("rest_") for name in self.evidence)
+        return any(parsed(name).at_rest for name in self.evidence)
 
 
 class Data(NamedTuple):
@@ -157,75 +134,6 @@ class Data(NamedTuple):
     ways: dict[str, Float[Array | np.ndarray, "points 3"]]
 
 
-def of_scene(
-    scene: Scene, rung: str, run_out: RunOut, explained: Callable[[str], bool], loose: bool
-) -> tuple[Structure, Data]:
-    """A scene as a program's structure and its arguments.
-
-    Args:
-        scene: as the rung's run-out sees it.
-        rung: its name.
-        run_out: of it.
-        explained: whether it predicts an item of evidence.
-        loose: as of `Structure`.
-    """
-    inputs, ways = scene.inputs(), run_out.ways(scene)
-    uncertain: list[tuple[str, str]] = [
-        (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
-    ]
-    numbers: dict[str, Array | np.ndarray] = {k: _location_and_scale(m) for k, m in inputs.items()}
-    if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
-        uncertain.append(("speed_a", "halfnormal"))
-        numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
-    evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
-    marks = {
-        f"mark_{i}{item}_{v}": mark
-        for v in scene.marks
-        for i, mark in enumerate(scene.marks[v], 1)
-        for item in ("", "_speed", "_course")
-    }
-    edges = [s.edge for s in scene.surfaces if s.edge is not None]
-    sign = {"left": 1.0, "right": -1.0}
-    angles = np.array([e.direction for e in edges])
-    turn = np.array([sign[e.side] for e in edges])
-    zones = Zone(
-        point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
-        inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
-    )
-    structure = Structure(
-        rung=rung,
-        uncertain=tuple(uncertain),
-        surfaces=tuple(s.name for s in scene.surfaces),
-        known_of_b=tuple(k for k in OF_B if k in inputs),
-        constant_friction=all(
-            s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
-        ),
-        rolling=scene.rolling,
-        integrated=run_out.integrated(scene),
-        rests=run_out.rests,
-        evidence=tuple(evidence),
-        marks=tuple((k, mark.of) for k, mark in marks.items() if k in evidence),
-        robust=scene.robust,
-        interlocked=scene.contact.interlocked,
-        loose=loose,
-        ways=tuple((v, len(way)) for v, way in ways.items()),
-    )
-    data = Data(
-        inputs=numbers,
-        evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
-        marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
-        priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
-        edges=zones,
-        steps=fixed_steps(STEPS),
-        ways=ways,
-    )
-    # run-outs that are differentiated in reverse
-    if structure.unpinned or (structure.followed and not structure.paced):
-        steps = ROLLING_STEPS if structure.paced else STEPS
-        structure = replace(structure, steps=steps)
-    return structure, data
-
-
 def steps_of(structure: Structure, data: Data) -> int:
     """Number of integration steps of each run-out."""
     return structure.steps or int(data.steps.number)
@@ -236,13 +144,3 @@ def in_steps(structure: Structure, data: Data, count: int) -> tuple[Structure, D
     if structure.steps:
         return replace(structure, steps=count), data
     return structure, data._replace(steps=fixed_steps(count))
-
-
-def _location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
-    """Location and scale of the normal law, or of the normal under a lognormal or logitnormal one."""
-    if m.law == "logitnormal" and m.sd > 0:  # sd to first order
-        return np.array([np.log(m.value / (1 - m.value)), m.sd / (m.value * (1 - m.value))])
-    if m.law == "lognormal" and m.sd > 0:
-        variance = np.log1p((m.sd / m.value) ** 2)
-        return np.array([np.log(m.value) - variance / 2, np.sqrt(variance)])
-    return np.array([m.value, m.sd])

@@ -14,6 +14,7 @@ from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 
 from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
+from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES, WHEELS
 
 # degrees of freedom of the Student-t in a robust scene: mean and variance exist, and a residual of
@@ -61,7 +62,11 @@ _ALL: dict[str, Predict] = {
     "departure_delta_v_forward": lambda motion: motion.delta_v @ _axis(motion.heading),
     "departure_delta_v_left": lambda motion: motion.delta_v @ _axis(motion.heading + np.pi / 2),
 }
-_CIRCULAR = ("direction", "course", "end_heading")  # angles, compared modulo one turn
+_CIRCULAR = (
+    "departure_direction",
+    "mark_course",
+    "end_heading",
+)  # angles, compared modulo one turn
 
 
 def explained(name: str, turns: bool) -> bool:
@@ -71,8 +76,8 @@ def explained(name: str, turns: bool) -> bool:
         name: of the item, as in `Scene.evidence`.
         turns: whether the model's vehicles yaw.
     """
-    stem = name[:-2]
-    return stem in _ALL or stem.startswith("mark_") or (turns and stem in _YAW)
+    kind, _, mark = parsed(name)
+    return kind in _ALL or mark is not None or (turns and kind in _YAW)
 
 
 def observe(
@@ -93,7 +98,7 @@ def observe(
         after: velocities after the impact, A's first.
         rests: of A and B.
         paths: of A and B, stacked; None where nothing was measured on the way to rest.
-        surrogate: of the run-out predictions.
+        surrogate: of the run-out predictions; gives back what it has no surrogate for.
     """
     cars, changes, velocities = (
         parts.cars(structure, x),
@@ -107,18 +112,18 @@ def observe(
         path = None if paths is None else Path(*(rows[i] for rows in paths))
         motion = Motion(velocities[i], changes[i], x[f"heading_{v}"], rests[i], path, car)
         for name in structure.evidence:
-            if not name.endswith(f"_{v}"):
+            kind, vehicle, mark = parsed(name)
+            if vehicle != v:
                 continue
             value, sd = data.evidence[name]
-            if name in passed:
-                item = name[:-2].removeprefix("mark_").partition("_")[2]
+            if mark is not None:
                 point = jnp.asarray(data.marks[name])
-                predicted = _passing(motion, point, passed[name])[item]
+                predicted = _passing(motion, point, passed[name])[kind]
             else:
-                predicted = (_ALL | _YAW)[name[:-2]](motion)
-            if surrogate and name in structure.surrogates:
+                predicted = (_ALL | _YAW)[kind](motion)
+            if surrogate:
                 predicted = surrogate(name, after, predicted)
-            if name in structure.around or any(part in name for part in _CIRCULAR):
+            if name in structure.around or kind in _CIRCULAR:
                 # the equivalent angle nearest to the measured one
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))
@@ -143,8 +148,8 @@ def _passing(motion: Motion, point: Float[Array, "2"], of: str) -> dict[str, Flo
     """The track of the centre of gravity, or of a wheel, where it passes closest to a point.
 
     Returns:
-        "": signed distance to the point, m, positive where the point lies to the left of the track;
-        "speed" (m/s) and "course" (rad) of the centre of gravity there.
+        mark: signed distance to the point, m, positive where the point lies to the left of the track;
+        mark_speed (m/s) and mark_course (rad) of the centre of gravity there.
     """
     path = motion.path
     assert path is not None, "marks ask for paths"
@@ -168,4 +173,4 @@ def _passing(motion: Motion, point: Float[Array, "2"], of: str) -> dict[str, Flo
     # v² is linear in distance under constant deceleration
     speed = jnp.sqrt(there(jnp.sum(V**2, axis=1)) + 1e-12)
     V_x, V_y = there(V.at[-1].set(V[-2]))  # at rest: course of the last motion
-    return {"": aside, "speed": speed, "course": jnp.arctan2(V_y, V_x)}
+    return {"mark": aside, "mark_speed": speed, "mark_course": jnp.arctan2(V_y, V_x)}

@@ -176,12 +176,14 @@ RestPoses = Callable[[Structure, Data, Values, Float[Array, " separation"]], Arr
 Paths = Callable[[Structure, Data, Values, Float[Array, " separation"]], Path]
 
 
-def aimed(structure: Structure, data: Data, z: Float[Array, " aims"]) -> Float[Array, "2 aim"]:
+def rest_poses_at(
+    structure: Structure, data: Data, z: Float[Array, " components"]
+) -> Float[Array, "2 component"]:
     """Rest poses z standard deviations from the measured ones, one row for each vehicle.
 
     Components that were not measured are z itself.
     """
-    pairs = [data.evidence.get(name, np.array([0.0, 1.0])) for name in structure.aims]
+    pairs = [data.evidence.get(name, np.array([0.0, 1.0])) for name in structure.rest_components]
     value, sd = jnp.stack(pairs, axis=1)
     return (value + sd * z).reshape(2, -1)
 

@@ -9,8 +9,11 @@ import pytest
 import retrodict as rd
 from retrodict import api
 from retrodict.inference import Interrupted
+from retrodict.report import figures
+from retrodict.scene.case import load_case
 from retrodict.scene.quantities import describe
 from retrodict.studies.conflict import conflicts
+from tests.report.conftest import make_outcome
 from tests.studies.made_up import ladder_of, step
 
 SCENE = Path(__file__).parents[1] / "examples" / "brach-1977" / "scene.toml"
@@ -90,20 +93,38 @@ def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path)
 
 
 def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> None:
-    told = ladder_of(step("low", 19.0), step("full", 19.1))
+    ladder = ladder_of(step("low", 19.0), step("full", 19.1))
     ran = []
     monkeypatch.setattr(api, "_reconstruct", lambda scene, **given: ran.append(given["model"]))
-    monkeypatch.setattr(api, "ladder", lambda scene, **_: told)
+    monkeypatch.setattr(api, "ladder", lambda scene, **_: ladder)
     monkeypatch.setattr(api, "allowed", lambda scene: ["low", "full"])
-    assert api.reconstruct(told.scene).ladder is told
-    none = replace(told, choice=None)
+    assert api.reconstruct(ladder.scene).ladder is ladder
+    none = replace(ladder, choice=None)
     monkeypatch.setattr(api, "ladder", lambda scene, **_: none)
-    api.reconstruct(told.scene)
-    assert api.reconstruct(told.scene, model="middle").ladder is None
-    monkeypatch.setattr(api, "allowed", lambda scene: ["full"])  # nothing to climb
-    assert api.reconstruct(told.scene).ladder is None
+    api.reconstruct(ladder.scene)
+    assert api.reconstruct(ladder.scene, model="middle").ladder is None
+    monkeypatch.setattr(api, "allowed", lambda scene: ["full"])  # nothing to compare
+    assert api.reconstruct(ladder.scene).ladder is None
     assert ran == ["low", "full", "middle", "full"]
     monkeypatch.setattr(api, "allowed", lambda scene: ["low", "full"])
     monkeypatch.setattr(api, "ladder", lambda scene, **_: replace(none, complete=False))
     with pytest.raises(Interrupted):
-        api.reconstruct(told.scene)
+        api.reconstruct(ladder.scene)
+
+
+def test_a_result_names_itself_in_a_line() -> None:
+    """The draws, the scene and its text are tens of kilobytes."""
+    said = repr(api.Result(make_outcome()))
+    assert said == "<Result of 'made-up': planar-moment+wheels, seed 20, checks passed>"
+
+
+def test_a_report_is_written_by_suffix_with_its_case(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(figures, "FIGURES", {})
+    (tmp_path / "case.toml").write_text('schema = 1\nnumber = "17/26"\nunits = "us"\n')
+    result = api.Result(make_outcome())
+    path = result.report(tmp_path / "report.HTML", case=tmp_path / "case.toml")
+    page = path.read_text("utf-8")
+    assert "17/26" in page
+    assert page.index("US customary units") < page.index("SI units")
+    page = result.report(path, "si", load_case(tmp_path / "case.toml")).read_text("utf-8")
+    assert page.index("SI units") < page.index("US customary units")

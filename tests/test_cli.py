@@ -12,8 +12,11 @@ from pathlib import Path
 import arviz
 import pytest
 
+from retrodict.api import Result
 from retrodict.cli import MethodChoice
 from retrodict.inference.samplers import METHODS
+from retrodict.report import figures
+from tests.report.conftest import make_outcome
 
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
@@ -59,16 +62,16 @@ def test_check_accepts_the_example() -> None:
     assert done.returncode == 0, done.stderr
     assert "fine" in done.stdout
     assert "It asks for speed of B before impact, restitution e" in done.stdout
-    assert "doubt" not in done.stdout
+    assert "warning" not in done.stdout
 
 
-def test_check_doubts_what_is_seldom_meant_and_accepts_it(tmp_path: Path) -> None:
+def test_check_warns_of_an_implausible_value_and_accepts_it(tmp_path: Path) -> None:
     file = tmp_path / "odd.toml"
     line = r"(?m)^contact_line = .*"
     file.write_text(re.sub(line, 'contact_line = "-60 ± 3 deg"', SCENE.read_text()))
     done = run("check", file)
     assert done.returncode == 0, done.stderr
-    assert "  doubt: impact.contact_line: both centres" in done.stdout
+    assert "  warning: impact.contact_line: both centres" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -161,7 +164,7 @@ def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) 
     assert "<script" not in (out / "report.html").read_text()
 
 
-def test_too_few_draws_are_told_as_not_to_be_relied_on(tmp_path: Path) -> None:
+def test_too_few_draws_are_marked_as_not_to_be_relied_on(tmp_path: Path) -> None:
     done = run("reconstruct", SCENE, "--out", tmp_path / "few", "--draws", 20, "--warmup", 60)
     assert done.returncode == 0, done.stderr
     assert "NOT TO BE RELIED ON" in done.stdout
@@ -214,6 +217,37 @@ def test_ctrl_c_leaves_a_finished_result_alone(tmp_path: Path) -> None:
     assert (out / "report.html").read_text() == "finished"
 
 
+def test_report_writes_every_format_of_a_saved_run(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "FIGURES", {})
+        Result(make_outcome()).save(folder)
+    (tmp_path / "case.toml").write_text('schema = 1\nnumber = "17/26"\nunits = "us"\n')
+    out = tmp_path / "report"
+    asked = ("report", folder, "--out", out, "--case", tmp_path / "case.toml", "--format")
+    done = run(*asked, "html,pdf,docx")
+    assert done.returncode == 0, done.stderr
+    written = [out / f"report.{suffix}" for suffix in ("html", "pdf", "docx")]
+    assert done.stdout.split() == [str(file) for file in written]
+    assert sorted(out.iterdir()) == sorted(written)
+    page = written[0].read_text("utf-8")
+    assert "17/26" in page
+    assert page.index("US customary units") < page.index("SI units")  # the case's come first
+    refused = run(*asked, "odt")
+    assert refused.returncode == 2
+    assert reasons(refused) == ["--format odt: no document format 'odt': choose of html, pdf, docx"]
+    (tmp_path / "case.toml").write_text('schema = 1\nattachments = [{ file = "../x" }]\n')
+    refused = run(*asked, "html")
+    assert refused.returncode == 2
+    assert "attachments[0].file" in refused.stderr
+
+
+def test_report_of_a_folder_without_a_result_is_refused(tmp_path: Path) -> None:
+    refused = run("report", tmp_path)
+    assert refused.returncode == 2
+    assert "holds no result: summary.json is missing or damaged" in reasons(refused)[0]
+
+
 def test_results_of_two_runs_show(tmp_path: Path) -> None:
     digest = hashlib.sha256(b"mine").hexdigest()
     (tmp_path / "summary.json").write_text(json.dumps({"files": {"report.html": digest}}))
@@ -225,11 +259,11 @@ def test_results_of_two_runs_show(tmp_path: Path) -> None:
     assert "not of the run that summary.json is of: report.html" in mixed.stderr
 
 
-@pytest.mark.parametrize(("out", "told"), [("", "--out is empty"), (".", "--out is empty")])
-def test_the_current_folder_is_not_written_to(tmp_path: Path, out: str, told: str) -> None:
+@pytest.mark.parametrize(("out", "said"), [("", "--out is empty"), (".", "--out is empty")])
+def test_the_current_folder_is_not_written_to(tmp_path: Path, out: str, said: str) -> None:
     done = run("reconstruct", SCENE, "--out", out, folder=tmp_path)
     assert done.returncode == 2
-    assert reasons(done)[0].startswith(told)
+    assert reasons(done)[0].startswith(said)
     (tmp_path / "...toml").write_text(SCENE.read_text())
     done = run("reconstruct", "...toml", folder=tmp_path)
     assert done.returncode == 2
@@ -259,16 +293,16 @@ def test_the_option_names_every_method() -> None:
     assert [choice.value for choice in MethodChoice] == list(METHODS)
 
 
-def test_ladder_writes_its_files_and_tells_the_choice(tmp_path: Path) -> None:
+def test_ladder_writes_its_files_and_states_the_choice(tmp_path: Path) -> None:
     out = tmp_path / "case"
     done = run("ladder", SCENE, "--out", out, "--seed", 3)
     assert done.returncode == 0, done.stderr
     assert {p.name for p in out.iterdir()} == {
         "ladder.json", "ladder.csv", "ladder.png", "ladder.svg",
     }  # fmt: skip
-    told = json.loads((out / "ladder.json").read_text())
-    assert told["choice"] in {step["name"] for step in told["steps"] if step["answers"]}
-    assert " ".join(told["reason"].split()) in " ".join(done.stdout.split())
+    content = json.loads((out / "ladder.json").read_text())
+    assert content["choice"] in {step["name"] for step in content["steps"] if step["answers"]}
+    assert " ".join(content["reason"].split()) in " ".join(done.stdout.split())
     refused = run("ladder", tmp_path / "none.toml")
     assert refused.returncode == 2
     assert len(reasons(refused)) == 1
@@ -296,7 +330,7 @@ def test_calibrate_writes_its_files_and_goes_on(tmp_path: Path) -> None:
     assert reasons(refused)[0].startswith("--model momentum: choose one of momentum+slide, ")
 
 
-def test_validate_scores_a_case_and_tells_of_faulty_files(tmp_path: Path) -> None:
+def test_validate_scores_a_case_and_reports_faulty_files(tmp_path: Path) -> None:
     """Momentum: 2200 kg at 10 m/s meet 1379 kg; both go on at 2 m/s, so that these came at 10.76 m/s."""
     text = (ROOT / "examples" / "ricsac-11" / "scene.toml").read_text()
     known = ("approach.speed = .*", 'approach.speed = "10 ± 0.1 m/s"')

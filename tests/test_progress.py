@@ -15,7 +15,7 @@ from retrodict.progress import Tracker, duration, prefixed, reporting, shown_in_
 
 
 class Clock:
-    """Seconds that pass when they are told to."""
+    """A clock that a test advances."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -257,7 +257,7 @@ def test_a_script_shows_nothing_unasked(hasty, capsys) -> None:
     assert capsys.readouterr() == ("", "")
 
 
-def test_durations_are_told_in_minutes_from_a_minute_on() -> None:
+def test_durations_are_given_in_minutes_from_a_minute_on() -> None:
     assert [duration(s) for s in (0.4, 59.4, 59.6, 200)] == [
         "0 s",
         "59 s",

@@ -52,7 +52,7 @@ _critical = jax.jit(critical_mu)
 _rest = jax.jit(rest, static_argnames="steps")
 
 
-def _told(before: Array, bodies: Bodies, c: Coefficients) -> Any:
+def _audit(before: Array, bodies: Bodies, c: Coefficients) -> Any:
     return _severity(jnp.asarray(before), bodies, c, jnp.zeros(2))
 
 
@@ -80,7 +80,7 @@ def skid(velocity: list[float], friction: float, steps: int | None = None, **car
     return np.asarray(_rest(start, jnp.array(velocity), CAR._replace(**car), ground, steps=steps))
 
 
-def told_of_steps(steps: int) -> Array:
+def error_of_steps(steps: int) -> Array:
     """What `step_error` says of `SPINNING` on 0.5."""
     ground, start = Ground(jnp.array([0.5]), None, PLAIN), jnp.array([0.0, 0.0, 0.3])
     return np.asarray(step_error(start, jnp.array(SPINNING), CAR, ground, steps))
@@ -104,7 +104,7 @@ def impacts() -> Iterator[Row]:
         c = COEFFICIENTS._replace(e_m=0.5 + gap)
         printed = _separation(jnp.asarray(BEFORE), BODIES, c, moment_equation="as-printed")
         spins.append(float(abs(printed[5])))
-        gains.append(bool(_told(BEFORE, BODIES, c._replace(e_m=printed_e_m(c.e_m))).gains_energy))
+        gains.append(bool(_audit(BEFORE, BODIES, c._replace(e_m=printed_e_m(c.e_m))).gains_energy))
     at = _separation(
         jnp.asarray(BEFORE), BODIES, COEFFICIENTS._replace(e_m=0.5), moment_equation="as-printed"
     )
@@ -149,7 +149,7 @@ def impacts() -> Iterator[Row]:
     )
     critical = float(_critical(jnp.asarray(BEFORE), BODIES, 0.1, 0.7))
     past = [
-        _told(BEFORE, BODIES, COEFFICIENTS._replace(mu=r * critical))
+        _audit(BEFORE, BODIES, COEFFICIENTS._replace(mu=r * critical))
         for r in (1.0, 1.01, 3.0, -0.1)
     ]
     held = _capped(jnp.asarray(BEFORE), BODIES, 0.1, 3 * critical, 0.7)
@@ -159,14 +159,14 @@ def impacts() -> Iterator[Row]:
         "reversal of sliding flagged: "
         + ", ".join("yes" if bool(t.reverses_sliding) else "no" for t in past)
         + f"; capped holds it at {float(held.coefficients.mu):.3g}",
-        "severity and solve flag it, the gate counts such draws, capped cuts",
+        "severity and solve flag it, the checks count such draws, capped cuts",
         "flagged",
         "test_impacts.py::test_mu_past_critical_is_flagged_and_capped",
     )
     bodies, approach = endless_sliding()
     endless = _critical(jnp.asarray(approach), bodies, 0.1, 1.0)
     after = _separation(jnp.asarray(approach), bodies, Coefficients(0.1, endless, 1.0))
-    driving = _told(approach, bodies, Coefficients(0.1, -0.3 * float(np.sign(endless)), 1.0))
+    driving = _audit(approach, bodies, Coefficients(0.1, -0.3 * float(np.sign(endless)), 1.0))
     yield row(
         "no friction ends the sliding",
         "an impact that friction unloads faster than it brakes: mu at its critical value, and of "
@@ -182,8 +182,8 @@ def impacts() -> Iterator[Row]:
     parts = []
     for closing in (20.0, 12.0, 5.0):
         slow[0] = closing - 12.0  # B's spin takes its contact point along at 12 m/s
-        told = _told(slow, parted_by_spin(), Coefficients(0.1, 0.0, 0.0))
-        parts.append(f"{'yes' if bool(told.pulls) else 'no'} at {closing:g} m/s")
+        audit = _audit(slow, parted_by_spin(), Coefficients(0.1, 0.0, 0.0))
+        parts.append(f"{'yes' if bool(audit.pulls) else 'no'} at {closing:g} m/s")
     yield row(
         "closing speed small beside the spin",
         "B spins at 8 rad/s, e_m = 0: the moment alone parts the contact points",
@@ -194,9 +194,9 @@ def impacts() -> Iterator[Row]:
     )
     parts = []
     for share in (0.9, 0.99, 0.999999):
-        told = _told(*soft(share))
-        size = float(np.abs(np.asarray(told.after)).max())
-        flag = "gain flagged" if bool(told.gains_energy) else "no flag"
+        audit = _audit(*soft(share))
+        size = float(np.abs(np.asarray(audit.after)).max())
+        flag = "gain flagged" if bool(audit.gains_energy) else "no flag"
         parts.append(f"{size:.3g} m/s or rad/s ({flag})")
     yield row(
         "a contact without stiffness",
@@ -217,8 +217,8 @@ def impacts() -> Iterator[Row]:
     yield row(
         "mass ratios to a barrier",
         "B heavier and heavier, beside against_barrier; then B's approach sought from A's change",
-        f"off by {', '.join(parts)}; infinite: {barrier_tells()}",
-        "solve refuses what an unmoved body cannot tell",
+        f"off by {', '.join(parts)}; infinite: {barrier_result()}",
+        "solve refuses what an unmoved body cannot determine",
         "fine",
         "test_impacts.py::test_mass_ratios_tend_to_the_barrier",
     )
@@ -245,8 +245,10 @@ def impacts() -> Iterator[Row]:
     )
     bodies = grazing(1e-5)
     single = jax.tree.map(jnp.float32, (bodies, COEFFICIENTS))
-    told = _severity(jnp.asarray(BEFORE, jnp.float32), *single, jnp.zeros(2, jnp.float32))
-    grazed = np.abs(np.asarray(told.after) - np.asarray(_told(BEFORE, bodies, COEFFICIENTS).after))
+    audit = _severity(jnp.asarray(BEFORE, jnp.float32), *single, jnp.zeros(2, jnp.float32))
+    grazed = np.abs(
+        np.asarray(audit.after) - np.asarray(_audit(BEFORE, bodies, COEFFICIENTS).after)
+    )
     yield row(
         "float32",
         "the impact in single precision, as it is and grazing by 1e-5 rad; a run-out of single numbers",
@@ -275,7 +277,7 @@ def soft(share: float) -> tuple[Array, Bodies, Coefficients]:
     return np.array([20.0, 0.0, 0.0, 0.0, 0.0, 0.0]), bodies, Coefficients(0.1, 0.0, -1.0)
 
 
-def barrier_tells() -> str:
+def barrier_result() -> str:
     """What solve says when A's velocities are sought from what hit a barrier."""
     wall = against_barrier(1857.0, 3374.0, 0.205, 2.079, -0.155)
     before = np.array([*BEFORE[:3], 0.0, 0.0, 0.0])
@@ -348,17 +350,17 @@ def run_outs() -> Iterator[Row]:
         "20 m/s and 15 rad/s on less and less friction, by default and in 96 steps",
         f"{'; '.join(parts)}; 96 steps off by {', '.join(coarse)}",
         f"beyond {MOST_STEPS} adaptive steps the rest pose is not a number; of fixed steps step_error "
-        "tells",
+        "gives it",
         "flagged",
         "test_run_outs.py::test_ice_ends_right_or_not_a_number",
     )
     truth, counts = by_reference(SPINNING, 0.5), (3, 12, 48, 192, 768)
     gaps = [np.hypot(*(skid(SPINNING, 0.5, n) - truth)[:2]) * 1e3 for n in counts]
-    errors = [np.hypot(*told_of_steps(n)[:2]) * 1e3 for n in counts]
+    errors = [np.hypot(*error_of_steps(n)[:2]) * 1e3 for n in counts]
     yield row(
         "steps from coarse to fine",
         "rest(…, steps=3, 12, 48, 192, 768), 12 m/s and 8 rad/s on 0.5",
-        f"off by {', '.join(f'{g:.2g}' for g in gaps)} mm; step_error tells "
+        f"off by {', '.join(f'{g:.2g}' for g in gaps)} mm; step_error gives "
         f"{', '.join(f'{e:.2g}' for e in errors)} mm",
         "the default, which adapts; step_error, as inference has a check of its own",
         "flagged",

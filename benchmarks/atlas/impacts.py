@@ -130,8 +130,8 @@ def examine(impacts: Impacts) -> Found:
         What was found.
     """
     v, bodies, c = impacts
-    told = jax.jit(jax.vmap(severity))(*impacts, np.zeros((len(v), 2)))
-    V = np.asarray(told.after)
+    audit = jax.jit(jax.vmap(severity))(*impacts, np.zeros((len(v), 2)))
+    V = np.asarray(audit.after)
     inverse = jax.jit(jax.vmap(approach_and_coefficients))(V, v[:, :3], bodies)
     expected, condition = solved(impacts)
     scale = np.maximum(np.abs(v).max(1), np.abs(expected[:, :6]).max(1))
@@ -145,7 +145,7 @@ def examine(impacts: Impacts) -> Found:
             TOLERANCE * condition * scale
         )
         before, after = _energy(v, bodies), _energy(V, bodies)
-        works = np.array([told.energy.normal, told.energy.tangential, told.energy.moment])
+        works = np.array([audit.energy.normal, audit.energy.tangential, audit.energy.moment])
         terms = np.abs(works).sum(0) + before + after
         faults["energy audit"] = np.abs(works.sum(0) - (after - before)) / (TOLERANCE * terms)
     faults["finite"] = np.where(np.isfinite(V).all(1), 0.0, np.inf)
@@ -156,9 +156,9 @@ def examine(impacts: Impacts) -> Found:
     return Found(
         faults={k: np.where(np.isnan(f), np.inf, f) for k, f in faults.items()},
         flags={
-            "gains energy": np.asarray(told.gains_energy),
-            "reverses sliding": np.asarray(told.reverses_sliding),
-            "pulls": np.asarray(told.pulls),
+            "gains energy": np.asarray(audit.gains_energy),
+            "reverses sliding": np.asarray(audit.reverses_sliding),
+            "pulls": np.asarray(audit.pulls),
         },
         odd={
             "gains energy": after - before > 1e-9 * terms,

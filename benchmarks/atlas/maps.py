@@ -16,7 +16,8 @@ from matplotlib.patches import Patch
 from benchmarks.atlas.scenes import made
 from retrodict.inference import Unanswerable
 from retrodict.inference.diagnostics import MAX_RHAT, MIN_ESS
-from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare
+from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.scene.records import Scene
@@ -61,7 +62,7 @@ class Map(NamedTuple):
         y_name: of the second.
         x, y: values; the first is a factor on all speeds.
         arguments: their names in `made`; a turn is given in degrees.
-        told: what of the truth stands for x in the picture, and x_told its name.
+        truth: the true value that stands for x in the figure, and x_label its name.
     """
 
     name: str
@@ -69,8 +70,8 @@ class Map(NamedTuple):
     x: tuple[float, ...]
     y: tuple[float, ...]
     arguments: tuple[str, str]
-    told: str  # the truth that stands for x
-    x_told: str
+    truth: str  # the true value that stands for x
+    x_label: str
 
 
 MAPS = (
@@ -108,7 +109,7 @@ def draw(posterior: Posterior, method: str, draws: int | None = None, seed: int 
 
 
 def faults(posterior: Posterior, drawn: Draws, x: dict[str, Array]) -> list[str]:
-    """What the gate would hold against the draws, by its own limits."""
+    """What the checks find against the draws, by their own limits."""
     found = list(drawn.faults)
     if not posterior.unresolved <= RESOLVED:
         found.append("run-outs unresolved")
@@ -184,7 +185,7 @@ def cells(chosen: Map, every: int = 1) -> Iterator[Cell]:
             degree = np.pi / 180 if second == "turn" else 1.0
             scene, truth = made(**{first: x, second: y * degree})  # type: ignore[arg-type]
             for method, state, error, why in judge(replace(scene, title="A cell")):
-                yield Cell(chosen.name, method, round(truth[chosen.told], 3), y, state, error, why)
+                yield Cell(chosen.name, method, round(truth[chosen.truth], 3), y, state, error, why)
 
 
 def picture(found: list[Cell], file: Path) -> None:
@@ -219,5 +220,5 @@ def _panel(axes: Any, chosen: Map, mine: list[Cell]) -> None:
     middle = [column[len(ys) // 2].x for column in columns]
     axes.set_xticks(range(len(columns)), [f"{x:.2g}" for x in middle])
     axes.set_yticks(range(len(ys)), [f"{y:g}" for y in ys])
-    axes.set_xlabel(chosen.x_told, fontsize=8)
+    axes.set_xlabel(chosen.x_label, fontsize=8)
     axes.set_ylabel(chosen.y_name, fontsize=8)

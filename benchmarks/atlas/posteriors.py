@@ -24,7 +24,7 @@ from retrodict.studies.conflict import conflicts
 Array = np.ndarray
 
 
-def told(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]:
+def verdict_of(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]:
     """What the checks of a reconstruction say, shortly."""
     try:
         outcome = reconstruct(scene, method=method)
@@ -83,7 +83,7 @@ def rows() -> Iterator[Row]:
     parts = []
     for sds in (0.3, 0.1):
         scene, truth = made(sds=sds)
-        said, outcome = told(scene, "importance")
+        said, outcome = verdict_of(scene, "importance")
         far = far_from_truth(outcome, truth)
         parts.append(f"{sds:g}: {said}, truth {far:.1f} sd off")
     yield row(
@@ -97,20 +97,20 @@ def rows() -> Iterator[Row]:
     parts = []
     for factor in (3.0, 10.0, 100.0):
         scene, _ = made()
-        parts.append(f"{factor:g}: {told(vague(scene, factor))[0]}")
+        parts.append(f"{factor:g}: {verdict_of(vague(scene, factor))[0]}")
     yield row(
         "sd -> infinity: the prior alone",
         "importance, rest poses 3, 10 and 100 times as uncertain",
         "; ".join(parts),
         "Pareto k and effective sample size; nuts has divergences and R-hat; where all is well with "
-        "these, that the evidence says little. A few per cent of the prior's tails may then be missing",
+        "these, that the evidence is weak. A few per cent of the prior's tails may then be missing",
         "flagged",
-        "test_posteriors.py::test_rest_poses_that_say_nothing_are_withheld_or_told",
+        "test_posteriors.py::test_rest_poses_without_information_are_withheld_or_flagged",
     )
     parts = []
     for sds in (3, 10, 40):
         scene, truth = made()
-        said, outcome = told(moved(scene, "b", sds * scene.rest["b"].x.sd))
+        said, outcome = verdict_of(moved(scene, "b", sds * scene.rest["b"].x.sd))
         far = far_from_truth(outcome, truth)
         parts.append(f"{sds} sd: {said}" + (f", truth {far:.1f} sd off" if outcome else ""))
         if outcome:
@@ -129,17 +129,17 @@ def rows() -> Iterator[Row]:
         "test_posteriors.py::test_an_outlier_is_believed",
     )
     scene, _ = made()
-    parts = [f"{far:+g} m: {told(moved(scene, 'a', far))[0]}" for far in (-20.0, 15.0)]
+    parts = [f"{far:+g} m: {verdict_of(moved(scene, 'a', far))[0]}" for far in (-20.0, 15.0)]
     yield row(
         "contradictory evidence",
         "importance, A's rest written down 20 m farther on its way, and 15 m back",
         "; ".join(parts),
         "a rest that no impact leads to is refused or named; one that odd coefficients lead to only "
-        "has these told",
+        "has these flagged",
         "flagged",
         "test_posteriors.py::test_contradictory_evidence_is_named",
     )
-    said, _ = told(wrapped(scene))
+    said, _ = verdict_of(wrapped(scene))
     yield row(
         "two modes: turns not written down",
         "importance, B's rotation left out",
@@ -185,7 +185,7 @@ def _heavy(row: partial[Row]) -> Iterator[Row]:
         "linear and monte-carlo, friction known to 60 %",
         "; ".join(parts),
         "both are held against 2000 importance draws, and fail where mean or spread is off by a fifth "
-        "of the sd, or these cannot tell",
+        "of the sd, or these cannot decide",
         "flagged",
         "test_posteriors.py::test_what_leaves_the_bounds_is_withheld",
     )

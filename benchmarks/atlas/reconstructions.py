@@ -44,7 +44,7 @@ def reconstructed(seed: int) -> list[Row]:
         begin = time.perf_counter()
         row: Row = {"seed": seed, "method": method, "by": method, "truth": truth["speed_b"]}
         try:
-            row |= _told(scene, method, seed)
+            row |= _reconstruction(scene, method, seed)
         except Unanswerable as refusal:
             row |= {"state": "refused", "why": str(refusal)}
         except Exception as error:  # any other is what this study looks for
@@ -53,7 +53,7 @@ def reconstructed(seed: int) -> list[Row]:
     return rows
 
 
-def _told(scene: Any, method: str, seed: int) -> Row:
+def _reconstruction(scene: Any, method: str, seed: int) -> Row:
     import arviz_stats
 
     found = reconstruct(scene, method=method, seed=seed)

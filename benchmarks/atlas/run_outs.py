@@ -134,12 +134,12 @@ def in_fixed_steps(scenes: Sequence[Scene], found: Found, steps: int) -> tuple[A
         found: of these.
         steps: of each.
     """
-    ends, told = map(np.asarray, _in_steps(_columns(scenes), steps))
+    ends, errors = map(np.asarray, _in_steps(_columns(scenes), steps))
     off = np.abs(ends - found.rest)
-    return tuple(np.hypot(*e[~found.refused, :2].T) for e in (off, told))  # type: ignore[return-value]
+    return tuple(np.hypot(*e[~found.refused, :2].T) for e in (off, errors))  # type: ignore[return-value]
 
 
-def apart(scenes: Sequence[Scene], found: Found) -> Array:
+def differences(scenes: Sequence[Scene], found: Found) -> Array:
     """Largest difference of rest poses from the reference's, m and rad; zero where refused.
 
     Args:

@@ -90,7 +90,7 @@ def judged(rows: Sequence[Compared]) -> Iterator[Remark]:
     for method, entry in METHODS.items():
         mine = [row for row in rows if row.method == method]
         faulty = [row.scene for row in mine if row.fault]
-        told = f"; {len(faulty)} faulted by itself ({', '.join(faulty)})" if faulty else ""
+        faults = f"; {len(faulty)} faulted by itself ({', '.join(faulty)})" if faulty else ""
         if entry.exact:
             mine = [row for row in mine if not row.fault] or mine
             z = np.abs(np.array([row.z[:2] for row in mine]))
@@ -99,7 +99,7 @@ def judged(rows: Sequence[Compared]) -> Iterator[Remark]:
                 "agreement",
                 f"{method}: {len(mine)} scenes, {z.size} differences of means and sds: worst"
                 f" {z.max():.1f} Monte Carlo errors ({STATISTICS[i[1]]} of {ASKED[i[2]]},"
-                f" {mine[i[0]].scene}), {np.mean(z > 2):.1%} beyond two (5 % by chance){told}:"
+                f" {mine[i[0]].scene}), {np.mean(z > 2):.1%} beyond two (5 % by chance){faults}:"
                 f" {'agrees' if z.max() < 4 else 'DISAGREES'}",
             )
             continue
@@ -115,7 +115,7 @@ def judged(rows: Sequence[Compared]) -> Iterator[Remark]:
         bad = int((off.max(axis=(1, 2)) > 0.2).sum())
         yield (
             "approximate",
-            f"{method}: {', '.join(cells)}; more than 0.2 sd off in {bad} of {len(mine)} scenes{told}",
+            f"{method}: {', '.join(cells)}; more than 0.2 sd off in {bad} of {len(mine)} scenes{faults}",
         )
 
 

@@ -25,7 +25,7 @@ class Effort(NamedTuple):
         share: of the iterations of the competitors.
         limit: seconds of sampling for each of them.
         nuts: draws of each of four chains for the reference.
-        importance: likewise, before they are weighed.
+        importance: likewise, before weights are applied.
         repeats: seeds over which our errors are averaged.
         scenes: at random, in the comparison of many scenes.
         long: draws of each chain of nuts in their reference; of importance four times as many.
@@ -106,8 +106,8 @@ def drawn_by(posterior: Posterior, method: str, chains: int, draws: int, seed: i
 
 def sites_of(posterior: Posterior, drawn: Draws) -> Sites:
     """The unknowns at a method's draws, and what follows from them, shape (chains, draws)."""
-    told = drawn.known(posterior)
-    return {k: v.reshape(*drawn.w.shape[:2], *v.shape[1:]) for k, v in told.items()}
+    quantities = drawn.known(posterior)
+    return {k: v.reshape(*drawn.w.shape[:2], *v.shape[1:]) for k, v in quantities.items()}
 
 
 def statistics_of(x: Sites) -> Array:

@@ -37,18 +37,18 @@ def main(charts: Path, share: float = 1.0) -> None:
                 print(*point[:3], *map(shown, point[3:9]), point.note, flush=True)
         rows += agreement.compare(posterior, known, scene)
     rows += agreement.at_random(effort)
-    told = list(agreement.judged(rows))
+    verdicts = list(agreement.judged(rows))
     stopped = [p for p in points if p.listed and p.note]
     remarks += [
         *cost.targets(points),
         *(("stopped", f"{p.scene}, {p.method}: {p.note}") for p in stopped),
     ]
     cost.write(points, remarks, charts / "inference.csv")
-    agreement.write(rows, told, charts / "agreement.csv")
+    agreement.write(rows, verdicts, charts / "agreement.csv")
     below = [
         "Dashed, hollow: extrapolated, by draws in proportion to seconds and errors to their root. Our"
         f" errors are root mean squares over {effort.repeats} seeds, others' of one run. All compiled.",
         *(text for kind, text in remarks if kind in ("targets", "machine")),
     ]
     draw(points, charts / "inference.png", below)
-    print(*(f"{kind}: {text}" for kind, text in [*remarks, *told]), sep="\n")
+    print(*(f"{kind}: {text}" for kind, text in [*remarks, *verdicts]), sep="\n")

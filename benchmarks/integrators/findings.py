@@ -32,7 +32,7 @@ def targets(rows: Sequence[Row]) -> Iterator[Remark]:
             of, ratio = f"{scenes}, {row.setting} ({row.mark})", row.jacobian / row.batched
             yield (
                 "targets",
-                f"{of}: {row.within:.1%} within 1 mm and 0.01° (99 %), worst"
+                f"{of}: {row.share_within:.1%} within 1 mm and 0.01° (99 %), worst"
                 f" {row.position.max():.3g} mm ({WORST:.0f}): {_judge(row.accurate)}",
             )
             yield (
@@ -117,8 +117,8 @@ def _why_accuracy(fixed: Row, most: Row) -> Iterator[str]:
         )
         yield (
             f"accuracy of {fixed.setting}: {stiff}. With {most.setting}, {4 * _number_of(most)} slopes,"
-            f" {most.within:.0%} are within 1 mm and 0.01°, worst {most.position.max():.3g} mm."
-            " Inference doubles its steps till the scene's measurements cannot tell."
+            f" {most.share_within:.0%} are within 1 mm and 0.01°, worst {most.position.max():.3g} mm."
+            " Inference doubles its steps until the measurement errors hide the change."
         )
 
 

@@ -29,14 +29,14 @@ class Row(NamedTuple):
     plain: float = np.nan  # SciPy's `single` with a right-hand side in plain numbers
 
     @property
-    def within(self) -> float:
+    def share_within(self) -> float:
         """Share of the scenes whose rest pose is within `POSITION` and `HEADING`."""
         return float(((self.position <= POSITION) & (self.heading <= HEADING)).mean())
 
     @property
     def accurate(self) -> bool:
         """Whether the targets of accuracy are met."""
-        return self.within >= 0.99 and bool(self.position.max() <= WORST)
+        return self.share_within >= 0.99 and bool(self.position.max() <= WORST)
 
     @property
     def cost(self) -> float:
@@ -45,10 +45,10 @@ class Row(NamedTuple):
 
     @property
     def figures(self) -> list[float]:
-        """What the table tells of it."""
+        """Its figures in the table."""
         quantiles = [f(e) for e in (self.position, self.heading) for f in (np.median, p99, np.max)]
         costs = (self.batched, self.threads, self.single, self.jacobian)
-        return [*quantiles, self.within, self.evaluations, *costs]
+        return [*quantiles, self.share_within, self.evaluations, *costs]
 
 
 def by_set(rows: Sequence[Row]) -> dict[str, list[Row]]:

@@ -85,7 +85,7 @@ def _halt(y: Any, W: Any, rate: Any) -> Any:
 
 
 def last_in_time(tolerance: Any) -> Any:
-    """Share of W at which a clock of time stops: where its tolerance can still tell W from none."""
+    """Share of W at which a clock of time stops: where its tolerance still distinguishes W from zero."""
     return jnp.clip(10 * tolerance, LAST, 1e-3)
 
 

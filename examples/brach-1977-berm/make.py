@@ -50,7 +50,7 @@ def crossing(pose: np.ndarray, velocity: np.ndarray, car: Car) -> str:
 
 
 def main() -> None:
-    """Run both out, tell of it, and write the scene."""
+    """Run both out, print the result, and write the scene."""
     approach = jnp.asarray(np.concatenate([APPROACH_A, APPROACH_B]))
     after = np.asarray(separation(approach, BODIES, TABLE_4)).reshape(2, 3)
     edge = Zone(np.array([[0.0, EDGE]]), np.array([[0.0, -1.0]]))

@@ -1,4 +1,4 @@
-"""The `retrodict` command: an interrupt before it has begun is told in one line too."""
+"""The `retrodict` command: an interrupt before it has begun is reported in one line too."""
 
 from __future__ import annotations
 

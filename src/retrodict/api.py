@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.modes import PosteriorModes
+from retrodict.inference.modes import ModeSearch
 from retrodict.inference.outcome import Checks, Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
@@ -87,7 +87,7 @@ class Result:
         """Every number, sentence and table of the report, computed when first asked for."""
         from retrodict import findings  # imports xarray, which a run does while programs compile
 
-        return findings.of(self.outcome, self.ladder)
+        return findings.compute(self.outcome, self.ladder)
 
     def summary(self, units: Units = "si") -> pd.DataFrame:
         """The reported quantities in a table.
@@ -235,9 +235,8 @@ class Result:
 
     def __repr__(self) -> str:
         verdict = "passed" if self.checks.passed else "FAILED"
-        method = self.outcome.settings.get("method", "")
-        made = f"{self.outcome.description.name} by {method}, seed {self.outcome.seed}"
-        return f"<Result of {self.scene.name!r}: {made}, checks {verdict}>"
+        model, seed = self.outcome.description.name, self.outcome.seed
+        return f"<Result of {self.scene.name!r}: {model}, seed {seed}, checks {verdict}>"
 
     def _repr_html_(self) -> str:
         from retrodict.report.fragments import findings_html
@@ -332,21 +331,23 @@ def reconstruct(
     asked |= {"warmup": warmup, "seed": seed}
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
-    climbed, known = None, dict[str, PosteriorModes]()
+    comparison, search = None, ModeSearch(scene, seed)
     # what the ladder draws of scenes in which wheels roll takes longest, and is kept
-    kept: dict[str, Outcome] | None = None
+    kept: dict[str, Outcome] = {}
+    keeps = False
     if method == AUTO:
         method = method_for(scene) if scene.rolling else "nuts"
-        kept = {} if scene.rolling and (chains, draws) == (_CHAINS, None) else None
+        keeps = bool(scene.rolling) and (chains, draws) == (_CHAINS, None)
     if model == AUTO:
         rungs = allowed(scene)
         if len(rungs) > 1:
-            climbed = ladder(scene, seed=seed, progress=progress, known=known, outcomes=kept)
-            if not climbed.complete:
+            keep = kept.__setitem__ if keeps else None
+            comparison = ladder(scene, seed=seed, progress=progress, search=search, keep=keep)
+            if not comparison.complete:
                 raise Interrupted("stopped before a model was chosen")
-        model = (climbed and climbed.choice) or rungs[-1]
-        if kept and model in kept:
-            return Result(replace(kept[model], asked=asked), climbed)
+        model = (comparison and comparison.choice) or rungs[-1]
+        if model in kept:
+            return Result(replace(kept[model], asked=asked), comparison)
     outcome = _reconstruct(
         scene,
         model=model,
@@ -357,10 +358,10 @@ def reconstruct(
         seed=seed,
         progress=prefixed(progress or silent, model),
         resume=resume,
-        known=known,
+        search=search,
         asked=asked,
     )
-    return Result(outcome, climbed)
+    return Result(outcome, comparison)
 
 
 @shown_in_notebooks

@@ -1,4 +1,4 @@
-"""The commands, thin: read a scene, reconstruct, tell."""
+"""The commands, thin: read a scene, reconstruct, report."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ app = typer.Typer(
 
 
 class UnitChoice(StrEnum):
-    """Units that results are told in."""
+    """Units that results are given in."""
 
     si = "si"
     us = "us"
@@ -75,8 +75,8 @@ def check(
         typer.Argument(help="the scene file (TOML), or a folder of results", show_default=False),
     ],
 ) -> None:
-    """Validate a scene file, and doubt what is seldom meant; or see that results are of one run."""
-    from retrodict.scene.doubts import doubts
+    """Validate a scene file and warn of implausible values; or see that results are of one run."""
+    from retrodict.scene.plausibility import plausibility_warnings
     from retrodict.scene.quantities import describe
 
     if scene.is_dir():
@@ -91,8 +91,8 @@ def check(
         f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
     )
     typer.echo(printable(line))
-    for doubt in doubts(found):
-        typer.echo(printable(f"  doubt: {doubt}"))
+    for warning in plausibility_warnings(found):
+        typer.echo(printable(f"  warning: {warning}"))
 
 
 def _check_results(folder: Path) -> None:
@@ -100,7 +100,7 @@ def _check_results(folder: Path) -> None:
     from retrodict.findings.summary import SUMMARY, read_summary, strangers
 
     if read_summary(folder) is None:
-        _fail(f"{folder}: no results are told of there: {SUMMARY} is missing or damaged")
+        _fail(f"{folder}: no results are there: {SUMMARY} is missing or damaged")
     if others := strangers(folder):
         _fail(
             f"{folder}: not of the run that {SUMMARY} is of: {', '.join(others)}; "
@@ -129,7 +129,7 @@ def reconstruct(
     ] = None,
     warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 150,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
-    units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    units: Annotated[UnitChoice, typer.Option(help="units of the results")] = UnitChoice.si,
     resume: Annotated[
         bool, typer.Option("--resume", help="go on with a run that was interrupted")
     ] = False,
@@ -236,16 +236,17 @@ def report(
 
         from retrodict.api import load
         from retrodict.findings.stored import NotStored
-        from retrodict.report.document import UnknownFormat, document_of, write_reports
+        from retrodict.report.document import UnknownFormat, document_of, renderers, write_reports
         from retrodict.report.libraries import MissingLibrary
         from retrodict.report.pdf import NoGlyph
 
         try:
+            wanted = list(renderers(formats.split(",")))
             found = load(result)
             progress(_WRITING, 0, 1)
             chosen = units.value if units else (known and known.units) or "si"
             document = document_of(found.findings, found.outcome, chosen, known)
-            files = write_reports(document, folder, [f.strip() for f in formats.split(",")])
+            files = write_reports(document, folder, wanted)
             progress(_WRITING, 1, 1)
         except NotStored as error:
             _fail(str(error))
@@ -352,7 +353,7 @@ def ladder(
         float, typer.Option(help="by which a fuller model may widen or narrow it")
     ] = 1.25,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
-    units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    units: Annotated[UnitChoice, typer.Option(help="units of the results")] = UnitChoice.si,
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct on every model that the scene allows, and choose the lowest that will do."""
@@ -363,14 +364,16 @@ def ladder(
         folder = _folder(out, found.name)
         progress(_LOADING, 0, 1)
 
-        from retrodict.api import ladder as climb
+        from retrodict.api import ladder as compare_models
         from retrodict.inference import Unanswerable
         from retrodict.report.ladder import write_ladder
 
         try:
-            climbed = climb(found, seed=seed, share=share, factor=factor, progress=progress)
+            comparison = compare_models(
+                found, seed=seed, share=share, factor=factor, progress=progress
+            )
             progress(_WRITING, 0, 1)
-            write_ladder(climbed, folder)
+            write_ladder(comparison, folder)
             progress(_WRITING, 1, 1)
         except Unanswerable as error:
             _fail(f"{scene}: {error}")
@@ -382,9 +385,9 @@ def ladder(
     from retrodict.report.terminal import print_ladder
 
     console = Console(quiet=quiet)
-    print_ladder(climbed, console, units.value)
+    print_ladder(comparison, console, units.value)
     _name(folder / "ladder.json", console)
-    if not climbed.complete:
+    if not comparison.complete:
         raise typer.Exit(INTERRUPTED)
 
 
@@ -449,7 +452,7 @@ def validate(
         str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
     ] = "auto",
     method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
-    units: Annotated[UnitChoice, typer.Option(help="units to tell results in")] = UnitChoice.si,
+    units: Annotated[UnitChoice, typer.Option(help="units of the results")] = UnitChoice.si,
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Reconstruct staged collisions, and compare with the speeds that were measured."""
@@ -489,7 +492,7 @@ def validate(
 
 @contextmanager
 def _working(quiet: bool) -> Iterator[Progress]:
-    """A context with a progress display, in which what stops the work is told in a line."""
+    """A context with a progress display, in which what stops the work is reported in one line."""
     try:
         with reporting(quiet=quiet) as progress:
             yield progress
@@ -530,7 +533,7 @@ def _folder(out: Path | None, name: str) -> Path:
     """Where results go; found out before the work whether they can go there."""
     if out is None and name.strip(". ") == "":
         _fail("the scene file's name gives results no name: choose a folder with --out")
-    if out == Path():  # as of an empty option, for which the current folder is seldom meant
+    if out == Path():  # an empty option, rarely meant as the current folder
         _fail("--out is empty, or the current folder: name a folder for the results")
     folder = Path("out") / name if out is None else out
     nearest = folder

@@ -166,7 +166,7 @@ def test_truth_is_drawn_by_the_law_that_the_scene_states(
 
 
 @pytest.mark.parametrize("law", ["normal", "lognormal", "logitnormal"])
-def test_a_true_value_tells_the_normal_number_that_it_was_drawn_by(law: str) -> None:
+def test_a_true_value_determines_the_normal_number_that_it_was_drawn_by(law: str) -> None:
     measured = Measured(0.3, 0.05, law)  # type: ignore[arg-type]
     drawn = scenes.draw(measured, np.random.default_rng(1))
     assert scenes.deviate(measured, drawn) == pytest.approx(

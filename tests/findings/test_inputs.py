@@ -12,7 +12,7 @@ def test_inputs_table_holds_every_input_and_item_of_evidence(outcome):
     assert [r.name for r in rows if r.kind == "evidence"] == list(outcome.scene.evidence())
 
 
-def test_a_run_out_s_own_error_is_told_apart_and_counts_in_every_shift(rolled):
+def test_a_run_out_s_own_error_is_listed_separately_and_counts_in_every_shift(rolled):
     evidence = rolled.scene.evidence()
     rows = {row.name: row for row in input_rows(rolled) if row.kind == "evidence"}
     missed = 0.04 * rolled.scene.way_to("b", 6.6, -9.4)
@@ -26,13 +26,13 @@ def test_a_run_out_s_own_error_is_told_apart_and_counts_in_every_shift(rolled):
     assert {name[-1] for name, m in evidence.items() if m.model_sd} == {"b"}
 
 
-def test_evidence_of_every_kind_is_told_with_label_value_unit_and_source(sparse):
-    told = {
+def test_evidence_of_every_kind_is_listed_with_label_value_unit_and_source(sparse):
+    listed = {
         row.label: (f"{row.format_measured('si')} {row.unit('si')}", row.source, row.assumed)
         for row in input_rows(sparse)
         if row.kind == "evidence"
     }
-    assert told == {
+    assert listed == {
         "rest of B, x": ("6.60 ± 0.30 m", "total station", ""),
         "rest of B, y": ("−9.40 ± 0.30 m", "total station", ""),
         "direction of travel of A after impact": (
@@ -62,7 +62,7 @@ def test_shift_is_counted_in_measured_standard_deviations(outcome):
     assert rows["speed_a"].source == "event data recorder"
 
 
-def test_inputs_are_told_in_either_system(outcome):
+def test_inputs_are_given_in_either_system(outcome):
     speed = next(row for row in input_rows(outcome) if row.name == "speed_a")
     assert f"{speed.format_measured('si')} {speed.unit('si')}" == "20.10 ± 0.50 m/s"
     assert f"{speed.format_measured('us')} {speed.unit('us')}" == "45.0 ± 1.1 mph"

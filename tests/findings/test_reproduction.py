@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict.findings import of
+from retrodict.findings import compute
 from retrodict.findings.reproduction import compare
 from retrodict.findings.summary import summarise
 from retrodict.report.reproduction import reproduction_lines
@@ -16,7 +16,7 @@ from retrodict.report.reproduction import reproduction_lines
 
 @pytest.fixture(scope="module")
 def found(outcome):
-    return of(outcome)
+    return compute(outcome)
 
 
 @pytest.fixture
@@ -103,6 +103,6 @@ def test_the_lines_say_what_differs(recorded, found, outcome):
 
 
 def test_findings_of_a_failed_run_compare_too(failing):
-    found = of(replace(failing, checks=replace(failing.checks, max_rhat=float("inf"))))
+    found = compute(replace(failing, checks=replace(failing.checks, max_rhat=float("inf"))))
     recorded = json.loads(json.dumps(summarise(found)))
     assert compare("", recorded, failing.idata, found, failing.idata).reproduced

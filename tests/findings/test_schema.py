@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pydantic import TypeAdapter
 
-from retrodict.findings import of
+from retrodict.findings import compute
 from retrodict.findings.schema import Summary, json_schema
 from retrodict.findings.summary import summarise
 from tests.studies.made_up import ladder_of, step
@@ -21,11 +21,11 @@ def test_the_file_is_the_code_s():
 @pytest.mark.parametrize("name", ["outcome", "sparse", "rolled", "failing"])
 def test_a_summary_is_as_the_schema_says(name, request):
     ladder = ladder_of(step("low", 21.0, 0.9), step("full", 19.0))
-    found = summarise(of(request.getfixturevalue(name), ladder))
+    found = summarise(compute(request.getfixturevalue(name), ladder))
     # what the schema does not know is left out of what it reads
     assert TypeAdapter(Summary).validate_python(found, strict=True) == found
 
 
 def test_a_summary_without_draws_is_as_the_schema_says(outcome, drop):
-    found = summarise(of(drop(outcome, "posterior")))
+    found = summarise(compute(drop(outcome, "posterior")))
     assert TypeAdapter(Summary).validate_python(found, strict=True) == found

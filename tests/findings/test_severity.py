@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict.findings import of
+from retrodict.findings import compute
 from retrodict.findings.severity import hours, pdof
 from retrodict.mechanics import Bodies, Coefficients
 from retrodict.mechanics.severity import clock, severity
@@ -54,7 +54,7 @@ def test_directions_about_the_rear_are_not_torn_apart(outcome):
     # struck from behind, B gains speed along its heading
     moved = {"Vbx": 9 * np.cos(np.pi - angles), "Vby": 9 * np.sin(np.pi - angles)}
     still = {name: np.zeros((4, 500)) for name in ("vbx", "vby", "heading_b")}
-    found = of(with_posterior(outcome, **moved, **still)).derived["pdof_b"]
+    found = compute(with_posterior(outcome, **moved, **still)).derived["pdof_b"]
     assert found.sd == pytest.approx(10 * DEGREE, rel=0.1)
     assert abs(found.mean) == pytest.approx(np.pi, abs=0.02)
 
@@ -66,6 +66,6 @@ def test_hours_share_the_draws_out():
 
 
 def test_a_model_without_velocities_of_b_has_no_direction(outcome):
-    found = of(with_posterior(outcome, vbx=None))
+    found = compute(with_posterior(outcome, vbx=None))
     assert not found.hours
     assert "pdof_a" not in found.derived

@@ -31,7 +31,7 @@ def test_what_is_loaded_is_what_was_saved(which, request, tmp_path):
         if field.name != "idata":
             assert getattr(again.outcome, field.name) == getattr(outcome, field.name), field.name
     assert set(again.idata.children) == set(outcome.idata.children)
-    assert summarise(again.findings) == summarise(findings.of(outcome))
+    assert summarise(again.findings) == summarise(findings.compute(outcome))
 
 
 def test_the_ladder_and_what_is_not_finite_are_kept(outcome, tmp_path):
@@ -50,7 +50,7 @@ def test_a_folder_without_a_result_is_refused_in_a_line(outcome, tmp_path):
         load(tmp_path / "none")
     with pytest.raises(NotStored, match=r"summary\.json is missing"):
         load(tmp_path)
-    found = findings.of(outcome)
+    found = findings.compute(outcome)
     (tmp_path / SUMMARY).write_bytes(summary_json(found, {}))
     with pytest.raises(NotStored, match="earlier version"):
         load(tmp_path)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict.findings import of
+from retrodict.findings import compute
 from retrodict.findings.summary import (
     holds_answer,
     read_summary,
@@ -36,7 +36,7 @@ def with_posterior(outcome, **variables):
 
 
 def test_summary_has_exactly_the_agreed_structure(outcome):
-    found = summarise(of(outcome))
+    found = summarise(compute(outcome))
     assert list(found) == [
         "schema", "scene", "model", "assumptions", "parameters", "derived", "hours", "correlations",
         "measured", "checks", "verdict", "answers", "seconds", "versions", "seed", "settings",
@@ -58,16 +58,16 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
 
 def test_a_known_speed_is_no_result_and_an_unknown_one_is(outcome, sparse):
     assert "speed_a" in outcome.idata["posterior"]  # among the inputs
-    assert "speed_a" not in summarise(of(outcome))["parameters"]
+    assert "speed_a" not in summarise(compute(outcome))["parameters"]
     speeds = ["speed_a", "speed_b", "initial_speed_b"]
-    assert list(summarise(of(sparse))["parameters"]) == speeds + NAMES[1:]
-    assert [row.name for row in result_rows(of(sparse), "si")] == speeds + NAMES[1:]
+    assert list(summarise(compute(sparse))["parameters"]) == speeds + NAMES[1:]
+    assert [row.name for row in result_rows(compute(sparse), "si")] == speeds + NAMES[1:]
 
 
 def test_summary_is_strict_json_where_numbers_are_missing(outcome):
     holes = with_posterior(outcome, e=np.full((4, 500), np.nan), mu=np.full((4, 500), np.nan))
     holes = replace(holes, checks=Checks(0, float("nan"), float("inf"), 1.0, False))
-    found = json.loads(json.dumps(summarise(of(holes)), allow_nan=False))
+    found = json.loads(json.dumps(summarise(compute(holes)), allow_nan=False))
     assert found["parameters"]["e"]["mean"] is None
     assert found["parameters"]["mu"]["hdi_90"] == [None, None]
     assert not found["parameters"]["mu"]["passed"]
@@ -76,11 +76,11 @@ def test_summary_is_strict_json_where_numbers_are_missing(outcome):
 
 
 def test_summary_survives_without_a_posterior(outcome, drop):
-    json.dumps(summarise(of(drop(outcome, "posterior"))), allow_nan=False)
+    json.dumps(summarise(compute(drop(outcome, "posterior"))), allow_nan=False)
 
 
 def test_frame_has_numbers_in_the_units_asked_for(outcome):
-    si, us = summary_frame(of(outcome)), summary_frame(of(outcome), "us")
+    si, us = summary_frame(compute(outcome)), summary_frame(compute(outcome), "us")
     assert list(si.index) == NAMES
     assert us.loc["speed_b", "unit"] == "mph"
     assert us.loc["speed_b", "hdi_95_high"] * 0.44704 == pytest.approx(
@@ -91,7 +91,7 @@ def test_frame_has_numbers_in_the_units_asked_for(outcome):
 
 
 def test_frame_of_a_failed_run_says_so_and_hides_what_failed(failing):
-    frame = summary_frame(of(failing))
+    frame = summary_frame(compute(failing))
     assert frame.loc["e_m", "checks"] == "failed"
     assert frame.loc["e_m", ["mean", "sd", "median", "hdi_50_low", "hdi_95_high"]].isna().all()
     assert frame.loc["e_m", "rhat"] > 0
@@ -103,9 +103,9 @@ def test_a_file_of_another_run_shows(outcome, tmp_path):
     (tmp_path / "figures").mkdir()
     for name, content in beside.items():
         (tmp_path / name).write_bytes(content)
-    (tmp_path / "summary.json").write_bytes(summary_json(of(outcome), beside))
+    (tmp_path / "summary.json").write_bytes(summary_json(compute(outcome), beside))
     found = read_summary(tmp_path)
-    assert {k: v for k, v in found.items() if k != "files"} == summarise(of(outcome))
+    assert {k: v for k, v in found.items() if k != "files"} == summarise(compute(outcome))
     assert strangers(tmp_path) == ()
     (tmp_path / "figures" / "scene.png").write_bytes(b"PNG of another run")
     (tmp_path / "report.html").unlink()
@@ -115,7 +115,7 @@ def test_a_file_of_another_run_shows(outcome, tmp_path):
 def test_only_a_finished_run_whose_checks_passed_is_an_answer(outcome, tmp_path):
     assert not holds_answer(tmp_path)
     for complete in (True, False):
-        summary = summary_json(of(replace(outcome, complete=complete)), {})
+        summary = summary_json(compute(replace(outcome, complete=complete)), {})
         (tmp_path / "summary.json").write_bytes(summary)
         assert holds_answer(tmp_path) == complete
     (tmp_path / "summary.json").write_text("[torn")

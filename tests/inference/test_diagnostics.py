@@ -56,7 +56,7 @@ def test_weak_evidence_is_flagged() -> None:
     for left, flagged in ((150, 1), (25, 0)):
         checks = judge(of_prior(tree(), left), collision())
         assert checks.passed
-        assert ["leaves 30% of crashes" in flag for flag in checks.flags] == [True] * flagged
+        assert ["leave 30% of crashes" in flag for flag in checks.flags] == [True] * flagged
 
 
 def test_draws_of_a_part_of_the_posterior_fail_where_crashes_of_the_prior_show_the_rest() -> None:
@@ -67,7 +67,7 @@ def test_draws_of_a_part_of_the_posterior_fail_where_crashes_of_the_prior_show_t
     checks = judge(of_prior(tree(), 100, e=elsewhere), collision())
     assert checks.failed == ("e",)
     assert "100 crashes of the prior" in checks.reasons[0]
-    # too few crashes say nothing, and are weighed for one number of turns only
+    # too few crashes say nothing, and are weighted for one number of turns only
     assert judge(of_prior(tree(), 20, e=elsewhere), collision()).passed
 
 

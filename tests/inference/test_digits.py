@@ -1,4 +1,4 @@
-"""Decimals of a printed number: what its uncertainty asks for, and what its draws bear out."""
+"""Decimals of a printed number: what its uncertainty asks for, and what its draws support."""
 
 import math
 

@@ -1,7 +1,7 @@
 """Vehicles that close in slowly: e and e_m are quotients of small numbers, and both branches may count.
 
 Mode and curvature say little there. What tempering draws is compared with importance sampling from a
-Student t about its draws, in which all branches lie: other points, weighed by the density alone.
+Student t about its draws, in which all branches lie: other points, weighted by the density alone.
 """
 
 from pathlib import Path
@@ -36,7 +36,7 @@ def test_tempering_agrees_with_importance_sampling_over_both_branches(
     evidence = np.log(weight.mean()) + log_weight.max()
     assert abs(evidence - drawn.attributes["log_evidence"]) < 1.0
     # Another forward model and sampler, written independently, found -18.6 for the first with a former
-    # prior of mu; draws of those posteriors, weighed by the present prior over that one, give these
+    # prior of mu; draws of those posteriors, weighted by the present prior over that one, give these
     assert abs(evidence - log_evidence) < 0.2
     for quantity in ("speed_b", "e", "e_m", "mu"):
         values = np.asarray(quantities[quantity])
@@ -49,7 +49,7 @@ def test_tempering_agrees_with_importance_sampling_over_both_branches(
 
 
 def test_a_low_closing_speed_is_answered_from_both_branches() -> None:
-    """True e_m 0.30: one branch has it below 0, and weighs little; the values are of weighed draws."""
+    """True e_m 0.30: the branch with it below 0 has little weight; the values are of weighted draws."""
     found = reconstruct(load_scene(SCENES / "low-closing.toml"), pictured=False)
     assert found.settings["method"] == "importance"
     assert found.checks.passed, found.checks.reasons

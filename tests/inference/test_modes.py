@@ -1,4 +1,4 @@
-"""Several solutions of one scene: all found, weighed as they deserve, and mixed."""
+"""Several solutions of one scene: all found, weighted by their evidence, and mixed."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -22,7 +22,7 @@ from retrodict.studies import calibration
 from tests.scenes import collision
 
 SCENE = collision(share=0.0)
-APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and what it weighs
+APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and its weight
 
 
 class _TwoNormals(Target):
@@ -30,9 +30,9 @@ class _TwoNormals(Target):
 
     def evaluate(self, w, data, transform, missed=None):
         squares = jnp.stack([w @ w, w @ w + APART**2 - 2 * APART * w[0]])
-        quantities = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.aims}
+        quantities = {f"predicted/{name}": jnp.zeros(()) for name in self.structure.rest_components}
         density = logsumexp(-squares / 2 + jnp.log(jnp.array([1 - SHARE, SHARE])))
-        return Evaluated(density, quantities, w, jnp.zeros(len(self.structure.aims)))
+        return Evaluated(density, quantities, w, jnp.zeros(len(self.structure.rest_components)))
 
 
 @pytest.fixture(scope="module")
@@ -58,13 +58,13 @@ def _simulated(number: int) -> tuple[Scene, dict]:
 
 
 def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() -> None:
-    """Simulation 1: where all is as measured e_m lies below 0, a part that weighs next to nothing."""
+    """Simulation 1: where all is as measured e_m lies below 0, a part of negligible weight."""
     scene, truth = _simulated(1)
     both = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
-    _, (only,), faults = modes.weigh_by_evidence(both, seed=0)
+    (only,), faults = modes.weighted_by_evidence(both, seed=0)
     assert not faults
     assert truth["e_m"] == pytest.approx(0.76, abs=0.01)
-    assert only.values["e_m"] > 0.5
+    assert only.mode.values["e_m"] > 0.5
 
 
 def test_where_both_branches_count_each_is_a_solution() -> None:
@@ -74,9 +74,9 @@ def test_where_both_branches_count_each_is_a_solution() -> None:
     assert {s.label() for s in found} == {
         f"B turned {side} against A by the force alone" for side in ("left", "right")
     }
-    _, weights, faults = modes.weigh_by_evidence(found, seed=0)
+    found, faults = modes.weighted_by_evidence(found, seed=0)
     assert not faults
-    assert sum(mode.weight for mode in weights) == pytest.approx(1)
+    assert sum(solution.mode.weight for solution in found) == pytest.approx(1)
     for solution in found:
         drawn = METHODS["importance"].draw(Task(solution.posterior, 4, 125, 0, 0, lambda *_: None))
         assert not drawn.faults
@@ -143,14 +143,14 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
     np.testing.assert_allclose(mixed["posterior_predictive"]["rest_heading_b"], 0, atol=1e-12)
     assert set(np.unique(mixed["trajectories"]["path"])) == {0, 1}
     assert mixed["trajectories"].sizes["step"] == 48
-    for tree in trees:  # as of a method that tells nothing of its draws
+    for tree in trees:  # as of a method without statistics of its draws
         tree["sample_stats"] = xr.DataTree()
     assert (modes.mixed(trees, found, seed=0)["sample_stats"]["mode"].values == label).all()
 
 
 def test_unknown_turns_are_mixed_by_their_evidence() -> None:
     found = reconstruct.reconstruct(_turned_scene(), method="importance", draws=1000)
-    # the second weighs nearly what lies above the 95 % limit of e: chance says which e that is
+    # the second has nearly the weight above the 95 % limit of e: chance says which e that is
     (reason,) = found.checks.reasons
     assert reason.startswith("restitution e: Monte Carlo error")
     label = found.idata["sample_stats"]["mode"].values
@@ -167,7 +167,7 @@ def test_unknown_turns_are_mixed_by_their_evidence() -> None:
     assert "B +743 deg" in next(note for note in found.notes if "several ways" in note)
 
 
-def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mode_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch) -> None:
     """smc starts from everywhere, so that it answers where nuts may not."""
 
     def one(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
@@ -181,7 +181,7 @@ def test_a_rival_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch)
     assert found.settings["method"] == "nuts"
 
 
-def test_a_rival_that_the_draws_hold_is_none() -> None:
+def test_a_mode_that_the_draws_hold_is_not_unsampled() -> None:
     """A third of the posterior at 6: a third of the draws there will do, one in fifty will not."""
     other = modes.UnsampledMode(0, 0.5, np.array([6.0, 0.0]))
     rng = np.random.default_rng(0)
@@ -199,7 +199,8 @@ def test_turns_of_two_vehicles_are_sought_together(monkeypatch: pytest.MonkeyPat
     def found(_scene: Scene, _rung: str, turns: dict[str, int]) -> list[modes.Solution]:
         a, b = turns.values()
         evidence = -50.0 - 8 * (a + b - 2) ** 2 - a**2
-        return [modes.Solution(SimpleNamespace(log_evidence=evidence), _scene, turns, False)]  # type: ignore[arg-type]
+        posterior = SimpleNamespace(log_evidence=evidence)
+        return [modes.Solution(posterior, _scene, (), Mode(1.0, 0.0, {}, turns))]  # type: ignore[arg-type]
 
     monkeypatch.setattr(modes, "_on_branches", found)
     best = modes.solutions(uncounted, "planar-moment+wheels")
@@ -207,7 +208,7 @@ def test_turns_of_two_vehicles_are_sought_together(monkeypatch: pytest.MonkeyPat
     assert {tuple(s.turns.values()) for s in best} >= {(1, 1), (2, 0), (-1, 3), (-2, 4), (0, 3)}
 
 
-def test_numbers_of_turns_are_told_apart_by_rest_poses_that_are_not_too_sharp() -> None:
+def test_numbers_of_turns_are_distinguished_by_rest_poses_that_are_not_too_sharp() -> None:
     def with_errors(sd: float) -> Scene:
         poses = {v: replace(own, x=replace(own.x, sd=sd)) for v, own in SCENE.rest.items()}
         return replace(SCENE, rest=poses)
@@ -220,10 +221,9 @@ def test_numbers_of_turns_are_told_apart_by_rest_poses_that_are_not_too_sharp() 
     assert blurred.rest["b"] == usual.rest["b"]
 
 
-def test_a_rival_that_outweighs_all_has_a_weight(two_normals: Posterior) -> None:
-    solution = modes.Solution(two_normals, SCENE, {}, False)
-    first = Mode(1.0, 0.0, {}, {})
+def test_an_unsampled_mode_that_outweighs_all_has_a_weight(two_normals: Posterior) -> None:
+    solution = modes.Solution(two_normals, SCENE, (), Mode(1.0, 0.0, {}))
     other = modes.UnsampledMode(0, float(np.exp(modes._SURE)), np.zeros(two_normals.size))
-    kept, other = modes.beside([solution], [first], [other])
+    kept, other = modes.all_modes([solution], [other])
     assert kept.weight == pytest.approx(0.0)
     assert other.weight == pytest.approx(1.0)

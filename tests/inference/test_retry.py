@@ -5,7 +5,12 @@ from dataclasses import replace
 import pytest
 
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.modes import PosteriorModes, posterior_modes, solutions, weigh_by_evidence
+from retrodict.inference.modes import (
+    PosteriorModes,
+    posterior_modes,
+    solutions,
+    weighted_by_evidence,
+)
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.retry import Sampling
 from retrodict.inference.samplers import METHODS, Draws, Method, Task
@@ -90,7 +95,7 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
     def begun(task: Task) -> Draws:
         pytest.fail("another method was begun")
 
-    monkeypatch.setattr("retrodict.inference.reconstruct.posterior_modes", unsettled)
+    monkeypatch.setattr("retrodict.inference.modes.posterior_modes", unsettled)
     monkeypatch.setitem(METHODS, "smc", replace(METHODS["smc"], draw=stopped))
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=begun))
     with pytest.raises(Interrupted):
@@ -118,15 +123,14 @@ def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
 def test_only_a_solution_that_counts_is_judged_by_itself(
     monkeypatch: pytest.MonkeyPatch, weight: float, reasons: int
 ) -> None:
-    found, (mode,), _ = weigh_by_evidence(solutions(SCENE, DEFAULT_RUNG), 0)
-    (solution,) = found
-    modes = [replace(mode, weight=1 - weight), replace(mode, weight=weight)]
+    (solution,), _ = weighted_by_evidence(solutions(SCENE, DEFAULT_RUNG), 0)
+    found = [replace(solution, mode=replace(solution.mode, weight=w)) for w in (1 - weight, weight)]
     faults = iter([(), ("the second is stuck",)])
 
     def draw(task: Task) -> Draws:
         return replace(METHODS["laplace"].draw(task), faults=next(faults))
 
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=draw))
-    sampling = Sampling([solution] * 2, modes, [], (), False, lambda *_: None)
+    sampling = Sampling(found, [], (), False, lambda *_: None)
     run = sampling.by("nuts", Task(solution.posterior, 4, 500, 0, 0, lambda *_: None))
     assert run.checks.reasons == ("the second is stuck",) * reasons

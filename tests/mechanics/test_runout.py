@@ -449,7 +449,7 @@ def test_a_rolling_car_stops_by_its_drag() -> None:
     car = rolling([0.1, 0.1, 0.3, 0.3], [0.0] * 4)
     end = np.array(_rest(jnp.zeros(3), jnp.array([12.0, 0.0, 0.0]), car, plain(0.7)))
     a, b = CAR.front_axle, CAR.rear_axle
-    drag = (0.1 * b + 0.3 * a) / (a + b)  # weighed by the axles' loads
+    drag = (0.1 * b + 0.3 * a) / (a + b)  # weighted by the axles' loads
     far = 12.0**2 / (2 * drag * 0.7 * GRAVITY)
     np.testing.assert_allclose(end, [far, 0, 0], atol=1e-6 * far)
 

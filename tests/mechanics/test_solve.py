@@ -202,7 +202,7 @@ def test_no_closing_speed_leaves_e_without_meaning() -> None:
     assert set(problem.value.trade_off) == {"e", "mu", "e_m"}
 
 
-def test_a_barrier_does_not_tell_who_hit_it() -> None:
+def test_a_barrier_does_not_determine_what_hit_it() -> None:
     bodies = against_barrier(1500.0, 2600.0, 0.4, 1.8, 0.2)
     before = jnp.array([-15.0, 2.0, 0.4, 0.0, 0.0, 0.0])
     after = separation(before, bodies, Coefficients(0.1, 0.3, 0.8))

@@ -13,6 +13,7 @@ from retrodict.models.arrays import Data, Structure
 from scipy import stats
 from scipy.interpolate import CubicHermiteSpline
 
+from retrodict.inference.transforms.rest_pose import with_response_surface
 from retrodict.mechanics import Car, Path, end_of_rotation
 from retrodict.scene.records import Departure, EndOfRotation, Mark, Measured, RunOutError, Scene
 from tests.scenes import DEGREE, LEVER_B, collision, rolls
@@ -21,8 +22,8 @@ RUNG = RUNGS["planar-moment+spin"]
 SITES = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.25, "e_m": 0.7}
 
 
-def told(scene: Scene, rung=RUNG) -> dict:
-    """All that the model says at one point."""
+def trace_of(scene: Scene, rung=RUNG) -> dict:
+    """The trace of the model at one point."""
     structure, data = rung.of_scene(scene)
     sites = SITES | {"measured": jnp.zeros(len(structure.uncertain))}
     model = handlers.substitute(rung.model, {k: jnp.asarray(v) for k, v in sites.items()})
@@ -32,7 +33,7 @@ def told(scene: Scene, rung=RUNG) -> dict:
 def test_departures_are_what_velocities_after_the_impact_say() -> None:
     every = Departure(*(Measured(value, 0.1) for value in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)))
     scene = replace(collision(share=0.0, berm=False), departure={"a": every, "b": every})
-    trace = told(scene)
+    trace = trace_of(scene)
     value = {
         k: float(site["value"]) for k, site in trace.items() if site["type"] == "deterministic"
     }
@@ -60,7 +61,7 @@ def test_departures_are_what_velocities_after_the_impact_say() -> None:
 def test_a_mark_is_as_far_as_the_nearest_of_many_points_of_the_path(of: str) -> None:
     point = Mark(3.0, -4.0, 0.2, of)
     scene = replace(collision(share=0.0, berm=False), marks={"b": (point,)})
-    trace, (structure, data) = told(scene), RUNG.of_scene(scene)
+    trace, (structure, data) = trace_of(scene), RUNG.of_scene(scene)
     x = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
     after = jnp.array([trace[name]["value"] for of_one in parts.AFTER for name in of_one])
     path = np.asarray(RUNG.run_out.paths(structure, data, x, after).pose)[1]
@@ -223,7 +224,7 @@ def test_a_robust_scene_errs_by_students_t() -> None:
     found = [log_density(RUNG.model, RUNG.of_scene(s), {}, sites)[0] for s in (normal, robust)]
     residuals = [
         (float(site["fn"].mean) - float(site["value"])) / float(site["fn"].scale)
-        for name, site in told(normal).items()
+        for name, site in trace_of(normal).items()
         if name in normal.evidence()
     ]
     expected = stats.t(4).logpdf(residuals).sum() - stats.norm.logpdf(residuals).sum()
@@ -233,7 +234,7 @@ def test_a_robust_scene_errs_by_students_t() -> None:
 def test_a_skid_to_impact_adds_its_energy() -> None:
     scene = collision(share=0.0, berm=False)
     b = replace(scene.approach["b"], skid=Measured(12.0, 0.0, "lognormal"))
-    trace = told(replace(scene, approach=scene.approach | {"b": b}))
+    trace = trace_of(replace(scene, approach=scene.approach | {"b": b}))
     friction = float(parts.from_standard(*RUNG.of_scene(scene), jnp.zeros(3))["friction_road"])
     expected = np.sqrt(19.0**2 + 2 * 9.80665 * friction * 12.0)
     assert float(trace["initial_speed_b"]["value"]) == pytest.approx(expected)
@@ -262,30 +263,33 @@ def test_an_unknown_speed_of_a_has_its_prior() -> None:
         assert law.cdf(speed) == pytest.approx(stats.norm.cdf(deviate), rel=1e-9)
 
 
-def test_any_rest_that_was_measured_pins_the_motion_but_along_a_way() -> None:
+def test_any_measured_rest_determines_the_motion_but_along_a_measured_path() -> None:
     scene = collision()
     whole = RUNG.of_scene(scene)[0]
-    assert not whole.open
-    assert not whole.unpinned
+    assert not whole.unmeasured
+    assert whole.transform == "rest-pose"
     rest = {"a": scene.rest["a"], "b": replace(scene.rest["b"], heading=None)}
     partly = replace(scene, rest=rest)
     structure, data = RUNG.of_scene(partly)
-    assert structure.open
-    assert not structure.unpinned
+    assert structure.unmeasured == ("rest_heading_b",)
+    assert structure.transform == "rest-pose"
     assert "rest_heading_b" not in structure.evidence
     assert float(data.evidence["rest_heading_a"][1]) == pytest.approx(3 * DEGREE)
-    assert not RUNG.of_scene(replace(scene, rest={"a": scene.rest["a"]}))[0].unpinned
-    assert RUNG.of_scene(replace(scene, rest={}))[0].unpinned
+    only_a = replace(scene, rest={"a": scene.rest["a"]})
+    assert RUNG.of_scene(only_a)[0].transform == "rest-pose"
+    assert RUNG.of_scene(replace(scene, rest={}))[0].transform == "velocity"
     wheels, rolled = RUNGS["planar-moment+wheels"], rolls(scene, "b", (0.3,) * 4)
     structure = wheels.of_scene(rolled)[0]
     assert structure.paced
-    assert not structure.open
-    assert not structure.responding
+    assert not structure.unmeasured
+    assert not with_response_surface(structure)
     passed = replace(rolled, marks={"b": (Mark(3.0, -4.0, 0.2, "centre"),)})
-    assert wheels.of_scene(passed)[0].responding == ("b",)
+    assert with_response_surface(wheels.of_scene(passed)[0]) == ("b",)
     along = RUNGS["planar-moment+roll"].of_scene(passed)[0]
-    assert along.unpinned  # its errors of the yaw rate are too wide for the bounds of e_m
+    assert (
+        along.transform == "velocity"
+    )  # its errors of the yaw rate are too wide for the bounds of e_m
     assert "mark_1_b" not in along.evidence
-    assert not RUNGS["momentum+roll"].of_scene(passed)[0].unpinned
+    assert RUNGS["momentum+roll"].of_scene(passed)[0].transform == "rest-pose"
     # a rung that follows no heading lacks nothing
-    assert not RUNGS["momentum+slide"].of_scene(partly)[0].open
+    assert not RUNGS["momentum+slide"].of_scene(partly)[0].unmeasured

@@ -1,4 +1,4 @@
-"""Each rung against a posterior known otherwise: by quadrature, or weighed in its own unknowns."""
+"""Each rung against a posterior known otherwise: by quadrature, or by weights in its own unknowns."""
 
 from dataclasses import replace
 from typing import Any
@@ -23,7 +23,7 @@ QUICK = ("momentum+spin", "planar-common+spin", "momentum+roll")  # the others: 
 
 
 def drawn(posterior: Posterior, draws: int = 2000) -> dict[str, np.ndarray]:
-    """What is told of draws by importance sampling, a row each."""
+    """Quantities at draws by importance sampling, a row each."""
     task = Task(posterior, 4, draws, 0, 0, lambda *_: None)
     return METHODS["importance"].draw(task).known(posterior)
 
@@ -173,7 +173,7 @@ def test_marks_on_the_way_that_a_vehicle_rolled_along() -> None:
 
 
 def agrees(scene: Scene, name: str) -> None:
-    """A Student-t in the model's unconstrained unknowns, weighed by NumPyro's density of it.
+    """A Student-t in the model's unconstrained unknowns, weighted by NumPyro's density of it.
 
     Neither the regressions nor the constraints nor their determinants take part, so all of them must
     be right for the evidence to agree.
@@ -193,12 +193,12 @@ def agrees(scene: Scene, name: str) -> None:
 
     @jax.jit
     @jax.vmap
-    def weigh(u: jax.Array) -> tuple[jax.Array, dict[str, jax.Array]]:
+    def weighted(u: jax.Array) -> tuple[jax.Array, dict[str, jax.Array]]:
         sites = unravel(u)
         log_density = -potential_energy(model, (structure, data), {}, sites)
         return log_density, constrain_fn(model, (structure, data), {}, sites)
 
-    log_weight, sites = weigh(middle + unit * t)
+    log_weight, sites = weighted(middle + unit * t)
     log_weight = np.nan_to_num(np.asarray(log_weight), nan=-np.inf) - law.logpdf(t)
     log_weight += np.log(unit).sum()
     weight = np.exp(log_weight - log_weight.max())
@@ -223,14 +223,14 @@ def first(rows: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def test_what_a_rung_holds_is_so_in_every_draw() -> None:
-    """No moment impulse and no sliding left: eqs 11 and 23 in velocities told by the model."""
+    """No moment impulse and no sliding left: eqs 11 and 23 in velocities that the model gives."""
     posterior = prepare(SCENE, "planar-common+spin")
-    told = drawn(posterior, 500)
-    np.testing.assert_allclose(told["moment_work"], 0, atol=1e-6)
+    found = drawn(posterior, 500)
+    np.testing.assert_allclose(found["moment_work"], 0, atol=1e-6)
     lever_a, lever_b = np.array([-2.079, -0.205]), np.array([0.653, 1.636])
-    x = told["Vax"] - told["Omega_a"] * lever_a[1] - told["Vbx"] + told["Omega_b"] * lever_b[1]
-    y = told["Vay"] + told["Omega_a"] * lever_a[0] - told["Vby"] - told["Omega_b"] * lever_b[0]
-    Gamma = told["Gamma"]
+    x = found["Vax"] - found["Omega_a"] * lever_a[1] - found["Vbx"] + found["Omega_b"] * lever_b[1]
+    y = found["Vay"] + found["Omega_a"] * lever_a[0] - found["Vby"] - found["Omega_b"] * lever_b[0]
+    Gamma = found["Gamma"]
     np.testing.assert_allclose(y * np.cos(Gamma) - x * np.sin(Gamma), 0, atol=1e-9)
 
 

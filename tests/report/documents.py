@@ -48,7 +48,7 @@ def document_of(outcome, units="si", case=None, ladder=None, **changes):
     figures = {
         "scene": Registered(None, "The scene", "Drawn to scale. With a legend.", "first page")
     }
-    found = replace(findings.of(outcome, ladder), **changes)
+    found = replace(findings.compute(outcome, ladder), **changes)
     return content(found, {"scene": small_png()}, figures, units, case)
 
 

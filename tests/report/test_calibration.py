@@ -1,4 +1,4 @@
-"""A calibration as it is told: files, verdict, chart, and going on with a table of ranks."""
+"""The report of a calibration: files, verdict, chart, and going on with a table of ranks."""
 
 import csv
 import io
@@ -27,6 +27,14 @@ from retrodict.studies.calibration import Calibration, Row, design
 from retrodict.studies.uniformity import uniformity
 
 
+def heavier() -> dict[str, object]:
+    """The design with A a kilogram heavier."""
+    scene = design()
+    a = scene.vehicles["a"]
+    a = replace(a, mass=replace(a.mass, value=a.mass.value + 1))
+    return {"scene": replace(scene, vehicles=scene.vehicles | {"a": a})}
+
+
 @pytest.fixture(scope="module")
 def calibration() -> Calibration:
     """Sixty simulations: one withheld, speeds uniform, e far too low."""
@@ -39,10 +47,10 @@ def calibration() -> Calibration:
 
 
 def test_the_verdict_names_what_is_not_uniform_and_how_many_were_compared(calibration) -> None:
-    told = verdict(calibration, uniformity(calibration))
-    assert told.startswith("NOT CALIBRATED: the ranks of e are not uniform.")
-    assert "2 quantities were compared, each at 97.50% for 95% over all" in told
-    assert "1 of 60 runs (1.7%) were withheld." in told
+    said = verdict(calibration, uniformity(calibration))
+    assert said.startswith("NOT CALIBRATED: the ranks of e are not uniform.")
+    assert "2 quantities were compared, each at 97.50% for 95% over all" in said
+    assert "1 of 60 runs (1.7%) were withheld." in said
 
 
 def test_many_withheld_runs_are_part_of_the_verdict(calibration) -> None:
@@ -60,12 +68,12 @@ def test_many_withheld_runs_are_part_of_the_verdict(calibration) -> None:
 
 def test_files_hold_the_numbers(calibration, tmp_path) -> None:
     write_calibration(calibration, tmp_path)
-    told = json.loads((tmp_path / "calibration.json").read_text())
-    assert told["ranked"] == 59
-    assert told["withheld_because"] == {"checks failed": 1}
-    assert not told["calibrated"]
-    assert told["quantities"]["speed_b"]["inside_jointly"]
-    assert not told["quantities"]["e"]["inside"]
+    content = json.loads((tmp_path / "calibration.json").read_text())
+    assert content["ranked"] == 59
+    assert content["withheld_because"] == {"checks failed": 1}
+    assert not content["calibrated"]
+    assert content["quantities"]["speed_b"]["inside_jointly"]
+    assert not content["quantities"]["e"]["inside"]
     rows = list(csv.DictReader(io.StringIO((tmp_path / RANKS).read_text())))
     assert [row["speed_b"] for row in rows][:7] == [
         str(row.ranks["speed_b"]) for row in calibration.rows[:7]
@@ -80,9 +88,15 @@ def test_a_table_of_ranks_is_read_back(calibration, tmp_path) -> None:
     assert read_ranks(calibration, tmp_path) == calibration.rows
 
 
+def test_other_words_make_no_other_calibration(calibration, tmp_path) -> None:
+    write_ranks(calibration, tmp_path)
+    reworded = replace(calibration, scene=replace(calibration.scene, title="another", text=""))
+    assert read_ranks(reworded, tmp_path) == calibration.rows
+
+
 @pytest.mark.parametrize(
     "other",
-    [{"seed": 4}, {"model": "planar+spin"}, {"scene": replace(design(), title="another")}],
+    [{"seed": 4}, {"model": "planar+spin"}, {"scene": replace(design(), robust=True)}, heavier()],
 )
 def test_a_table_of_another_calibration_is_refused(calibration, tmp_path, other) -> None:
     write_ranks(calibration, tmp_path)
@@ -97,7 +111,7 @@ def test_a_file_that_is_no_table_of_ranks_is_refused(calibration, tmp_path) -> N
 
 
 @pytest.mark.parametrize(
-    ("column", "value", "told"),
+    ("column", "value", "said"),
     [
         ("simulation", "2", "has simulation 2 twice"),
         ("simulation", "-1", "has simulation -1 twice, or has none of that number"),
@@ -105,12 +119,12 @@ def test_a_file_that_is_no_table_of_ranks_is_refused(calibration, tmp_path) -> N
         ("reason", "checks failed", "has in simulation 1 not either ranks or a reason"),
     ],
 )
-def test_impossible_rows_are_refused_and_named(calibration, tmp_path, column, value, told) -> None:
+def test_impossible_rows_are_refused_and_named(calibration, tmp_path, column, value, said) -> None:
     write_ranks(calibration, tmp_path)
     rows = list(csv.DictReader(io.StringIO((tmp_path / RANKS).read_text())))
     rows[1][column] = value
     (tmp_path / RANKS).write_text(csv_text(tuple(rows[0]), rows))
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=said):
         read_ranks(calibration, tmp_path)
 
 
@@ -122,9 +136,9 @@ def test_a_line_leaves_its_band_where_the_verdict_says_so(calibration) -> None:
         assert (axes.lines[0].get_linestyle() == "-") is inside  # seen without colour too
 
 
-def test_nothing_ranked_is_drawn_and_told_as_such(calibration) -> None:
+def test_nothing_ranked_is_drawn_and_reported_as_such(calibration) -> None:
     empty = replace(calibration, rows=())
-    assert calibration_figure(empty).axes[0].texts[0].get_text() == "too few ranks to tell"
+    assert calibration_figure(empty).axes[0].texts[0].get_text() == "too few ranks to decide"
     out = io.StringIO()
     print_calibration(empty, Console(file=out, width=100))
     assert "Too few to judge: 0 simulations" in out.getvalue()
@@ -136,14 +150,14 @@ def test_a_few_simulations_are_not_judged(calibration) -> None:
     assert not calibrated(four, uniformity(four))
 
 
-def test_the_table_tells_coverage_and_verdict(calibration) -> None:
+def test_the_table_states_coverage_and_verdict(calibration) -> None:
     out = io.StringIO()
     print_calibration(calibration, Console(file=out, width=100))
     assert "± 6.5%" in out.getvalue()  # sqrt(0.25 / 59)
     assert "NOT CALIBRATED" in out.getvalue()
 
 
-def test_crashes_that_close_in_slowly_are_told_by_themselves(calibration: Calibration) -> None:
+def test_crashes_that_close_in_slowly_are_counted_separately(calibration: Calibration) -> None:
     slow = calibration_data(calibration)["closing_slowly"]
     assert (slow["below"], slow["done"], slow["ranked"]) == (3.0, 24, 23)
     assert slow["withheld"] == pytest.approx(1 / 24)

@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 
 import docx
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from retrodict import findings
 from retrodict.report import document, figures, files
 from retrodict.report.blocks import Table
-from retrodict.report.document import FORMATS, UnknownFormat, render, write_report
+from retrodict.report.document import FORMATS, UnknownFormat, renderers, write_report
 from retrodict.report.libraries import MissingLibrary
 from tests.report.documents import (
     EVIL,
@@ -26,7 +27,7 @@ from tests.report.documents import (
 @pytest.fixture(scope="module")
 def made(rolled):
     document = document_of(rolled)
-    return document, render(document, ["html", "pdf", "docx"])
+    return document, {name: render(document) for name, render in FORMATS.items()}
 
 
 def test_html_and_word_have_the_cells_of_the_content(made):
@@ -51,7 +52,7 @@ def test_pdf_has_the_cells_of_the_content_in_their_order(made):
 
 @pytest.mark.parametrize("suffix", ["html", "pdf", "docx"])
 def test_a_strangers_text_shows_as_text(outcome, suffix):
-    made = render(document_of(evil_outcome(outcome, EVIL)), [suffix])[suffix]
+    made = FORMATS[suffix](document_of(evil_outcome(outcome, EVIL)))
     if suffix == "html":
         page = Page(made)
         assert "script" not in page.tags
@@ -70,17 +71,20 @@ def test_a_strangers_text_shows_as_text(outcome, suffix):
 def test_a_new_format_is_one_function_and_one_line(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {})
     monkeypatch.setitem(FORMATS, "toy", lambda document: json.dumps(document.title).encode())
-    path = write_report(findings.of(outcome), outcome, tmp_path / "deep" / "report.toy")
+    path = write_report(findings.compute(outcome), outcome, tmp_path / "deep" / "report.toy")
     assert json.loads(path.read_bytes()) == outcome.scene.title
     assert [p.name for p in path.parent.iterdir()] == ["report.toy"]
 
 
-def test_an_unknown_format_and_a_missing_library_are_told_in_a_line(outcome, tmp_path, monkeypatch):
+def test_an_unknown_format_and_a_missing_library_are_reported_in_a_line(
+    outcome, tmp_path, monkeypatch
+):
     with pytest.raises(UnknownFormat, match=r"'odt': choose of html, pdf, docx"):
-        write_report(findings.of(outcome), outcome, tmp_path / "report.odt")
-    monkeypatch.setitem(__import__("sys").modules, "typst", None)
+        write_report(findings.compute(outcome), outcome, tmp_path / "report.odt")
+    assert list(renderers([" PDF", "html"])) == ["pdf", "html"]
+    monkeypatch.setitem(sys.modules, "typst", None)
     with pytest.raises(MissingLibrary, match=r"pip install 'retrodict\[documents\]'"):
-        render(document_of(outcome), ["pdf"])
+        FORMATS["pdf"](document_of(outcome))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -95,5 +99,5 @@ def test_a_failing_write_leaves_the_old_report(outcome, tmp_path, monkeypatch):
 
     monkeypatch.setattr(files.os, "replace", refuse)
     with pytest.raises(OSError, match="disk full"):
-        write_report(findings.of(outcome), outcome, path)
+        write_report(findings.compute(outcome), outcome, path)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("report.html", "old")]

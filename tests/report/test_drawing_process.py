@@ -9,8 +9,8 @@ from retrodict.report.figures import FIGURES, images
 
 
 def test_the_other_process_draws_the_same_images(outcome, monkeypatch):
-    expected = images(findings.of(outcome), outcome, "us")
-    drawn = DrawingProcess().begin(findings.of(outcome), outcome, "us")
+    expected = images(findings.compute(outcome), outcome, "us")
+    drawn = DrawingProcess().begin(findings.compute(outcome), outcome, "us")
     here = []
     monkeypatch.setattr(
         "retrodict.report.figures.images",
@@ -25,7 +25,7 @@ def test_a_process_that_is_gone_is_done_without(outcome):
     drawing = DrawingProcess()
     drawing._process.kill()
     drawing._process.wait()
-    assert list(drawing.begin(findings.of(outcome), outcome, "si")()) == list(FIGURES)
+    assert list(drawing.begin(findings.compute(outcome), outcome, "si")()) == list(FIGURES)
 
 
 def test_the_process_ends_with_the_one_that_wants_the_figures():

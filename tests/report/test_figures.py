@@ -30,7 +30,7 @@ NEEDS = (
 
 
 def drawn(name, outcome, units="si"):
-    return FIGURES[name].draw(findings.of(outcome), outcome, units)
+    return FIGURES[name].draw(findings.compute(outcome), outcome, units)
 
 
 def words(figure):
@@ -38,7 +38,7 @@ def words(figure):
 
 
 def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
-    paths = save_figures(findings.of(outcome), outcome, tmp_path / "new", "si")
+    paths = save_figures(findings.compute(outcome), outcome, tmp_path / "new", "si")
     names = {"scene", "delta_v", "posterior", "pair", "predictive"}
     assert {p.name for p in paths} == {f"{name}.png" for name in names}
     for path in paths:
@@ -111,7 +111,7 @@ def test_marks_and_directions_are_drawn_where_they_were_measured(sparse):
 
 def test_every_item_of_evidence_has_its_row(sparse):
     text = words(drawn("predictive", sparse, "si"))
-    for row in findings.of(sparse).measured:
+    for row in findings.compute(sparse).measured:
         assert row.measured.sd == 0 or row.label in text
     assert "0.00 ± 0.15 m *" in text
 
@@ -135,7 +135,7 @@ def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_only_a_failed_run_bears_a_banner(outcome, failing, name):
+def test_only_a_failed_run_has_a_banner(outcome, failing, name):
     assert "NOT TO BE RELIED ON" in words(drawn(name, failing, "si"))
     assert "NOT TO BE RELIED ON" not in words(drawn(name, outcome, "si"))
 
@@ -189,7 +189,7 @@ def test_the_scene_is_saved_as_a_drawing_that_holds_no_text_to_run(outcome):
     odd = replace(outcome.scene.surfaces[1], name="<script>alert(1)</script>")
     scene = replace(outcome.scene, surfaces=(outcome.scene.surfaces[0], odd))
     found = replace(outcome, scene=scene)
-    (drawing,) = figures.svgs(findings.of(found), found).values()
+    (drawing,) = figures.svgs(findings.compute(found), found).values()
     root = fromstring(drawing)
     names = {element.tag.rpartition("}")[2] for element in root.iter()}
     assert "script" not in names
@@ -247,7 +247,7 @@ def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {"scene": FIGURES["scene"]})
     monkeypatch.setattr(figures, "to_png", lambda _: b"new")
     with pytest.raises(OSError, match="disk full"):
-        save_figures(findings.of(outcome), outcome, tmp_path, "si")
+        save_figures(findings.compute(outcome), outcome, tmp_path, "si")
     assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("scene.png", b"old")]
 
 

@@ -1,4 +1,4 @@
-"""The ladder as it is told: table, files, chart and the report's section."""
+"""The report of the ladder: table, files, chart and the report's section."""
 
 import csv
 import io
@@ -35,7 +35,7 @@ def printed(ladder, units="si", width=80):
     return out.getvalue()
 
 
-def test_table_tells_every_rung_in_the_units_asked_for(ladder) -> None:
+def test_table_lists_every_rung_in_the_units_asked_for(ladder) -> None:
     assert "21.00│" in printed(ladder)
     assert "± 0.90│" in printed(ladder)
     assert "± 2.0│" in printed(ladder, "us")
@@ -47,7 +47,7 @@ def test_table_tells_every_rung_in_the_units_asked_for(ladder) -> None:
 
 def test_the_summary_of_a_run_says_who_chose_its_model(ladder) -> None:
     out = io.StringIO()
-    print_summary(findings.of(make_outcome(make_scene()), ladder), Console(file=out, width=80))
+    print_summary(findings.compute(make_outcome(make_scene()), ladder), Console(file=out, width=80))
     assert "model: middle is the lowest rung" in out.getvalue()
 
 
@@ -95,12 +95,12 @@ def test_distance_is_in_the_fullest_rung_s_standard_deviations() -> None:
     assert distance(step("low", 19.0, 0.5), step("full", 21.0, 4.0)) == 0.5
 
 
-def test_report_and_summary_tell_the_choice_and_the_others(ladder, outcome) -> None:
-    told = replace(ladder, reason=EVIL)
-    page = render(document_of(outcome, ladder=told)).decode()
+def test_report_and_summary_state_the_choice_and_the_others(ladder, outcome) -> None:
+    hostile = replace(ladder, reason=EVIL)
+    page = render(document_of(outcome, ladder=hostile)).decode()
     assert "Comparison of models" in page
     assert "21.0 ± 0.9" in page  # no more digits than of the speed itself
     assert "<script" not in page
     assert "Comparison of models" not in render(document_of(outcome)).decode()
-    assert summarise(findings.of(outcome, ladder))["ladder"]["choice"] == "middle"
-    assert summarise(findings.of(outcome))["ladder"] is None
+    assert summarise(findings.compute(outcome, ladder))["ladder"]["choice"] == "middle"
+    assert summarise(findings.compute(outcome))["ladder"] is None

@@ -40,6 +40,6 @@ def test_the_date_is_the_stated_one(document):
         assert made.metadata.creation_date.year == 1970
 
 
-def test_a_character_without_a_glyph_is_told(document):
+def test_a_character_without_a_glyph_is_reported(document):
     with pytest.raises(NoGlyph, match="write HTML"):
         render(replace(document, title="\U00012000 (cuneiform)"))

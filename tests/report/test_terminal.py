@@ -10,7 +10,7 @@ from retrodict.report.terminal import print_summary
 
 def printed(outcome, units="si", width=140):
     out = io.StringIO()
-    print_summary(findings.of(outcome), Console(file=out, width=width), units)
+    print_summary(findings.compute(outcome), Console(file=out, width=width), units)
     return out.getvalue()
 
 
@@ -19,11 +19,11 @@ def line_of(text, start):
 
 
 @pytest.mark.parametrize(
-    ("units", "told"), [("si", "19.2 ± 0.9"), ("us", "42.9 ± 2.0")]
+    ("units", "expected"), [("si", "19.2 ± 0.9"), ("us", "42.9 ± 2.0")]
 )  # fmt: skip
-def test_results_are_printed_in_the_units_asked_for(outcome, units, told):
+def test_results_are_printed_in_the_units_asked_for(outcome, units, expected):
     line = line_of(printed(outcome, units), "speed of B before impact")
-    assert told in line
+    assert expected in line
     assert "1613 / 1783" in line
 
 

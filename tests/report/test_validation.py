@@ -1,4 +1,4 @@
-"""A validation as it is told: table, remarks, files and chart."""
+"""The report of a validation: table, remarks, files and chart."""
 
 import csv
 import io
@@ -42,7 +42,7 @@ def validation() -> Validation:
     )
 
 
-def test_numbers_are_told_in_the_units_asked(validation):
+def test_numbers_are_printed_in_the_units_asked(validation):
     row = cells(validation.scores[0], "us")
     assert row["true"] == "22.37"  # 10 / 0.44704
     assert row["published"] == "P 25.00"
@@ -59,23 +59,23 @@ def test_a_withheld_answer_has_no_number_in_the_table(validation):
     assert row["error"] == row["sd"] == "–"
 
 
-def test_coverage_is_told_of_answers_that_count(validation):
-    told = "\n".join(remark_lines(validation))
-    assert "The 90 % interval holds the truth in 1 of 2 (95 % limits" in told
-    assert "one: a remark" in told
+def test_coverage_is_that_of_answers_that_count(validation):
+    said = "\n".join(remark_lines(validation))
+    assert "The 90 % interval holds the truth in 1 of 2 (95 % limits" in said
+    assert "one: a remark" in said
 
 
-def test_what_would_narrow_an_answer_is_told_beside_its_sd(validation):
-    told = "\n".join(remark_lines(validation))
+def test_what_would_narrow_an_answer_is_printed_next_to_its_sd(validation):
+    said = "\n".join(remark_lines(validation))
     assert (
         "one: the sd of the speed of A before impact is 9.5 %; known exactly, the yaw rate of B after "
         "impact would leave 5.0 %, the mass of A 8.0 %."
-    ) in told
+    ) in said
 
 
 def test_what_users_write_is_text_in_markdown_and_terminal(validation):
-    told = "\n".join(remark_lines(validation))
-    assert r"\<b\>\|withheld\</b\>" in told
+    said = "\n".join(remark_lines(validation))
+    assert r"\<b\>\|withheld\</b\>" in said
     rows = table_lines(validation)
     assert len({row.count("|") for row in rows}) == 1
     out = io.StringIO()
@@ -85,12 +85,12 @@ def test_what_users_write_is_text_in_markdown_and_terminal(validation):
 
 def test_files_hold_the_numbers(validation, tmp_path):
     write_validation(validation, tmp_path)
-    told = json.loads((tmp_path / "validation.json").read_text())
-    assert told["coverage"]["50"] == pytest.approx(
+    content = json.loads((tmp_path / "validation.json").read_text())
+    assert content["coverage"]["50"] == pytest.approx(
         {"inside": 1, "of": 2, "low": 0.0126, "high": 0.9874}, abs=1e-4
     )
-    assert [score["passed"] for score in told["scores"]] == [True, True, False]
-    assert told["scores"][2]["answer"]["median"] == 20.0
+    assert [score["passed"] for score in content["scores"]] == [True, True, False]
+    assert content["scores"][2]["answer"]["median"] == 20.0
     rows = list(csv.DictReader(io.StringIO((tmp_path / "validation.csv").read_text())))
     assert [row["90_inside"] for row in rows] == ["True", "False", "False"]
     assert "| one | A | 10.00 | 10.5 ± 1.0 |" in (tmp_path / "validation.md").read_text()
@@ -107,6 +107,6 @@ def test_each_row_of_the_chart_holds_its_truth_and_none_an_answer_withheld(valid
     assert [text.get_text() for text in axes.texts] == ["withheld"]
 
 
-def test_nothing_finished_is_drawn_and_told_as_such(tmp_path):
+def test_nothing_finished_is_drawn_and_reported_as_such(tmp_path):
     write_validation(Validation((), "auto", "nuts", complete=False), tmp_path)
     assert "Interrupted: cases are missing." in (tmp_path / "validation.md").read_text()

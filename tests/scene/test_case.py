@@ -1,10 +1,21 @@
 """A case file: what it says is kept, what is empty stays so, and nothing outside its folder is read."""
 
 import hashlib
+import re
+import tomllib
+from pathlib import Path
 
 import pytest
 
-from retrodict.scene.case import Case, load_case
+from retrodict.scene.case import (
+    Case,
+    _AttachmentEntry,
+    _CaseEntry,
+    _DatesEntry,
+    _ExaminerEntry,
+    _InstructionEntry,
+    load_case,
+)
 from retrodict.scene.errors import SceneError
 
 FULL = """
@@ -81,19 +92,34 @@ def test_nothing_outside_the_folder_is_read(folder, path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "wanted"),
     [
         ('attachments = [{ file = "none.jpg" }]', "cannot be read (No such file"),
         ('attachments = [{ file = "photos" }]', "is no file"),
         ("attachments = [{}]", "attachments[0].file: missing"),
-        ('examiner = { nmae = "x" }', 'did you mean "name"?'),
+        ('examiner = { names = "x" }', 'did you mean "name"?'),
         ('number = "a\\u001b[2J"', "printable characters"),
         ("questions = 3", "write a table: [questions]"),
         ('units = "metric"', 'units = "si" or "us"'),
     ],
 )
-def test_a_fault_is_told_with_its_place_in_a_line(folder, text, told):
+def test_a_fault_is_reported_with_its_place_in_a_line(folder, text, wanted):
     said = refusal(folder, f"schema = 1\n{text}\n")
-    assert told in said
+    assert wanted in said
     assert "\x1b" not in said
     assert len(said.splitlines()) == 1
+
+
+def test_the_documented_example_and_keys_are_the_code_s(folder):
+    """docs/reports.md shows every key."""
+    page = Path(__file__).parents[2].joinpath("docs", "reports.md").read_text("utf-8")
+    example = re.search(r"```toml\n(.*?)```", page, re.DOTALL)[1]
+    (folder / "photos" / "rest-of-b.jpg").write_bytes(b"")
+    found = case(folder, example)
+    assert found.dates["report"] == "2026-06-01"
+    written = tomllib.loads(example)
+    parts = {"examiner": _ExaminerEntry, "instruction": _InstructionEntry, "dates": _DatesEntry}
+    assert set(written) == {f.alias or n for n, f in _CaseEntry.model_fields.items()}
+    for name, entry in parts.items():
+        assert set(written[name]) == set(entry.model_fields)
+    assert set(written["attachments"][0]) == set(_AttachmentEntry.model_fields)

@@ -1,4 +1,4 @@
-"""Scene files that are wrong: each problem is one line with file, key, value and mend."""
+"""Scene files that are wrong: each problem is one line with file, key, value and fix."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ A, B = "vehicles.A", "vehicles.B"
 EDGE = 'edge = { point = ["0 m", "4 m"], direction = "9 deg", side = "right" }'
 NAN_HEADING = '{ value = nan, sd = 2, unit = "deg" }'
 
-# what is written instead of what; the key, the value and the mend that the line must hold
+# what is written instead of what; the key, the value and the fix that the line must hold
 WRONG = [
     # units
     ('"1857 ± 37 kg"', '"1857"', f"{A}.mass", '"1857"', 'write "1857 kg"'),
@@ -131,7 +131,7 @@ WRONG = [
     ('"-4 ± 0.5 m"', '"4000 ± 1 m"', f"{A}.end_of_rotation.x", "4000", "between -1000 and 1000 m"),
     ('"200 ± 5 deg"', '"200 deg"', f"{A}.end_of_rotation.heading", '"200 deg"', 'like "20 ± 5 deg"'),
     ('{ x = "-4 ± 0.5 m", y = "1.5 ± 0.4 m", heading = "200 ± 5 deg" }', "{}",
-     f"{A}.end_of_rotation", "{}", "tells nothing; write one or more of x, y, heading"),
+     f"{A}.end_of_rotation", "{}", "is empty; write one or more of x, y, heading"),
     ('{ x = "-4 ± 0.5 m",', '{ position = "3 m",', f"{A}.end_of_rotation.position", '"3 m"',
      "known here: x, y, heading"),
     ("end_of_rotation = {", "end_of_rotation = 3 #", f"{A}.end_of_rotation", "3",
@@ -186,8 +186,8 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("old", "new", "key", "value", "mend"), WRONG)
-def test_a_problem_names_file_key_value_and_mend(old, new, key, value, mend):
+@pytest.mark.parametrize(("old", "new", "key", "value", "fix"), WRONG)
+def test_a_problem_names_file_key_value_and_fix(old, new, key, value, fix):
     with pytest.raises(SceneError) as caught:
         parse_scene(changed((old, new)), "bend.toml")
     lines = str(caught.value).splitlines()
@@ -195,7 +195,7 @@ def test_a_problem_names_file_key_value_and_mend(old, new, key, value, mend):
     line = next((line for line in lines if line.startswith(said)), None)
     assert line is not None, lines
     assert value in line
-    assert mend in line
+    assert fix in line
 
 
 REQUIRED = [
@@ -300,11 +300,11 @@ TOML = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "key", "value", "mend"), TOML)
-def test_broken_toml_names_its_place(old, new, key, value, mend):
+@pytest.mark.parametrize(("old", "new", "key", "value", "fix"), TOML)
+def test_broken_toml_names_its_place(old, new, key, value, fix):
     with pytest.raises(SceneError) as caught:
         parse_scene(changed((old, new)), "bend")
-    line = next(line for line in str(caught.value).splitlines() if mend in line)
+    line = next(line for line in str(caught.value).splitlines() if fix in line)
     assert line.startswith(f"bend: {key}")
     assert value in line
 
@@ -328,10 +328,10 @@ def test_files_that_cannot_be_read_are_problems_too(tmp_path):
         secret.write_text(SCENE)
         secret.chmod(0)
         cases.append((secret, "cannot be read"))
-    for path, mend in cases:
+    for path, fix in cases:
         with pytest.raises(SceneError) as caught:
             load_scene(path)
-        assert mend in str(caught.value)
+        assert fix in str(caught.value)
         assert str(path)[:20].replace("\0", "\\x00") in str(caught.value)
         assert str(caught.value).isprintable()
 

@@ -1,4 +1,4 @@
-"""docs/scene-file.md tells the truth: example, keys and defaults are the code's."""
+"""docs/scene-file.md is true: example, keys and defaults are the code's."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_example_is_a_scene():
     assert scene.rest["b"].turns_known
 
 
-def test_every_key_is_told():
+def test_every_key_is_documented():
     assert {VehicleEntry, MarkEntry} < tables(SceneEntry)
     for table in tables(SceneEntry):
         for name, field in table.model_fields.items():
@@ -52,7 +52,7 @@ def test_every_key_is_told():
             assert re.search(rf"[`.\[]{key}[`\].]", PAGE), f"{table.__name__}.{key}"
 
 
-def test_every_default_is_told_with_grade_and_source():
+def test_every_default_is_documented_with_grade_and_source():
     for default in DEFAULTS.values():
         row = f"| {default.value:g} {default.unit} | {default.grade} | {default.source} |"
         assert f"| {default.quantity} {row}" in PAGE
@@ -76,7 +76,7 @@ def test_every_example_in_the_schema_is_itself_accepted():
     assert kinds >= 8
 
 
-def test_every_friction_and_prior_is_told_with_grade_and_source():
+def test_every_friction_and_prior_is_documented_with_grade_and_source():
     for kind, friction in FRICTION.items():
         row = f"{friction.value:g} ± {friction.sd:g} | {friction.grade} | {friction.source}"
         assert f'| `"{kind}"` | {row} |' in PAGE
@@ -86,15 +86,15 @@ def test_every_friction_and_prior_is_told_with_grade_and_source():
 
 
 @pytest.mark.parametrize(
-    ("share", "sd", "told"),
+    ("share", "sd", "stated"),
     [
         (0.30, 0.10, "0.30 ± 0.10 becomes a law of mean {:.2f} and standard deviation {:.2f}"),
         (0.03, 0.02, "0.03 ± 0.02 one of {:.3f} and {:.3f}."),
     ],
 )
-def test_the_logit_normal_law_has_the_moments_that_the_page_tells(share, sd, told):
+def test_the_logit_normal_law_has_the_moments_that_the_page_states(share, sd, stated):
     nodes, weights = np.polynomial.hermite_e.hermegauss(60)
     law = special.expit(special.logit(share) + sd / (share * (1 - share)) * nodes)
     mean = np.average(law, weights=weights)
     spread = np.sqrt(np.average((law - mean) ** 2, weights=weights))
-    assert told.format(mean, spread) in " ".join(PAGE.split())
+    assert stated.format(mean, spread) in " ".join(PAGE.split())

@@ -220,7 +220,7 @@ def test_drags_share_a_factor_where_a_word_gives_one_and_no_other_is_written():
     assert close(drags((wheels, f"{wheels}\ndrag_factor = 1"))["drag_factor_a"], 1.0, 0.0)
 
 
-def test_the_question_is_told_in_one_order_and_is_all_unless_written():
+def test_the_question_has_one_order_and_is_all_unless_written():
     assert parse_scene(SCENE, "bend").question == ("speed_b", "mu")
     assert parse_scene(without("question"), "bend").question == ("speed_b", "e", "e_m", "mu")
     asked = parse_scene(without("question", 'speed = "45'), "bend").question

@@ -49,7 +49,7 @@ def test_a_scene_may_say_that_parts_interlocked():
     assert not parse_scene(SCENE, "bend").contact.interlocked
 
 
-def test_every_default_names_its_grade_and_tells_its_numbers():
+def test_every_default_names_its_grade_and_states_its_numbers():
     for name, prior in default_priors().items():
         assert prior.grade in "ABC"
         assert (prior.grade == "C") == prior.source.startswith("judgement"), name

@@ -1,4 +1,4 @@
-"""The truth file: what it may hold, and one line with the mend for what it may not."""
+"""The truth file: what it may hold, and one line with the fix for what it may not."""
 
 import re
 from pathlib import Path
@@ -41,17 +41,17 @@ def test_speeds_are_in_metres_per_second(tmp_path):
     ("old", "new", "said"),
     [
         ('unit = "mph", ', "", "speed_a = .*: no unit; add unit = "),
-        (', source = "a light barrier"', "", "speed_a = .*: tells no source; write "),
+        (', source = "a light barrier"', "", "speed_a = .*: no source is given; write "),
         ("21.47", "-1", "speed_a = .*: not plausible; write a speed between 0 and 335.5 mph"),
         ("value", "sd = 1, value", "speed_a = .*: no uncertainty is used here"),
         ("speed_a = {", "speed_c = {", "speed_c = .*: unknown key; did you mean "),
-        ('speed_a = "24 mph"\n', "", r"published\[0\].speed_b: no speed is told"),
+        ('speed_a = "24 mph"\n', "", r"published\[0\].speed_b: no speed is given"),
         ('source = "its manual"\n', "", r"published\[0\].source: missing; write source = "),
         ('"a remark"', '"a\\u001b[31mremark"', "note = .*: write one line of at most 1000 printable"),
-        (GOOD, "note = 'x'", "speed_b: no speed is told; write "),
+        (GOOD, "note = 'x'", "speed_b: no speed is given; write "),
     ],
 )  # fmt: skip
-def test_each_fault_is_one_line_with_its_place_and_mend(tmp_path, old, new, said):
+def test_each_fault_is_one_line_with_its_place_and_fix(tmp_path, old, new, said):
     assert old in GOOD
     with pytest.raises(SceneError) as caught:
         load(tmp_path, GOOD.replace(old, new, 1))

@@ -152,11 +152,11 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("raw", "dimension", "mend"), REFUSED)
-def test_what_cannot_be_read_says_what_to_write(raw, dimension, mend):
+@pytest.mark.parametrize(("raw", "dimension", "fix"), REFUSED)
+def test_what_cannot_be_read_says_what_to_write(raw, dimension, fix):
     with pytest.raises(QuantityError) as caught:
         read_quantity(raw, dimension, "45 ± 2 mph")
-    assert mend in caught.value.mend
+    assert fix in caught.value.fix
 
 
 DANGEROUS = [

@@ -1,4 +1,4 @@
-"""A scene written anew reads as the scene it was made from; its own text stays while it says so."""
+"""A scene file made from a scene reads as that scene; its own text stays while it holds."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +21,7 @@ def numbers(scene):
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)
-def test_written_anew_a_scene_reads_the_same(path):
+def test_a_scene_file_made_from_a_scene_reads_the_same(path):
     scene = load_scene(path)
     again = parse_scene(scene_toml(scene), scene.name)
     read = {n: (m.law, m.value, m.sd) for n, m in (again.inputs() | again.evidence()).items()}

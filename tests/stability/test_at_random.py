@@ -40,16 +40,16 @@ def test_run_outs_lose_energy_and_end() -> None:
             assert not broken.any(), (law, np.flatnonzero(broken))
         assert found.refused.mean() < 0.1
         few = run_outs.Found(found.rest[:4], found.refused[:4], {})
-        assert run_outs.apart(scenes[:4], few).max() < run_outs.WITHIN
+        assert run_outs.differences(scenes[:4], few).max() < run_outs.WITHIN
 
 
-def test_step_error_tells_of_coarse_steps() -> None:
+def test_step_error_shows_coarse_steps() -> None:
     """What is off by over 3 cm it says is off by over 1 cm; of what is right it does not."""
     scenes = run_outs.draw(40, seed=2)
     found = run_outs.examine(scenes)
-    off, told = run_outs.in_fixed_steps(scenes, found, 48)
+    off, errors = run_outs.in_fixed_steps(scenes, found, 48)
     assert (off > 0.03).sum() >= 10
-    assert (told[off > 0.03] > 0.01).all()
+    assert (errors[off > 0.03] > 0.01).all()
     right = off < 0.003
     assert right.sum() >= 5
-    assert (told[right] < 0.01).all()
+    assert (errors[right] < 0.01).all()

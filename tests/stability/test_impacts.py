@@ -46,9 +46,9 @@ def test_printed_eq_24_near_one_half() -> None:
     at = separation(jnp.array(BEFORE), BODIES, COEFFICIENTS._replace(e_m=0.5), "as-printed")
     assert np.isnan(at).any()
     as_corrected = beside._replace(e_m=printed_e_m(beside.e_m))
-    told = severity(jnp.array(BEFORE), BODIES, as_corrected, NOWHERE)
-    np.testing.assert_allclose(told.after, after, rtol=1e-12)
-    assert feeding_term(told.energy) is not None
+    audit = severity(jnp.array(BEFORE), BODIES, as_corrected, NOWHERE)
+    np.testing.assert_allclose(audit.after, after, rtol=1e-12)
+    assert feeding_term(audit.energy) is not None
 
 
 def test_zero_closing_speed_is_refused_by_name() -> None:
@@ -96,21 +96,21 @@ def test_sliding_that_no_friction_ends() -> None:
 @pytest.mark.parametrize(("closing", "pulls"), [(20.0, False), (5.0, True)])
 def test_an_impulse_that_pulls_is_flagged(closing: float, pulls: bool) -> None:
     before = jnp.array([closing - 12.0, 0.0, 0.0, 0.0, 0.0, 8.0])
-    told = severity(before, parted_by_spin(), Coefficients(0.1, 0.0, 0.0), NOWHERE)
-    assert bool(told.pulls) == pulls
-    assert (float(told.delta_v[0, 0]) > 0) == pulls  # the impulse on A
+    audit = severity(before, parted_by_spin(), Coefficients(0.1, 0.0, 0.0), NOWHERE)
+    assert bool(audit.pulls) == pulls
+    assert (float(audit.delta_v[0, 0]) > 0) == pulls  # the impulse on A
 
 
 @pytest.mark.parametrize("share", [0.9, 0.99, 0.999999])
 def test_a_contact_without_stiffness_gains_energy_and_says_so(share: float) -> None:
-    told = severity(*jax.tree.map(jnp.asarray, soft(share)), NOWHERE)
-    assert np.isfinite(told.after).all()
-    assert bool(told.gains_energy)
-    assert feeding_term(told.energy) == "moment"
+    audit = severity(*jax.tree.map(jnp.asarray, soft(share)), NOWHERE)
+    assert np.isfinite(audit.after).all()
+    assert bool(audit.gains_energy)
+    assert feeding_term(audit.energy) == "moment"
 
 
 def test_mass_ratios_tend_to_the_barrier() -> None:
-    """The gap falls with the ratio; an unmoved body does not tell who hit it."""
+    """The gap falls with the ratio; an unmoved body does not determine what hit it."""
     wall = against_barrier(1857.0, 3374.0, 0.205, 2.079, -0.155)
     before = jnp.array([*BEFORE[:3], 0.0, 0.0, 0.0])
     expected = separation(before, wall, COEFFICIENTS)

@@ -1,4 +1,4 @@
-"""The edges of inference that docs/atlas.md lists: what is not right is withheld or told."""
+"""The edges of inference that docs/atlas.md lists: what is not right is withheld or flagged."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ import pytest
 from retrodict.models import RUNGS
 
 from benchmarks.atlas.maps import draw, faults, off, sites
-from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, told, vague, wrapped
+from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, vague, verdict_of, wrapped
 from benchmarks.atlas.scenes import made
 from benchmarks.synthetic import ASKED
 from retrodict.inference.density.compiled import CHUNK, programs_for
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.samplers import METHODS, Task
@@ -33,30 +34,30 @@ def ordinary() -> Ordinary:
 
 def test_the_truth_is_inside_where_nothing_is_wrong() -> None:
     scene, truth = made()
-    said, outcome = told(scene, "importance")
+    said, outcome = verdict_of(scene, "importance")
     assert said.startswith("passed")
-    assert "says little" not in " ".join(outcome.checks.flags)
+    assert "weakly informative" not in " ".join(outcome.checks.flags)
     assert far_from_truth(outcome, truth) < 2
 
 
 def test_a_thin_posterior_is_right_or_withheld() -> None:
     scene, truth = made(sds=0.1)
-    said, outcome = told(scene)
+    said, outcome = verdict_of(scene)
     assert "withheld" in said or far_from_truth(outcome, truth) < 4
 
 
-def test_rest_poses_that_say_nothing_are_withheld_or_told() -> None:
+def test_rest_poses_without_information_are_withheld_or_flagged() -> None:
     """Which hangs on the machine. What passes lies about where crashes by the prior do.
 
     Coordinates made for rest poses lose some 4 % of these crashes, in the tail of mu.
     """
     scene = vague(made()[0], 100.0)
-    said, outcome = told(scene, "importance")
+    said, outcome = verdict_of(scene, "importance")
     if said.startswith(("withheld", "refused")):
         return
     crashes, weights = by_prior(scene)
     kept = 1 / np.sum(weights**2) / weights.size
-    (little,) = (flag for flag in outcome.checks.flags if "says little" in flag)
+    (little,) = (flag for flag in outcome.checks.flags if "weakly informative" in flag)
     assert int(re.search(r"(\d+)%", little)[1]) == pytest.approx(100 * kept, abs=10)
     for name in ASKED:
         draws = outcome.idata["posterior"][name].values
@@ -72,8 +73,8 @@ def by_prior(scene: Scene) -> tuple[dict[str, np.ndarray], np.ndarray]:
     programs, crashes, fits = programs_for(structure), [], []
     for seed in range(40):
         keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
-        sites = programs("prior", keys, data)
-        of_crash = sites | programs("simulate", data, sites)
+        sites = programs(PRIOR, keys, data)
+        of_crash = sites | programs(SIMULATE, data, sites)
         fit = sum(np.asarray(of_crash[f"log_likelihood/{item}"]) for item in structure.evidence)
         fits.append(np.where(np.asarray(of_crash["closing_speed"]) > 0, fit, -np.inf))
         crashes.append({name: np.asarray(of_crash[name]) for name in ASKED})
@@ -86,7 +87,7 @@ def by_prior(scene: Scene) -> tuple[dict[str, np.ndarray], np.ndarray]:
 def test_an_outlier_is_believed() -> None:
     """B's rest 10 sd off: an answer far from the truth passes, as the report of the scene forewarns."""
     scene, truth = made()
-    said, outcome = told(moved(scene, "b", 10 * scene.rest["b"].x.sd))
+    said, outcome = verdict_of(moved(scene, "b", 10 * scene.rest["b"].x.sd))
     assert said.startswith("passed")
     assert outcome is not None
     assert far_from_truth(outcome, truth) > 2
@@ -100,7 +101,7 @@ def test_an_outlier_is_believed() -> None:
 
 
 def test_a_contact_line_that_parts_no_vehicles_leaves_open_how_they_close_in() -> None:
-    """Turned by 60 deg, both centres lie on one side of it: only the motion can tell."""
+    """Turned by 60 deg, both centres lie on one side of it: only the motion can decide."""
     scene, truth = made(speed=1.0, turn=-np.pi / 3)
     posterior = prepare(scene, DEFAULT_RUNG)
     x, sure = (sites(posterior, draw(posterior, method)) for method in ("importance", "nuts"))
@@ -109,14 +110,14 @@ def test_a_contact_line_that_parts_no_vehicles_leaves_open_how_they_close_in() -
 
 
 def test_contradictory_evidence_is_named() -> None:
-    said, _ = told(moved(made()[0], "a", 15.0))
+    said, _ = verdict_of(moved(made()[0], "a", 15.0))
     assert said.startswith(("withheld", "refused")) or "what was measured lies" in said
 
 
 def test_turns_that_are_not_written_down_are_found() -> None:
     """Where one number of turns fits; tests/inference/test_reconstruct.py has a scene of two."""
     scene, _ = made()
-    said, outcome = told(wrapped(scene))
+    said, outcome = verdict_of(wrapped(scene))
     assert said.startswith("passed")
     assert outcome is not None
     found, known = (s.rest["b"].heading.value for s in (outcome.scene, scene))
@@ -135,7 +136,7 @@ def test_heavy_tails_do_not_pass_unseen() -> None:
 
 @pytest.mark.parametrize("method", ["linear", "monte-carlo"])
 def test_what_leaves_the_bounds_is_withheld(method: str) -> None:
-    said, outcome = told(made(friction_sd=0.6)[0], method)
+    said, outcome = verdict_of(made(friction_sd=0.6)[0], method)
     assert outcome is not None
     assert (outcome.idata["posterior"]["e"].values < 0).any()
     assert said.startswith("withheld")
@@ -164,7 +165,7 @@ def test_a_wrong_start_is_overcome_or_flagged(ordinary: Ordinary) -> None:
 def test_long_slides_on_ice_are_answered() -> None:
     """Friction 0.05: A slides 14 m and B 44 m, with the spin that they have."""
     scene, truth = made(grip=0.1)
-    said, outcome = told(scene, "importance")
+    said, outcome = verdict_of(scene, "importance")
     assert said.startswith("passed"), said
     assert far_from_truth(outcome, truth) < 2
 

@@ -23,32 +23,32 @@ def table(**changed: Any) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def told(**changed: Any) -> str:
+def summary_of(**changed: Any) -> str:
     return "\n".join(text for _, text in remarks(table(**changed)))
 
 
 def test_agreement_is_no_finding() -> None:
-    assert "nuts, 3 crashes: 3 passed, 0 withheld" in told()
-    assert "those passed 0 have" in told()
-    assert "errors apart in 0 " in told()
-    assert "| laplace | 3 | 0 | 0 | 0 |" in told()
+    assert "nuts, 3 crashes: 3 passed, 0 withheld" in summary_of()
+    assert "those passed 0 have" in summary_of()
+    assert "errors apart in 0 " in summary_of()
+    assert "| laplace | 3 | 0 | 0 | 0 |" in summary_of()
 
 
-def test_a_truth_missed_a_disagreement_and_a_wrong_approximation_are_told() -> None:
-    assert "those passed 1 have" in told(truth=10.1)
-    assert "errors apart in 1 " in told(**{"e mean": 1.06})
-    assert "seeds 1" in told(**{"e mean": 1.06})
-    assert "errors apart in 0 " in told(**{"e mean": 1.05})  # 3.5 of both errors together
-    assert "would be wrong, apart in 0; the most 0.05" in told(**{"e mean": 1.05})
-    assert "would be wrong, apart in 1; the most 0.30" in told(**{"e mean": 1.30})
-    assert "| linear | 2 | 0 | 0 | 1 |" in told(**{"mu mean": 1.3})
+def test_a_truth_missed_a_disagreement_and_a_wrong_approximation_are_reported() -> None:
+    assert "those passed 1 have" in summary_of(truth=10.1)
+    assert "errors apart in 1 " in summary_of(**{"e mean": 1.06})
+    assert "seeds 1" in summary_of(**{"e mean": 1.06})
+    assert "errors apart in 0 " in summary_of(**{"e mean": 1.05})  # 3.5 of both errors together
+    assert "would be wrong, apart in 0; the most 0.05" in summary_of(**{"e mean": 1.05})
+    assert "would be wrong, apart in 1; the most 0.30" in summary_of(**{"e mean": 1.30})
+    assert "| linear | 2 | 0 | 0 | 1 |" in summary_of(**{"mu mean": 1.3})
 
 
 def test_methods_that_did_not_both_pass_are_not_compared() -> None:
     off = {"e mean": 2.0}
-    assert "errors apart in 1 " in told(**off)
-    assert "errors apart in 0 " in told(**off, state="withheld")
-    assert "errors apart in 0 " in told(**off, by="importance")
+    assert "errors apart in 1 " in summary_of(**off)
+    assert "errors apart in 0 " in summary_of(**off, state="withheld")
+    assert "errors apart in 0 " in summary_of(**off, by="importance")
 
 
 def test_a_study_keeps_what_was_done(tmp_path: Path) -> None:

@@ -13,10 +13,10 @@ from benchmarks.atlas.edges import (
     PLAIN,
     SPINNING,
     by_reference,
+    error_of_steps,
     grazed_edge,
     on_edge,
     skid,
-    told_of_steps,
 )
 from retrodict.mechanics import Ground, Wheels, rest
 
@@ -57,12 +57,12 @@ def test_ice_ends_right_or_not_a_number() -> None:
 
 
 def test_steps_from_coarse_to_fine() -> None:
-    """Fixed steps err, by what `step_error` tells within a factor of two; the default does not."""
+    """Fixed steps err, by what `step_error` gives within a factor of two; the default does not."""
     truth = by_reference(SPINNING, 0.5)
     errors = []
     for steps in (3, 48, 768):
         errors.append(np.abs(skid(SPINNING, 0.5, steps) - truth).max())
-        assert 0.5 < told_of_steps(steps).max() / errors[-1] < 2
+        assert 0.5 < error_of_steps(steps).max() / errors[-1] < 2
     assert errors[0] > 0.1 > errors[1] > 1e-3 > errors[2]
     assert np.abs(skid(SPINNING, 0.5) - truth).max() < 1e-6
 

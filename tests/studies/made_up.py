@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from retrodict.studies.fit import Fit, Item, Summary
-from retrodict.studies.ladder import Ladder, Reweighed, Step, chosen
+from retrodict.studies.ladder import Ladder, Reweighted, Step, chosen
 from tests.report.conftest import make_scene
 
 NAMES = ("low", "middle", "full")
@@ -29,12 +29,12 @@ def step(name: str, median: float, sd: float = 1.0, probability: float = 0.5, **
             "log_evidence_sd": 0.04,
             "parameters": 25,
             "seconds": 1.5 + NAMES.index(name),
-            "priors": (Reweighed("flat", median, sd, 0.1),),
+            "priors": (Reweighted("flat", median, sd, 0.1),),
         }
         | changes,
     )
 
 
 def ladder_of(*steps: Step) -> Ladder:
-    told, choice, reason = chosen(steps, ("speed_b",))
-    return Ladder(make_scene(), ("speed_b",), told, choice, reason, seed=0)
+    judged, choice, reason = chosen(steps, ("speed_b",))
+    return Ladder(make_scene(), ("speed_b",), judged, choice, reason, seed=0)

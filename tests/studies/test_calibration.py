@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from retrodict.models import RUNGS
 
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.scene.records import Departure, Measured, RunOutError
 from retrodict.studies import calibration as study
 from retrodict.studies.calibration import Calibration, Row, calibrate
@@ -67,10 +68,10 @@ def test_what_is_plausible_hangs_on_the_unknowns_alone() -> None:
     structure, data = RUNGS[QUICK].of_scene(study.design())
     programs = study.programs_for(structure)
     key = study.jax.random.key(3, impl="unsafe_rbg")
-    sites = programs("prior", study.jax.random.split(key, study.CHUNK), data)
-    good = study.plausible(structure, data, sites, programs("simulate", data, sites))
+    sites = programs(PRIOR, study.jax.random.split(key, study.CHUNK), data)
+    good = study.plausible(structure, data, sites, programs(SIMULATE, data, sites))
     other = data._replace(evidence={k: v + np.array([3.0, 0.0]) for k, v in data.evidence.items()})
-    again = study.plausible(structure, other, sites, programs("simulate", other, sites))
+    again = study.plausible(structure, other, sites, programs(SIMULATE, other, sites))
     np.testing.assert_array_equal(good, again)
     assert 0.1 < good.mean() < 0.9
 
@@ -84,9 +85,9 @@ def test_simulated_rests_err_by_the_run_out_s_error_too_and_are_weighed_by_it() 
     structure, _ = RUNGS["planar+wheels"].of_scene(design)
     asked = {k: m.sd for k, m in design.evidence().items()}
     assert asked["rest_x_b"] > 2 * design.rest["b"].x.sd
-    told = {f"predicted/{name}": np.array(100.0) for name in structure.evidence}
+    predicted = {f"predicted/{name}": np.array(100.0) for name in structure.evidence}
     rng = np.random.default_rng(0)
-    crashes = [study._measured(design, structure, told, rng).evidence() for _ in range(2000)]
+    crashes = [study._measured(design, structure, predicted, rng).evidence() for _ in range(2000)]
     for name in structure.evidence:
         assert {crash[name].sd for crash in crashes} == {asked[name]}
         noise = np.array([crash[name].value for crash in crashes]) - 100.0
@@ -130,7 +131,7 @@ def test_a_moment_of_the_wrong_sign_is_caught(monkeypatch) -> None:
 
 
 def test_a_worker_ends_with_the_process_that_began_it(tmp_path: Path) -> None:
-    """A parent that is killed cannot tell its workers to stop."""
+    """A parent that is killed cannot stop its workers."""
     code = (
         "import time; from concurrent.futures import ProcessPoolExecutor as Pool\n"
         "from multiprocessing import get_context; from os import getpid\n"

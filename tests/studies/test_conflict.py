@@ -53,7 +53,7 @@ def predictions(speed: np.ndarray, rng: np.random.Generator) -> dict:
 def test_the_rest_says_what_it_would_say_alone(found: dict, name: str) -> None:
     item, (value, error) = found[name], MEASURED[name]
     mean, sd = posterior({k: v for k, v in MEASURED.items() if k != name})
-    assert item.told
+    assert item.reliable
     assert item.expected == pytest.approx(mean, abs=0.05)
     assert item.expected_sd == pytest.approx(np.hypot(sd, error), rel=0.05)
     assert item.speed_b == pytest.approx(mean, abs=0.05)

@@ -55,7 +55,7 @@ def test_fit_of_a_linear_model_is_the_chi_square_of_least_squares() -> None:
         assert item.residual == pytest.approx(exact, abs=0.05)
 
 
-def test_evidence_that_a_rung_does_not_use_is_told_but_not_counted() -> None:
+def test_evidence_that_a_rung_does_not_use_is_listed_but_not_counted() -> None:
     outcome = make_outcome()
     all_of_it = fit(outcome)
     kept = outcome.idata["log_likelihood"].to_dataset().drop_vars(["rest_y_b", "rest_heading_b"])

@@ -14,7 +14,7 @@ from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
-from retrodict.studies.ladder import FACTOR, SHARE, chosen, climb, ladder, refusals
+from retrodict.studies.ladder import FACTOR, SHARE, chosen, ladder, refusals, run_rung
 from tests.report.conftest import make_outcome, make_scene
 from tests.scenes import collision, rolls
 from tests.studies.made_up import ladder_of, step
@@ -42,11 +42,11 @@ def test_the_lowest_rung_that_answers_alike_is_chosen() -> None:
     ],
 )
 def test_a_rung_that_will_not_do_is_passed_over_with_the_reason(wrong, word) -> None:
-    told, choice, _ = chosen(
+    judged, choice, _ = chosen(
         (step("low", **wrong), step("middle", 19.0), step("full", 19.0)), ASKED
     )
     assert choice == "middle"
-    assert word in told[0].verdict
+    assert word in judged[0].verdict
 
 
 def test_share_and_factor_are_the_reader_s() -> None:
@@ -76,12 +76,12 @@ def test_a_fuller_rung_that_does_not_fit_does_not_speak() -> None:
 
 
 def test_a_fuller_rung_that_is_not_enough_itself_does_not_speak() -> None:
-    told, choice, reason = chosen(
+    judged, choice, reason = chosen(
         (step("low", 19.0), step("middle", 19.5), step("full", 19.0)), ASKED
     )
     assert choice == "low"
-    assert told[1].verdict.startswith("not enough: full moves")
-    assert [s.enough for s in told] == [True, False, True]
+    assert judged[1].verdict.startswith("not enough: full moves")
+    assert [s.enough for s in judged] == [True, False, True]
     assert "the most is that full moves" in reason
 
 
@@ -90,9 +90,9 @@ def test_rungs_side_by_side_do_not_speak_of_each_other() -> None:
 
 
 def test_where_none_fits_none_is_chosen_and_it_is_said() -> None:
-    told = ladder_of(step("low", 19.0, probability=1e-5), step("full", 19.0, probability=1e-4))
-    assert told.choice is None
-    assert "No rung fits" in told.reason
+    found = ladder_of(step("low", 19.0, probability=1e-5), step("full", 19.0, probability=1e-4))
+    assert found.choice is None
+    assert "No rung fits" in found.reason
 
 
 @pytest.mark.parametrize("other", [15.0, 60.0, np.inf])
@@ -100,7 +100,7 @@ def test_other_priors_agree_with_the_product_of_normals(other) -> None:
     rng = np.random.default_rng(1)
     precision = 1 / 2.5**2 + 30.0**-2  # likelihood 20 ± 2.5, far from nought
     speed = rng.normal(20 / 2.5**2 / precision, precision**-0.5, 50_000)
-    found = ladders.reweighed(speed, "other", speed**2 / 2 * (30.0**-2 - other**-2))
+    found = ladders.reweighted(speed, "other", speed**2 / 2 * (30.0**-2 - other**-2))
     precision = 1 / 2.5**2 + other**-2
     assert found.median == pytest.approx(20 / 2.5**2 / precision, abs=0.06)
     assert found.sd == pytest.approx(precision**-0.5, rel=0.02)
@@ -115,7 +115,7 @@ def test_log_evidence_is_that_of_lognormal_weights() -> None:
     assert value == pytest.approx(-7 + 0.3**2 / 2, abs=4 * error)
 
 
-def test_log_evidence_is_told_of_all_solutions_by_a_method_that_has_it() -> None:
+def test_log_evidence_is_that_of_all_solutions_by_a_method_that_has_it() -> None:
     tree = xr.DataTree.from_dict({"/sample_stats": xr.Dataset()})
     outcome = SimpleNamespace(idata=tree, modes=(Mode(1.0, 0.0, {}),))
     assert ladders.log_evidence(outcome) == (None, None)
@@ -129,7 +129,7 @@ def test_log_evidence_is_told_of_all_solutions_by_a_method_that_has_it() -> None
     assert ladders.log_evidence(outcome) == (None, None)
 
 
-def test_rungs_that_a_scene_cannot_tell_apart_are_skipped() -> None:
+def test_rungs_that_a_scene_cannot_distinguish_are_skipped() -> None:
     """One locked road of one friction leaves nothing of what wheels add to a spin."""
     plain, berm = collision(berm=False), collision(berm=True)
     refused = refusals(plain, ASKED)
@@ -230,12 +230,12 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(monkeypatch) -> None:
     asked, failing = [], ()
 
-    def climbed(scene, name, *_):
+    def answered(scene, name, *_):
         asked.append(name)
         reasons = ("R-hat",) if name in failing else ()
         return replace(step("low", 19.0, reasons=reasons), name=name)
 
-    monkeypatch.setattr(ladders, "climb", climbed)
+    monkeypatch.setattr(ladders, "run_rung", answered)
     monkeypatch.setattr(ladders, "compile_ahead", lambda *_, **__: None)
     scene = rolls(collision(berm=False), "b", (0.2, 0.9, 0.9, 0.2))
     assert ladders.method_for(scene) == "smc"
@@ -255,12 +255,12 @@ def test_on_the_paper_s_scene_momentum_with_wheels_is_enough_for_the_speed() -> 
     scene = load_scene(PAPER)
     impacts = ("momentum", "planar", "planar-moment")
     names = ("momentum+slide", *(f"{impact}+wheels" for impact in impacts))
-    told, choice, _ = chosen([climb(scene, name, ASKED, 0) for name in names], ASKED)
+    judged, choice, _ = chosen([run_rung(scene, name, ASKED, 0) for name in names], ASKED)
     assert choice == "momentum+wheels"
-    slide, momentum, planar, fullest = (s.answers["speed_b"] for s in told)
+    slide, momentum, planar, fullest = (s.answers["speed_b"] for s in judged)
     assert abs(momentum.median - fullest.median) < fullest.sd / 4
     assert slide.median > fullest.median + 2 * fullest.sd  # B turns twice on its way
     # e_m = 1 fits too, and would move the speed, were it not itself moved where e_m is free
-    assert told[2].counts
+    assert judged[2].counts
     assert abs(planar.median - momentum.median) > planar.sd / 4
-    assert not told[2].enough
+    assert not judged[2].enough

@@ -1,4 +1,4 @@
-"""The study of the ladder: which of its crashes no rule can tell apart."""
+"""The study of the ladder: which of its crashes no rule can distinguish."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,8 @@ def test_momentum_alone_and_the_simplest_planar_impact_make_the_same_crashes(
     )
     assert speed == same_speed
     assert one.inputs() == other.inputs()
-    told, same = (scene.evidence() for scene in (one, other))
-    assert list(told) == list(same)
-    for name, item in told.items():
+    evidence, same = (scene.evidence() for scene in (one, other))
+    assert list(evidence) == list(same)
+    for name, item in evidence.items():
         assert_allclose(item.value, same[name].value, atol=1e-9)
         assert item.sd == same[name].sd

@@ -17,7 +17,7 @@ REST = Measured(12.0, 0.5)
 
 
 def _outcome(robust: bool = False) -> SimpleNamespace:
-    """speed_b = 20 + 3 u + 4 v + 12 w: of u the friction tells, of v the rest, and of w nothing."""
+    """speed_b = 20 + 3 u + 4 v + 12 w: the friction determines u, the rest v, and nothing w."""
     rng = np.random.default_rng(0)
     u, v, w = rng.standard_normal((3, 4, 100_000))
     error = rng.standard_t(4, v.shape) if robust else rng.standard_normal(v.shape)
@@ -63,7 +63,7 @@ def test_what_stays_is_the_conditional_variance(robust: bool) -> None:
     assert "speed_b" not in found
 
 
-def test_the_most_telling_comes_first() -> None:
+def test_the_most_narrowing_comes_first() -> None:
     sds = [each.sd for each in narrowing(_outcome(), "speed_b")]
     assert sds == sorted(sds)
 
@@ -72,7 +72,7 @@ def test_running_again_with_it_known_says_the_same() -> None:
     """A's speed in SAE 770014's example, known exactly, at its posterior mean."""
     scene = collision()
     outcome = reconstruct(scene, method="importance", seed=1, pictured=False)
-    told = {each.name: each.sd for each in narrowing(outcome, "speed_b")}
+    found = {each.name: each.sd for each in narrowing(outcome, "speed_b")}
     speed = scene.approach["a"].speed
     assert speed is not None
     known = replace(speed, value=float(outcome.idata["posterior"]["speed_a"].mean()), sd=1e-6)
@@ -81,5 +81,5 @@ def test_running_again_with_it_known_says_the_same() -> None:
         replace(scene, approach=approach), method="importance", seed=2, pictured=False
     )
     sd = float(again.idata["posterior"]["speed_b"].std())
-    assert told["speed_a"] == pytest.approx(sd, rel=0.08)
+    assert found["speed_a"] == pytest.approx(sd, rel=0.08)
     assert sd < 0.6 * float(outcome.idata["posterior"]["speed_b"].std())

@@ -33,7 +33,7 @@ def test_a_band_holds_as_many_uniform_samples_as_it_says() -> None:
         lambda u: norm.cdf(norm.ppf(u) / 1.4),  # too wide
     ],
 )
-def test_a_shift_and_a_wrong_width_are_told_from_uniform(wrong) -> None:
+def test_a_shift_and_a_wrong_width_are_distinguished_from_uniform(wrong) -> None:
     u = np.random.default_rng(5).random(300)
     assert uniformity(ranked(u))["speed_b"].inside_jointly
     assert not uniformity(ranked(wrong(u)))["speed_b"].inside_jointly

@@ -68,7 +68,7 @@ def test_the_truth_is_not_read_before_the_posterior_is_there(case):
     assert score.truth == 19.0
 
 
-def test_a_withheld_answer_is_told_but_not_counted(case):
+def test_a_withheld_answer_is_listed_but_not_counted(case):
     found = scored(case, lambda *_: fail(drawn(19.0, 1.0)))
     (score,) = found.scores
     assert score.answer is not None
@@ -87,7 +87,7 @@ def test_a_scene_without_a_posterior_is_a_score_with_the_reason(case):
     assert score.reasons == ("nothing leads to this rest pose",)
 
 
-def test_faulty_files_are_told_and_the_other_cases_are_run(case):
+def test_faulty_files_are_reported_and_the_other_cases_are_run(case):
     bad_truth, bad_scene = case.with_name("bad-truth"), case.with_name("bad-scene")
     for folder, name in ((bad_truth, "truth.toml"), (bad_scene, "scene.toml")):
         folder.mkdir()

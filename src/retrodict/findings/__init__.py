@@ -1,8 +1,8 @@
 """What a reconstruction comes to: every number, sentence and table of a report, computed once.
 
-`of` makes the record; `summary.json` is its serialisation, and terminal, documents and figures print it.
+`compute` makes the record; `summary.json` is its serialisation; terminal, documents and figures show it.
 """
 
-from retrodict.findings.record import Findings, of
+from retrodict.findings.record import Findings, compute
 
-__all__ = ["Findings", "of"]
+__all__ = ["Findings", "compute"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -29,7 +30,23 @@ if TYPE_CHECKING:
     from retrodict.scene.records import Scene
     from retrodict.studies.ladder import Ladder
 
+_CAUSES = 3  # named, of each speed's uncertainty
 SCHEMA: Literal[1] = 1  # raised when a reader of `summary.json` has to change
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A measured quantity that an answer is uncertain by.
+
+    Args:
+        name: its flat name.
+        share: of the answer's variance that would vanish, were it known exactly; to first order.
+        error: Monte Carlo standard error of the share; None where the draws are not judged.
+    """
+
+    name: str
+    share: float
+    error: float | None
 
 
 @dataclass(frozen=True)
@@ -49,6 +66,7 @@ class Findings:
         left_out: what all else says of each item of evidence.
         narrowing: the sd of each speed that was sought, were a quantity known exactly; nothing where
             checks failed.
+        causes: the measured quantities that each speed is uncertain by most; likewise.
         assumptions: what is taken for granted, one line each.
         checks: the verdict on the draws.
         verdict: the same, in a line.
@@ -71,6 +89,7 @@ class Findings:
     measured: tuple[InputRow, ...]
     left_out: tuple[LeftOut, ...]
     narrowing: dict[str, tuple[Narrowed, ...]]
+    causes: dict[str, tuple[Cause, ...]]
     assumptions: tuple[str, ...]
     checks: Checks
     verdict: str
@@ -88,7 +107,7 @@ class Findings:
     schema: Literal[1] = SCHEMA
 
 
-def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
+def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     """Compute what a reconstruction comes to.
 
     Args:
@@ -103,6 +122,7 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     quantities = {name: found[name] for name in names}
     posterior = posterior_of(outcome)
     sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
+    narrowed = _narrowing(outcome, quantities)
     return Findings(
         scene=outcome.scene,
         scene_text=scene_text(outcome.scene),
@@ -115,7 +135,8 @@ def of(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         correlations=correlations(outcome),
         measured=input_rows(outcome),
         left_out=conflicts(outcome),
-        narrowing=_narrowing(outcome, quantities),
+        narrowing=narrowed,
+        causes={name: _causes(quantities[name], known) for name, known in narrowed.items()},
         assumptions=assumptions(outcome),
         checks=outcome.checks,
         verdict=verdict(outcome),
@@ -140,3 +161,17 @@ def _narrowing(
     sought = [name for name in quantities if name in ("speed_a", "speed_b")]
     found = {name: narrowing(outcome, name) for name in sought}
     return {name: known for name, known in found.items() if known}
+
+
+def _causes(answer: Quantity, known: tuple[Narrowed, ...]) -> tuple[Cause, ...]:
+    """Those of what was measured that would narrow an answer the most."""
+    if not answer.sd:
+        return ()
+    causes = []
+    for each in [each for each in known if each.measured is not None][:_CAUSES]:
+        share = max(0.0, 1 - (each.sd / answer.sd) ** 2)
+        size = answer.ess_bulk
+        # of a squared coefficient of correlation, by Fisher's transformation
+        error = 2 * math.sqrt(share / size) * (1 - share) if size else None
+        causes.append(Cause(each.name, share, error))
+    return tuple(causes)

@@ -35,7 +35,7 @@ def format_with_sd(value: float | None, sd: float | None, decimals: int | None =
 
     Args:
         value: in the unit to be printed.
-        sd: its standard uncertainty; 0 for an exact value, which is told alone.
+        sd: its standard uncertainty; 0 for an exact value, which is printed alone.
         decimals: from `decimals_of`; None leaves the uncertainty two significant digits.
 
     Returns:

@@ -100,11 +100,12 @@ class ChecksEntry(TypedDict):
 
 
 class LeftOutEntry(TypedDict):
-    """An item of evidence against what all else says of it (SI units, radians).
+    """An item of evidence against its prediction from all others (SI units, radians).
 
     expected, expected_sd: of the measurement, from all else; probability: two-sided; speed_b,
-    speed_b_sd: without the item; told: whether pareto_k allows these to be relied on; believed: share of
-    an error in it that the posterior would follow; moved: by how much one sd of it would move speed_b.
+    speed_b_sd: without the item; reliable: whether pareto_k allows these to be relied on; told: former
+    name of reliable; believed: share of an error in it that the posterior would follow; moved: by
+    how much one sd of it would move speed_b.
     """
 
     value: float
@@ -119,6 +120,7 @@ class LeftOutEntry(TypedDict):
     moved: Number
     believed_error: Number
     moved_error: Number
+    reliable: bool
     told: bool
     disagrees: bool
 

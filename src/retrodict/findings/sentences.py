@@ -10,6 +10,7 @@ from retrodict.findings.rounding import format_value
 from retrodict.findings.statistics import Quantity, scaled
 from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.names import parsed
 from retrodict.scene.quantities import Unit, Units, unit_of
 from retrodict.scene.records import VEHICLES
 
@@ -128,9 +129,9 @@ def assumptions(outcome: Outcome) -> tuple[str, ...]:
     """What is taken for granted: by the model, and how far its run-out is taken to miss a car."""
     vehicles, found = outcome.scene.vehicles, list(outcome.description.assumptions)
     missing = {name for name, m in outcome.scene.evidence().items() if m.model_sd}
-    for v in sorted({name[-1] for name in missing}):
+    for v in sorted({parsed(name).vehicle for name in missing}):
         missed = vehicles[v].run_out_error
-        long = f"{DEFAULTS['run_out_settled'].of(0.0):g} m"
+        long = f"{DEFAULTS['run_out_settled'].amount(0.0):g} m"
         of_each = (
             (
                 missed.position,

@@ -65,17 +65,17 @@ def load(folder: Path) -> tuple[Outcome, Ladder | None]:
     if (summary := read_summary(folder)) is None:
         raise NotStored(f"{folder}: holds no result: {SUMMARY} is missing or damaged")
     if not {DRAWS, RUN} <= set(summary["files"]):
-        raise NotStored(f"{folder}: saved by an earlier version; reconstruct the scene anew")
+        raise NotStored(f"{folder}: saved by an earlier version; reconstruct the scene again")
     if other := {DRAWS, RUN} & set(strangers(folder)):
         raise NotStored(
             f"{folder}: not of the run that {SUMMARY} is of: {', '.join(sorted(other))}; "
-            "reconstruct the scene anew"
+            "reconstruct the scene again"
         )
     try:
         record = dict(_reader().validate_json((folder / RUN).read_bytes()))
     except ValidationError:
         raise NotStored(
-            f"{folder / RUN}: saved by another version; reconstruct the scene anew"
+            f"{folder / RUN}: saved by another version; reconstruct the scene again"
         ) from None
     idata = draws_of((folder / DRAWS).read_bytes())
     del record["schema"]

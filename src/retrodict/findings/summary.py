@@ -151,7 +151,8 @@ def _left_out(item: LeftOut) -> LeftOutEntry:
         "moved": finite(item.moved),
         "believed_error": finite(item.believed_error),
         "moved_error": finite(item.moved_error),
-        "told": item.told,
+        "reliable": item.reliable,
+        "told": item.reliable,
         "disagrees": item.disagrees,
     }
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import softmax
 
 from retrodict.inference.density.compiled import CHUNK
+from retrodict.inference.density.kernels import PATHS, PRIOR, SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.modes import Solution
 from retrodict.inference.samplers import Draws
@@ -19,14 +20,14 @@ from retrodict.scene.quantities import describe, si_symbol
 if TYPE_CHECKING:
     import xarray as xr
 
-PATHS = 60
+RUNS = 60
 
 
 def crashes_of_prior(posterior: Posterior, seed: int) -> dict[str, np.ndarray]:
     """Crashes drawn from the prior and the inputs: unknowns, what follows, and predictions."""
     programs, data = posterior.programs, posterior.data
-    prior = programs("prior", prior_keys(seed), data)
-    return prior | programs("simulate", data, prior)
+    prior = programs(PRIOR, prior_keys(seed), data)
+    return jax.tree.map(np.asarray, prior | programs(SIMULATE, data, prior))
 
 
 def tree_of(
@@ -115,9 +116,9 @@ def _trajectories(posterior: Posterior, quantities: dict[str, np.ndarray]) -> xr
     """Run-outs of draws taken evenly along the chains."""
     import xarray as xr
 
-    index = np.linspace(0, len(quantities["speed_b"]) - 1, PATHS).astype(int)
+    index = np.linspace(0, len(quantities["speed_b"]) - 1, RUNS).astype(int)
     V, xi = run_outs_of(quantities)
-    taken = posterior.programs("paths", posterior.data, V[index], xi[index])
+    taken = posterior.programs(PATHS, posterior.data, V[index], xi[index])
     return xr.Dataset(
         {
             "path": (("run", "vehicle", "step", "pose"), np.asarray(taken["pose"])),

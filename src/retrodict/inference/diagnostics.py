@@ -9,7 +9,7 @@ import numpy as np
 from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
 from retrodict.inference.outcome import Checks
 from retrodict.inference.samplers.psis import effective
-from retrodict.scene.doubts import doubts
+from retrodict.scene.plausibility import plausibility_warnings
 from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Scene
 
@@ -20,8 +20,8 @@ MAX_RHAT = 1.01
 MIN_ESS = 400.0
 MIN_BFMI = 0.3
 _SURPRISE = 2.5  # standard deviations from what was measured
-_LITTLE = 0.1  # share of the prior's crashes that evidence leaves: from there on it says little
-_CRASHES = 40.0  # effective ones of the prior, weighed by the evidence: so many can refute draws
+_LITTLE = 0.1  # share of the prior's crashes that weakly informative evidence leaves at least
+_CRASHES = 40.0  # effective ones of the prior, weighted by the evidence: so many can refute draws
 _REFUTED = 5.0  # standard errors between their means
 _OFTEN = 0.01  # share of draws from which on an unusual outcome is flagged
 _ROUNDING = 1e-6  # of the critical mu, where sliding just ends
@@ -81,7 +81,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         failed.append(name)
         found.append(
             f"{describe(name)[0]}: its mean lies {errors:.0f} standard errors from that of "
-            f"{crashes:.0f} crashes of the prior, weighed by the evidence: part of the posterior is "
+            f"{crashes:.0f} crashes of the prior, weighted by the evidence: part of the posterior is "
             "missing"
         )
     return Checks(
@@ -123,7 +123,7 @@ def _refuted(
     """Quantities of which crashes of the prior say otherwise: name, standard errors apart, crashes.
 
     Where evidence leaves enough of them they are a second way to the posterior, which cannot miss a
-    part of it. They are weighed for one number of turns to rest.
+    part of it. They are weighted for one number of turns to rest.
     """
     weights = _weights(idata)
     crashes = effective(weights) if weights.any() else 0.0
@@ -158,14 +158,14 @@ def _bfmi(energy: np.ndarray) -> float:
 
 
 def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
-    """Findings about the scene: what was seldom meant, odd physics, and what disagrees with the rest."""
+    """Findings about the scene: implausible values, odd physics, and what disagrees with the rest."""
     posterior = idata["posterior"]
-    flags = [*doubts(scene)]
+    flags = [*plausibility_warnings(scene)]
     weights = _weights(idata)
     if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
         flags.append(
-            f"what was measured after the impact says little: it leaves {kept:.0%} of crashes drawn "
-            "from the priors and inputs, so that the answer is mostly what these assume"
+            f"the post-impact measurements are weakly informative: they leave {kept:.0%} of crashes "
+            "drawn from the priors and inputs, so that the answer is mostly what these assume"
         )
     if "mu" in posterior:
         share = _draws(idata, "mu") / _draws(idata, "mu_critical")

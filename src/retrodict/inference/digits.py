@@ -1,4 +1,4 @@
-"""How many decimals of a number its uncertainty, and the error of drawing it, bear out."""
+"""How many decimals of a number its uncertainty, and the error of drawing it, support."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def monte_carlo_error(
 
 
 def rhat_text(rhat: float | None) -> str:
-    """R-hat as it is printed: chains that stand still have any, and 100 tells as much.
+    """R-hat as it is printed: chains that stand still have any, and 100 says as much.
 
     Args:
         rhat: None or not finite where there is none.

@@ -2,7 +2,7 @@
 
 
 class Unanswerable(Exception):
-    """The scene has no posterior that could be sampled; the message says why, and the mend."""
+    """The scene has no posterior that could be sampled; the message says why, and the fix."""
 
 
 class Interrupted(Exception):

@@ -1,4 +1,4 @@
-"""Several solutions of one scene: found, weighed by their evidence, and mixed."""
+"""Several solutions of one scene: found, weighted by their evidence, and mixed."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ from retrodict.inference.fitting.posterior import (
     FLAT,
     IMPROBABLE,
     LEAST_WEIGHT,
-    RESOLVED,
     Posterior,
     branches,
 )
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.draws import Progress
 from retrodict.inference.samplers.importance import Evidence, log_evidence
-from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -40,7 +39,7 @@ _MOST_TRIED = 18  # numbers of turns for each vehicle: about so many are, before
 _SHARPEST = 0.1, np.radians(2)  # standard deviations of a rest pose, m and rad
 _STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which modes are sought
 _APART = 3.0  # standard deviations: nearer than this it is the same mode
-_REACHED = 0.3  # of its share of the posterior: draws nearer a other than the mode they began from
+_REACHED = 0.3  # of its share of the posterior: draws nearer another than the mode they began from
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
 _SURE = 100.0  # log odds: more of them say no more, and would not be numbers
 _STILL = 1.0  # slope per standard deviation below which a search has arrived
@@ -55,20 +54,23 @@ class Solution:
     Args:
         posterior: of the scene.
         scene: with whole turns added to the rest headings.
-        turns: added, of the vehicles whose rotation is unknown.
-        apart: by which bounded quotients other branches that count differ from this.
+        differs: in which bounded quotients other branches that count differ from this.
+        mode: its record: weight, turns, and the quantities there.
     """
 
     posterior: Posterior
     scene: Scene
-    turns: dict[str, int]
-    apart: tuple[str, ...]
+    differs: tuple[str, ...]
+    mode: Mode
 
-    def about(self, w: np.ndarray) -> Solution:
+    @property
+    def turns(self) -> dict[str, int]:
+        """Whole turns added, of the vehicles whose rotation is unknown."""
+        return self.mode.turns
+
+    def whitened_by(self, w: np.ndarray) -> Solution:
         """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
-        if not transform_of(self.posterior.programs.structure).refit_to_draws:
-            return self
-        return replace(self, posterior=self.posterior.about(w.reshape(-1, w.shape[-1])))
+        return replace(self, posterior=self.posterior.whitened_by(w.reshape(-1, w.shape[-1])))
 
     def label(self) -> str:
         """What sets it apart, in words: the total rotations to rest, and the branch."""
@@ -78,7 +80,7 @@ class Solution:
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
             labels.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
-        if "e_m" in self.apart:
+        if "e_m" in self.differs:
             way = "left" if self.posterior.branch["e_m"] > 0 else "right"
             labels.append(f"B turned {way} against A by the force alone")
         return ", ".join(labels)
@@ -121,7 +123,7 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
                 progress(len(tried), max(_MOST_TRIED * len(unknown), len(tried) + 1))
         return max((s.posterior.log_evidence for s in tried[turns]), default=-np.inf)
 
-    # one vehicle after the other, then from all that are likely to all beside them: every pair would
+    # one vehicle after the other, then from all that are likely to their neighbours: every pair would
     # take minutes
     best = (0,) * len(unknown)
     for i in range(len(unknown)):
@@ -131,10 +133,10 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
         likely = [
             turns for turns, value in known.items() if value > max(known.values()) - IMPROBABLE
         ]
-        beside = {turns for each in likely for turns in _beside(each)} - set(tried)
-        if not beside:
+        untried = {turns for each in likely for turns in _neighbours(each)} - set(tried)
+        if not untried:
             break
-        for turns in sorted(beside):
+        for turns in sorted(untried):
             evidence(turns)
     found = _probable(solution for some in tried.values() for solution in some)
     if blurred is not scene:
@@ -145,7 +147,7 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
     return found
 
 
-def _beside(turns: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+def _neighbours(turns: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
     """Numbers of turns that differ by one at most, in range."""
     return itertools.product(*({t - 1, t, t + 1} & set(_TURNS) for t in turns))
 
@@ -159,7 +161,7 @@ def _probable(found: Iterable[Solution]) -> list[Solution]:
 
 
 def _blurred(scene: Scene) -> Scene:
-    """A scene to tell numbers of turns apart by: no rest pose is sharper than `_SHARPEST`.
+    """A scene to distinguish numbers of turns by: no rest pose is sharper than `_SHARPEST`.
 
     The sharper rest poses are, the more steps run-outs take, and there are many turns to try. What
     a blurred pose leaves improbable a sharp one does too.
@@ -178,14 +180,15 @@ def _blurred(scene: Scene) -> Scene:
 def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
     found = branches(scene, rung)
     scene = RUNGS[rung].with_approximations(scene)
-    apart = tuple(name for name in found[0].branch if len({at.branch[name] for at in found}) > 1)
-    return [Solution(posterior, scene, turns, apart) for posterior in found]
+    differs = tuple(name for name in found[0].branch if len({at.branch[name] for at in found}) > 1)
+    # weights and values come with the evidence, of those that are kept
+    return [Solution(posterior, scene, differs, Mode(1.0, 0.0, {}, turns)) for posterior in found]
 
 
-def weigh_by_evidence(
+def weighted_by_evidence(
     found: list[Solution], seed: int
-) -> tuple[list[Solution], list[Mode], tuple[str, ...]]:
-    """What each solution weighs among all, by the evidence that importance sampling finds.
+) -> tuple[list[Solution], tuple[str, ...]]:
+    """Solutions with their weights, by the evidence that importance sampling finds.
 
     Args:
         found: the solutions.
@@ -193,11 +196,10 @@ def weigh_by_evidence(
 
     Returns:
         Solutions of more weight than LEAST_WEIGHT, and those that may be since their weight does not
-        settle; a mode for each; and faults where one does not.
+        settle; and faults where one does not.
     """
-    middle = np.zeros(found[0].posterior.size)
     if len(found) == 1:
-        return found, [Mode(1.0, 0.0, _values_at(found[0].posterior, middle), found[0].turns)], ()
+        return [_weighted(found[0], 1.0, 0.0)], ()
     known = [(s, _settled(s.posterior, seed)) for s in found]
     least = max(e.value for _, e in known) + np.log(LEAST_WEIGHT)
     known = [(s, e) for s, e in known if e.value > least or e.faults]
@@ -211,11 +213,14 @@ def weigh_by_evidence(
         for s, e in zip(found, evidence, strict=True)
         for fault in e.faults
     )
-    modes = [
-        Mode(float(w), float(w * r), _values_at(s.posterior, middle), s.turns)
-        for s, w, r in zip(found, weights, relative, strict=True)
-    ]
-    return found, modes, faults
+    found = [_weighted(s, w, w * r) for s, w, r in zip(found, weights, relative, strict=True)]
+    return found, faults
+
+
+def _weighted(solution: Solution, weight: float, error: float) -> Solution:
+    values = _values_at(solution.posterior, np.zeros(solution.posterior.size))
+    mode = replace(solution.mode, weight=float(weight), error=float(error), values=values)
+    return replace(solution, mode=mode)
 
 
 def _settled(posterior: Posterior, seed: int) -> Evidence:
@@ -269,7 +274,7 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
     shape = (sizes["chain"], draws)
     which = xr.DataArray(rng.choice(len(modes), shape, p=weights), dims=("chain", "draw"))
     groups = {name: tree.to_dataset() for name, tree in trees[0].children.items()}
-    # a method may tell nothing of its draws
+    # a method may have no statistics of its draws
     groups |= {name: chosen(name, which) for name in _OF_DRAWS if trees[0][name].data_vars}
     if "trajectories" in groups:
         runs = groups["trajectories"].sizes["run"]
@@ -319,13 +324,11 @@ class PosteriorModes:
 
     Args:
         found: its solutions.
-        modes: their weights, in the same order.
         faults: for which no draws are to be relied on.
         seed: that it was found by, and that unsampled modes are sought by.
     """
 
     found: list[Solution]
-    modes: list[Mode]
     faults: tuple[str, ...]
     seed: int
 
@@ -334,9 +337,9 @@ class PosteriorModes:
         """Modes that no solution has, of more weight than LEAST_WEIGHT: sought when first asked."""
         return [
             UnsampledMode(i, odds, w)
-            for i, (solution, mode) in enumerate(zip(self.found, self.modes, strict=True))
+            for i, solution in enumerate(self.found)
             for odds, w in unsampled(solution.posterior, self.seed)
-            if odds * mode.weight > LEAST_WEIGHT
+            if odds * solution.mode.weight > LEAST_WEIGHT
         ]
 
 
@@ -357,11 +360,33 @@ def posterior_modes(
     """
     if rolling.tempered(scene, rung, method):
         whole = rolling.prepare(scene, rung)
-        found = [Solution(whole, RUNGS[rung].with_approximations(scene), {}, ())]
+        scene = RUNGS[rung].with_approximations(scene)
+        found = [Solution(whole, scene, (), Mode(1.0, 0.0, {}))]
     else:
         found = solutions(scene, rung, progress)
-    found, modes, unsettled = weigh_by_evidence(found, seed)
-    return PosteriorModes(found, modes, _unresolved(found) + unsettled, seed)
+    found, unsettled = weighted_by_evidence(found, seed)
+    return PosteriorModes(found, _unresolved(found) + unsettled, seed)
+
+
+class ModeSearch:
+    """Where a scene's posterior lies on each rung: sought when first asked, and remembered.
+
+    Args:
+        scene: what was measured.
+        seed: as of `posterior_modes`.
+    """
+
+    def __init__(self, scene: Scene, seed: int) -> None:
+        self.scene = scene
+        self.seed = seed
+        self._found: dict[tuple[str, bool], PosteriorModes] = {}
+
+    def on(self, rung: str, method: str, progress: Progress | None = None) -> PosteriorModes:
+        """Where it lies on a rung; arguments as of `posterior_modes`."""
+        place = rung, rolling.tempered(self.scene, rung, method)
+        if place not in self._found:
+            self._found[place] = posterior_modes(self.scene, rung, self.seed, method, progress)
+        return self._found[place]
 
 
 def _unresolved(found: list[Solution]) -> tuple[str, ...]:
@@ -374,22 +399,21 @@ def _unresolved(found: list[Solution]) -> tuple[str, ...]:
     )
 
 
-def beside(found: list[Solution], modes: list[Mode], unreached: list[UnsampledMode]) -> list[Mode]:
+def all_modes(found: list[Solution], unreached: list[UnsampledMode]) -> list[Mode]:
     """The modes of the solutions, then each unsampled mode that no draw holds.
 
     Args:
         found: the solutions.
-        modes: their weights, in the same order.
         unreached: the unsampled modes.
 
     Returns:
-        Modes; a other's weight, and what it takes from its solution's, are Laplace's.
+        Modes; an unsampled one's weight, and what it takes from its solution's, are Laplace's.
     """
     kept, others = [], []
-    for i, (solution, mode) in enumerate(zip(found, modes, strict=True)):
+    for i, solution in enumerate(found):
         near = [other for other in unreached if other.of == i]
-        share = mode.weight / (1 + sum(other.odds for other in near))
-        kept.append(replace(mode, weight=share))
+        share = solution.mode.weight / (1 + sum(other.odds for other in near))
+        kept.append(replace(solution.mode, weight=share))
         for other in near:
             quantities = _values_at(solution.posterior, other.w)
             others.append(Mode(other.odds * share, np.nan, quantities, solution.turns, False))

@@ -31,7 +31,7 @@ class Checks:
         failed: reported quantities that failed a check of their own.
         flags: findings about the scene (energy gained, reversed sliding, a surprising item of
             evidence), which do not fail the draws.
-        imprecise: reported quantities of which the draws do not bear out one whole digit of the
+        imprecise: reported quantities of which the draws do not support one whole digit of the
             standard deviation: more draws would print more.
     """
 

@@ -15,14 +15,22 @@ import jax
 import numpy as np
 
 from retrodict.inference.datatree import prior_keys
-from retrodict.inference.density.compiled import BATCH, ROWS, Programs, programs_for
+from retrodict.inference.density.compiled import BATCH, COMPILATION, ROWS, Programs, programs_for
+from retrodict.inference.density.kernels import (
+    EVALUATE,
+    INPUTS,
+    LEVELS,
+    POTENTIAL,
+    PRIOR,
+    REACHED,
+    SIMULATE,
+)
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting import rolling
-from retrodict.inference.modes import PosteriorModes, Solution, posterior_modes
-from retrodict.inference.outcome import Mode, Outcome
+from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
+from retrodict.inference.outcome import Outcome
 from retrodict.inference.retry import Run, Sampling, has_failed
 from retrodict.inference.samplers import METHODS, Task
-from retrodict.inference.samplers.nuts import targets
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
@@ -44,7 +52,7 @@ def reconstruct(
     progress: Progress | None = None,
     resume: Path | None = None,
     pictured: bool = True,
-    known: dict[str, PosteriorModes] | None = None,
+    search: ModeSearch | None = None,
     asked: dict[str, int | str | None] | None = None,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
@@ -60,7 +68,7 @@ def reconstruct(
         progress: called with (stage, done, of all) as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
         pictured: whether the prior and run-outs are recorded too, which figures show.
-        known: by model, where this scene's posteriors lie by this seed; what is found is added.
+        search: for where this scene's posteriors lie, by this seed; shared by the models of a ladder.
         asked: the same options as a user gave them, for the record; None for these.
 
     Returns:
@@ -73,7 +81,7 @@ def reconstruct(
         Interrupted: stopped before any draw was kept.
     """
     begin = time.perf_counter()
-    tell = progress or silent
+    report = progress or silent
     rung, chosen = _named(RUNGS, "model", model), _named(METHODS, "method", method)
     if resume is not None and not chosen.resumes:
         able = ", ".join(name for name, m in METHODS.items() if m.resumes)
@@ -85,28 +93,25 @@ def reconstruct(
         asked = {"model": model, "method": method, "chains": chains, "draws": draws}
         asked |= {"warmup": warmup, "seed": seed}
     draws = chosen.draws if draws is None else draws
-    compiled_before = Programs.compile_seconds
-    known = {} if known is None else known
+    compiled_before = COMPILATION.seconds
+    search = search or ModeSearch(scene, seed)
 
     def find(method: str) -> PosteriorModes:
-        tell("compiling", 0, 1)
+        report("compiling", 0, 1)
         compile_ahead(scene, model, method, warmup, pictured)
-        finding = partial(tell, "finding where the posterior lies")
+        finding = partial(report, "finding where the posterior lies")
         finding(0, 1)
-        tempered = rolling.tempered(scene, model, method)
-        place = f"{model}, tempered" if tempered else model
-        if place not in known:
-            known[place] = posterior_modes(scene, model, seed, method, finding)
+        where = search.on(model, method, finding)
         finding(1, 1)
-        return known[place]
+        return where
 
     def draw(method: str, where: PosteriorModes, draws: int, resume: Path | None = None) -> Run:
         # where no mode was sought, there is none beside it
         seeks = METHODS[method].exact and not rolling.tempered(scene, model, method)
-        tell("looking for other solutions", 0, 1)
+        report("looking for other solutions", 0, 1)
         unsampled = where.unsampled if seeks else []
-        sampling = Sampling(where.found, where.modes, unsampled, where.faults, pictured, tell)
-        progress = partial(tell, "sampling")
+        sampling = Sampling(where.found, unsampled, where.faults, pictured, report)
+        progress = partial(report, "sampling")
         task = Task(where.found[0].posterior, chains, draws, warmup, seed, progress, resume)
         return sampling.or_by_another(sampling.by(method, task), task)
 
@@ -150,14 +155,14 @@ def reconstruct(
                 notes.append(f"the method smc was tried too, and failed: {lacking}")
     assert where is not None, "what cannot be found was refused"
     run = run or draw(method, where, draws, resume)
-    found, modes = where.found, where.modes
+    found = where.found
     notes = [*notes, *run.notes]
     if len(found) > 1:
-        notes.append(_several_modes_note(found, modes))
+        notes.append(_several_modes_note(found))
     if not METHODS[run.method].exact:
         title = METHODS[run.method].title
         notes.append(f"{title}: an approximation; compare it with the method nuts")
-    tell("predicting", 1, 1)
+    report("predicting", 1, 1)
     return Outcome(
         scene=found[0].scene,
         description=rung.description(found[0].scene),
@@ -165,7 +170,7 @@ def reconstruct(
         checks=run.checks,
         seconds={
             "total": time.perf_counter() - begin,
-            "compile": Programs.compile_seconds - compiled_before,
+            "compile": COMPILATION.seconds - compiled_before,
             "sample": run.seconds,
         },
         versions=_versions(),
@@ -179,10 +184,9 @@ def reconstruct(
     )
 
 
-def _several_modes_note(found: list[Solution], modes: list[Mode]) -> str:
+def _several_modes_note(found: list[Solution]) -> str:
     listed = "; ".join(
-        f"{s.label()} (weight {m.weight:.1%} ± {m.error:.1%})"
-        for s, m in zip(found, modes, strict=False)
+        f"{s.label()} (weight {s.mode.weight:.1%} ± {s.mode.error:.1%})" for s in found
     )
     note = f"the evidence fits several ways: {listed}; draws of each are mixed by their weights"
     if any(s.turns != found[0].turns for s in found):
@@ -204,8 +208,8 @@ def compile_ahead(
     """
     structure, data = RUNGS[model].of_scene(scene)
     if rolling.tempered(scene, model, method):
-        pinned, structure, data, _ = rolling.seen(scene, model)
-        _expect_run_outs(programs_for(pinned), data)
+        fitted, structure, data, _ = rolling.seen(scene, model)
+        _expect_run_outs(programs_for(fitted), data)
     programs = programs_for(structure)
     kind = transform_of(structure)
     transform = kind.example(structure)
@@ -213,23 +217,24 @@ def compile_ahead(
     if kind.by_regressions:
         _expect_run_outs(programs, data)
         if programs.target.rung.impact.levels:
-            programs.expect("levels", data, transform, transform.centre)
+            programs.expect(LEVELS, data, transform, transform.centre)
     if kind.refit_to_draws:
-        programs.expect("potential", np.zeros(n), data, transform)
+        programs.expect(POTENTIAL, np.zeros(n), data, transform)
     programs.expect(
-        "evaluate",
+        EVALUATE,
         data,
         transform,
         np.zeros((ROWS, n)),
-        np.zeros((ROWS, len(structure.surrogates))),
+        np.zeros((ROWS, len(kind.surrogates(structure)))),
     )
-    if method == "nuts":
-        programs.sampler(warmup, targets(structure)[0], data, transform)
-    if pictured or structure.open:  # where a likely crash is sought among those of the prior
+    METHODS[method].compile_ahead(programs, warmup, data, transform)
+    if (
+        pictured or kind.by_prior_pilot or structure.unmeasured
+    ):  # a start is sought among its crashes
         prior = (prior_keys(0), data)
-        programs.expect("prior", *prior)
-        sites = partial(jax.eval_shape, programs.target.functions["prior"], *prior)
-        programs.expect("simulate", data, sites)
+        programs.expect(PRIOR, *prior)
+        sites = partial(jax.eval_shape, programs.function(PRIOR), *prior)
+        programs.expect(SIMULATE, data, sites)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)
 
@@ -239,10 +244,10 @@ def _expect_run_outs(programs: Programs, data: Data) -> None:
     structure = programs.structure
     if structure.inverted == VEHICLES:
         return
-    separation = np.zeros((BATCH, len(structure.aims)))
+    separation = np.zeros((BATCH, len(structure.rest_components)))
     xi = np.zeros((BATCH, len(structure.uncertain)))
-    programs.expect("inputs", data, xi)
-    programs.expect("reached", data, separation, xi)
+    programs.expect(INPUTS, data, xi)
+    programs.expect(REACHED, data, separation, xi)
 
 
 def _named(known: dict, what: str, name: str) -> Any:

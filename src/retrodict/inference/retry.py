@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -12,8 +12,8 @@ import numpy as np
 
 from retrodict.inference import diagnostics
 from retrodict.inference.datatree import crashes_of_prior, tree_of
-from retrodict.inference.density.compiled import Programs
-from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, beside, mixed
+from retrodict.inference.density.compiled import COMPILATION, Stopwatch
+from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, all_modes, mixed
 from retrodict.inference.outcome import Checks, Mode
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.progress import Progress
@@ -65,19 +65,17 @@ class Sampling:
 
     Args:
         found: its solutions.
-        modes: their weights, in the same order.
         unsampled: other modes, which draws should reach.
         faults: for which no draws are to be relied on.
         pictured: whether the prior and run-outs are recorded too, which figures show.
-        tell: called as the work goes on.
+        report: called as the work goes on.
     """
 
     found: list[Solution]
-    modes: list[Mode]
     unsampled: list[UnsampledMode]
     faults: tuple[str, ...]
     pictured: bool
-    tell: Progress
+    report: Progress
     _priors: dict[int, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
 
     def by(self, method: str, task: Task) -> Run:
@@ -87,23 +85,30 @@ class Sampling:
             method: a name in METHODS.
             task: for the first solution's posterior.
         """
-        drawn, seconds = self._timed(lambda: self._of_each(method, task))
-        idata, checks, modes = self._judged(drawn, task)
+        sampling = Stopwatch()
+        with self._sampling(sampling):
+            drawn = self._of_each(method, task)
         notes = [note for each in drawn for note in each.notes]
+        short: list[Checks] = []
+
+        def more(drawn: list[Draws]) -> list[Draws]:
+            with self._sampling(sampling):
+                return doubled(drawn)
+
+        def judge(drawn: list[Draws], times: int) -> tuple[xr.DataTree, Checks, list[Mode]]:
+            # of what was evaluated importance sampling keeps no more than twice
+            return self._judged(drawn, replace(task, draws=min(times, 2) * task.draws))
+
+        def is_short(judged: tuple[xr.DataTree, Checks, list[Mode]], times: int) -> bool:
+            short.append(judged[1])
+            return may_improve(judged[1], task, times, method)
+
+        drawn, judged, times = until_enough(drawn, judge, is_short, more)
+        idata, checks, modes = judged
+        draws = min(times, 2) * task.draws
         complete = all(each.complete for each in drawn)
-        draws, times, lacking = task.draws, 1, self._lacking(checks)
-        while (
-            complete
-            and may_improve(checks, task, times, method)
-            and all(each.more for each in drawn)
-        ):
-            times *= 2
-            drawn, further = self._timed(partial(_more, drawn))
-            seconds += further
-            complete = all(each.complete for each in drawn)
-            draws = 2 * task.draws  # of what was weighed importance sampling keeps no more
-            idata, checks, modes = self._judged(drawn, replace(task, draws=draws))
         if times > 1:
+            lacking = self._lacking(short[0])
             notes.append(
                 f"after {task.draws} draws a chain {'; '.join(lacking)}; the run reported here went on "
                 f"to {'twice' if times == 2 else f'{times} times'} as many"
@@ -114,7 +119,7 @@ class Sampling:
             checks=checks,
             failed=checks.reasons[len(self.faults) :],
             draws=draws,
-            seconds=seconds,
+            seconds=sampling.seconds,
             complete=complete,
             notes=tuple(notes),
             unfinished=drawn[0].unfinished if len(self.found) == 1 else None,
@@ -123,7 +128,7 @@ class Sampling:
         )
 
     def _lacking(self, checks: Checks) -> list[str]:
-        """What of draws more of them may mend."""
+        """What of draws more of them may improve."""
         lacking = [*checks.reasons[len(self.faults) :]]
         if checks.imprecise:
             names = ", ".join(describe(name)[0] for name in checks.imprecise)
@@ -146,7 +151,7 @@ class Sampling:
         if missed := _missed(self.found):
             return replace(run, notes=(*run.notes, f"{missed}: no other method was tried"))
         # those draws say where the posterior lies, though they are not reported
-        found = [s.about(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
+        found = [s.whitened_by(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
         unsampled = [
             other.converted_to(self.found[other.of], found[other.of]) for other in self.unsampled
         ]
@@ -163,14 +168,15 @@ class Sampling:
         note = f"{why} and was replaced by {instead}"
         return replace(other, notes=(note, *other.notes), seconds=seconds)
 
-    def _timed(self, draw: Callable[[], list[Draws]]) -> tuple[list[Draws], float]:
-        """Draws, and the seconds that they took beside compilation."""
-        self.tell("sampling", 0, 1)
-        start, before = time.perf_counter(), Programs.compile_seconds
-        drawn = draw()
-        seconds = time.perf_counter() - start - (Programs.compile_seconds - before)
-        self.tell("predicting", 0, 1)
-        return drawn, seconds
+    @contextmanager
+    def _sampling(self, stopwatch: Stopwatch) -> Iterator[None]:
+        """A context in which draws are made: its seconds are added, but for compilation."""
+        self.report("sampling", 0, 1)
+        before = COMPILATION.seconds
+        with stopwatch.running():
+            yield
+        stopwatch.seconds -= COMPILATION.seconds - before
+        self.report("predicting", 0, 1)
 
     def _of_each(self, method: str, task: Task) -> list[Draws]:
         """Draws of every solution, up to one that was interrupted."""
@@ -187,14 +193,14 @@ class Sampling:
         """The draws mixed, the verdict on them, and the modes in their light."""
         modes = self._modes(drawn)
         others = modes[len(self.found) :]
-        known = self.faults + tuple(_conflicting(mode, self.modes[0]) for mode in others)
+        known = self.faults + tuple(_conflicting(mode, self.found[0].mode) for mode in others)
         trees = [
             tree_of(s, d, task.seed, self._prior(s, task.seed))
             for s, d in zip(self.found, drawn, strict=False)
         ]
         # a chain that is stuck in one solution would be hidden by the others
-        for solution, mode, each, tree in zip(self.found, self.modes, drawn, trees, strict=False):
-            if mode.weight < SLIGHT:
+        for solution, each, tree in zip(self.found, drawn, trees, strict=False):
+            if solution.mode.weight < SLIGHT:
                 continue
             known += each.faults
             if len(trees) > 1:
@@ -203,7 +209,7 @@ class Sampling:
         if not all(each.complete for each in drawn):
             kept = min(each.w.shape[1] for each in drawn)
             known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
-        idata = mixed(trees, self.modes, task.seed)
+        idata = mixed(trees, [s.mode for s in self.found], task.seed)
         return idata, diagnostics.judge(idata, self.found[0].scene, known), modes
 
     def _prior(self, solution: Solution, seed: int) -> dict[str, np.ndarray] | None:
@@ -223,7 +229,7 @@ class Sampling:
             if other.of >= len(drawn)
             or not other.reached(drawn[other.of].w.reshape(-1, other.w.size))
         ]
-        return beside(self.found, self.modes, unreached)
+        return all_modes(self.found, unreached)
 
 
 def _one_of_several(
@@ -233,12 +239,37 @@ def _one_of_several(
     progress(i * total + done, count * total)
 
 
-def _more(drawn: list[Draws]) -> list[Draws]:
+def until_enough[J](
+    drawn: list[Draws],
+    judge: Callable[[list[Draws], int], J],
+    short: Callable[[J, int], bool],
+    more: Callable[[list[Draws]], list[Draws]],
+) -> tuple[list[Draws], J, int]:
+    """Draws, doubled for as long as they are short of what more of them may improve.
+
+    Args:
+        drawn: of each solution.
+        judge: gives a verdict on draws that are so many times those at first.
+        short: whether it lacks anything that more may improve.
+        more: doubles them, as `doubled` does.
+
+    Returns:
+        The draws, the verdict on them, and how many times those at first they are.
+    """
+    times, verdict = 1, judge(drawn, 1)
+    while all(each.complete and each.more for each in drawn) and short(verdict, times):
+        drawn, times = more(drawn), 2 * times
+        verdict = judge(drawn, times)
+    return drawn, verdict, times
+
+
+def doubled(drawn: list[Draws]) -> list[Draws]:
+    """Twice as many draws of each solution."""
     return [each.more() for each in drawn if each.more]
 
 
 def may_improve(checks: Checks, task: Task, times: int, method: str) -> bool:
-    """Whether more draws may mend what these lack.
+    """Whether more draws may improve what these lack.
 
     Args:
         checks: of the draws.

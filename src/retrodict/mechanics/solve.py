@@ -165,7 +165,7 @@ def _scales(bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:
 def _require_rank(
     jacobian: np.ndarray, misfit: np.ndarray, names: list[str], speed: float
 ) -> float:
-    """The condition number of a regular Jacobian (coefficients weigh as their effect over speed)."""
+    """The condition number of a regular Jacobian (coefficients scaled by their effect over speed)."""
     weight = np.array([1 / speed if name in NAMES[12:] else 1.0 for name in names])
     left, sizes, right = np.linalg.svd(jacobian * weight)
     rank = int((sizes > SINGULAR * sizes[0]).sum())

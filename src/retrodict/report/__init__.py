@@ -1,4 +1,4 @@
-"""How a reconstruction is told: findings, terminal, figures and documents.
+"""How a reconstruction is presented: terminal, figures and documents.
 
 Import the module that is wanted; figures and documents bring matplotlib and jinja2 with them.
 """

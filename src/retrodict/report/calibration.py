@@ -1,11 +1,9 @@
-"""A calibration as it is told: its verdict, its table of ranks, and files."""
+"""The report of a calibration: its verdict, its table of ranks, and files."""
 
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
-import json
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +21,7 @@ from retrodict.studies.calibration import (
     SLOWLY,
     Calibration,
     Row,
+    digest,
 )
 from retrodict.studies.uniformity import BAND, LEVELS, Uniformity, uniformity
 
@@ -62,7 +61,7 @@ def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
             f"Too few to judge: {done} simulations; from {LEAST} on there is a verdict. {withheld}."
         )
     if ranked < LEAST:
-        return f"NOT CALIBRATED: fewer than {LEAST} ranks are too few to tell. {withheld}."
+        return f"NOT CALIBRATED: fewer than {LEAST} ranks are too few to decide. {withheld}."
     outside = [name for name, each in found.items() if not each.inside_jointly]
     alone = [name for name, each in found.items() if not each.inside]
     level = 1 - (1 - BAND) / len(found)
@@ -151,20 +150,17 @@ def write_calibration(calibration: Calibration, directory: Path) -> None:
 
     Args:
         calibration: its rows.
-        directory: made where missing; files of the same names in it are replaced, each whole.
+        directory: made where missing; files of the same names in it are replaced together.
 
     Raises:
-        OSError: a file could not be written.
+        OSError: a file could not be written; then none has changed.
     """
     from retrodict.report.figure_calibration import calibration_figure
-    from retrodict.report.figures import to_png, to_svg
+    from retrodict.report.study_files import write_study
 
     figure = calibration_figure(calibration)
-    text = json.dumps(calibration_data(calibration), indent=2, ensure_ascii=False, allow_nan=False)
-    write_ranks(calibration, directory)
-    write_whole(directory / "calibration.json", f"{text}\n".encode())
-    write_whole(directory / "calibration.png", to_png(figure))
-    write_whole(directory / "calibration.svg", to_svg(figure))
+    data = calibration_data(calibration)
+    write_study(directory, "calibration", data, _table(calibration), figure)
 
 
 def write_ranks(calibration: Calibration, directory: Path) -> None:
@@ -177,6 +173,11 @@ def write_ranks(calibration: Calibration, directory: Path) -> None:
     Raises:
         OSError: it could not be written.
     """
+    write_whole(directory / RANKS, _table(calibration).encode())
+
+
+def _table(calibration: Calibration) -> str:
+    """A row a simulation."""
     settings = _settings(calibration)
     rows = [
         settings
@@ -188,7 +189,7 @@ def write_ranks(calibration: Calibration, directory: Path) -> None:
         | row.ranks
         for row in calibration.rows
     ]
-    write_whole(directory / RANKS, csv_text(_COLUMNS, rows).encode())
+    return csv_text(_COLUMNS, rows)
 
 
 def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:
@@ -237,7 +238,7 @@ def _settings(calibration: Calibration) -> dict[str, Any]:
         "model": calibration.model,
         "method": calibration.method,
         "seed": calibration.seed,
-        "scene": hashlib.sha256(repr(calibration.scene).encode()).hexdigest()[:12],
+        "scene": digest(calibration.scene, calibration.model),
         "closing_from": CLOSING,
     }
 

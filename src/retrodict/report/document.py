@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from retrodict.scene.case import Case
 
 Images = Callable[[], dict[str, bytes]]  # figures' images by name
+Renderer = Callable[[Document], bytes]
 
 # by the suffix of the file; heavy libraries are imported where a document is rendered
-FORMATS: dict[str, Callable[[Document], bytes]] = {
+FORMATS: dict[str, Renderer] = {
     "html": html.render,
     "pdf": pdf.render,
     "docx": word.render,
@@ -60,26 +61,23 @@ def document_of(
     return content(findings, drawings, FIGURES, units, case)
 
 
-def render(document: Document, suffixes: Iterable[str]) -> dict[str, bytes]:
-    """A document in formats.
+def renderers(suffixes: Iterable[str]) -> dict[str, Renderer]:
+    """The renderers of formats.
 
     Args:
-        document: from `document_of`.
-        suffixes: of `FORMATS`.
+        suffixes: of their files, in any case.
 
     Returns:
-        What the files hold, by suffix.
+        Functions that render a document, by suffix.
 
     Raises:
         UnknownFormat: there is no such format.
-        MissingLibrary: a format needs a library that is not installed.
     """
-    rendered = {}
-    for suffix in suffixes:
+    wanted = [suffix.strip().lower() for suffix in suffixes]
+    for suffix in wanted:
         if suffix not in FORMATS:
             raise UnknownFormat(suffix)
-        rendered[suffix] = FORMATS[suffix](document)
-    return rendered
+    return {suffix: FORMATS[suffix] for suffix in wanted}
 
 
 def write_report(
@@ -106,11 +104,8 @@ def write_report(
         MissingLibrary: the format needs a library that is not installed.
         OSError: the file could not be written; one that was there is as it was.
     """
-    suffix = path.suffix.removeprefix(".").lower()
-    if suffix not in FORMATS:
-        raise UnknownFormat(suffix)
-    document = document_of(findings, outcome, units, case)
-    return write_whole(path, FORMATS[suffix](document))
+    ((_, render),) = renderers([path.suffix.removeprefix(".")]).items()
+    return write_whole(path, render(document_of(findings, outcome, units, case)))
 
 
 def write_reports(document: Document, folder: Path, suffixes: Iterable[str]) -> list[Path]:
@@ -127,5 +122,5 @@ def write_reports(document: Document, folder: Path, suffixes: Iterable[str]) -> 
     Raises:
         UnknownFormat, MissingLibrary, OSError: as of `write_report`.
     """
-    rendered: Mapping[str, bytes] = render(document, suffixes)
-    return [write_whole(folder / f"report.{each}", made) for each, made in rendered.items()]
+    made = {suffix: render(document) for suffix, render in renderers(suffixes).items()}
+    return [write_whole(folder / f"report.{suffix}", each) for suffix, each in made.items()]

@@ -22,7 +22,7 @@ _THERE, _HERE = slice(None, -1), slice(-1, None)
 
 
 class DrawingProcess:
-    """A process that imports at once what drawing takes, and draws when it is told what.
+    """A process that imports at once what drawing needs, and draws on request.
 
     It ends when this process does. A thread would not do: Python runs one of them at a time.
     """

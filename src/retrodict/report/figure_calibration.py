@@ -17,8 +17,8 @@ CAPTION = (
     "Each panel is a quantity. The line is the share of simulations whose truth lies at or below a "
     "cumulative probability of the posterior, less that probability; a perfect method stays near "
     "nought. 95 % of calibrated methods stay everywhere within the grey band. A line that rises "
-    "first and falls then tells of truths that lie too low; one that rises at both ends and falls "
-    "between tells of posteriors that are too narrow."
+    "first and falls then shows true values that lie too low; one that rises at both ends and falls "
+    "between shows posteriors that are too narrow."
 )
 _COLUMNS = 4
 
@@ -40,7 +40,7 @@ def calibration_figure(calibration: Calibration) -> Figure:
         figure = drawing.new_figure(7.2, 0.7 + 1.7 * lines)
         panels = figure.subplots(lines, _COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
         if not found:
-            drawing.nothing_here(panels[0], "too few ranks to tell")
+            drawing.nothing_here(panels[0], "too few ranks to decide")
         for axes, (name, each) in zip(panels, found.items(), strict=False):
             axes.fill_between(each.at, *each.band, step="post", color=drawing.PALE, lw=0)
             color, style = (drawing.BLUE, "-") if each.inside else (drawing.ORANGE, "--")

@@ -82,14 +82,14 @@ def _colour(step: Step) -> str:
 
 
 def _legend() -> list[Line2D]:
-    told = {
+    colors = {
         "enough": _ENOUGH,
         "fits, not enough": _FITS,
         "does not fit, or not to be relied on": _WRONG,
     }
     marks = [
         Line2D([], [], ls="", marker="o", color=color, mec=drawing.INK, label=label)
-        for label, color in told.items()
+        for label, color in colors.items()
     ]
     ring = Line2D([], [], ls="", marker="o", ms=10, mfc="none", mec=drawing.ORANGE, mew=1.8)
     ring.set_label("chosen")

@@ -131,7 +131,7 @@ def half_plane(edge: Edge, view: tuple[float, float, float, float]) -> np.ndarra
 def _paths(outcome: Outcome, worth: float) -> dict[str, np.ndarray]:
     """Finite run-outs (path, step, pose) of each vehicle, lengths in the printed unit."""
     tree = outcome.idata
-    # the variable bears the name of its first dimension, so xarray counts it as a coordinate
+    # the variable has the name of its first dimension, so xarray counts it as a coordinate
     if "trajectories" not in tree.children or "path" not in tree["trajectories"]:
         return {}
     data = tree["trajectories"]["path"].transpose("vehicle", "run", "step", "pose").values

@@ -1,4 +1,4 @@
-"""Writing files whole, and those of one result together: what is there is old or new. Tables as CSV."""
+"""Writing files whole, and those of one result or study together: what is there is old or new."""
 
 from __future__ import annotations
 

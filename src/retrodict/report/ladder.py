@@ -1,8 +1,7 @@
-"""The ladder of models as it is told: printed rows, and files."""
+"""The report of the ladder of models: printed rows, and files."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +12,8 @@ from retrodict.findings.rounding import NOTHING, format_range, format_value, for
 from retrodict.findings.statistics import LEVELS
 from retrodict.findings.summary import ladder_data
 from retrodict.inference.digits import decimals_of
-from retrodict.report.files import csv_text, write_whole
+from retrodict.report.files import csv_text
+from retrodict.report.results import named
 from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def ladder_rows(
 def headings(ladder: Ladder, units: Units = "si") -> list[str]:
     """Of the columns that hold the answers: what is asked, with its unit."""
     labels = [label_and_unit(name, units) for name in ladder.question]
-    return [f"{label}, {unit.symbol}" if unit.symbol else label for label, unit in labels]
+    return [named(label, unit.symbol) for label, unit in labels]
 
 
 def write_ladder(ladder: Ladder, directory: Path) -> None:
@@ -94,24 +94,15 @@ def write_ladder(ladder: Ladder, directory: Path) -> None:
 
     Args:
         ladder: what every rung says.
-        directory: made where missing; files of the same names in it are replaced, each whole.
+        directory: made where missing; files of the same names in it are replaced together.
 
     Raises:
-        OSError: a file could not be written.
+        OSError: a file could not be written; then none has changed.
     """
     from retrodict.report.figure_ladder import ladder_figure
-    from retrodict.report.figures import to_png, to_svg
+    from retrodict.report.study_files import write_study
 
-    figure = ladder_figure(ladder)
-    text = json.dumps(ladder_data(ladder), indent=2, ensure_ascii=False, allow_nan=False)
-    files = {
-        "ladder.json": f"{text}\n".encode(),
-        "ladder.csv": _table(ladder).encode(),
-        "ladder.png": to_png(figure),
-        "ladder.svg": to_svg(figure),
-    }
-    for name, content in files.items():
-        write_whole(directory / name, content)
+    write_study(directory, "ladder", ladder_data(ladder), _table(ladder), ladder_figure(ladder))
 
 
 def _table(ladder: Ladder) -> str:

@@ -52,7 +52,7 @@ def result_rows(
 ) -> list[ResultRow]:
     """The results as they are printed, to two digits of their uncertainty or as draws allow.
 
-    When the run failed every number bears a mark; those of a quantity that failed checks of its
+    When the run failed every number has a mark; those of a quantity that failed checks of its
     own, and of what follows from it, are withheld.
 
     Args:
@@ -104,3 +104,8 @@ def marked(findings: Findings, text: str, withheld: bool = False) -> str:
     if withheld:
         return WITHHELD
     return text if findings.checks.passed else text + MARK
+
+
+def named(label: str, unit: str) -> str:
+    """A quantity's label with its unit, where it has one."""
+    return f"{label}, {unit}" if unit else label

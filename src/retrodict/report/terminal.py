@@ -13,7 +13,7 @@ from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import LEVELS
 from retrodict.report.ladder import ladder_rows
 from retrodict.report.layout import print_table
-from retrodict.report.results import result_rows
+from retrodict.report.results import named, result_rows
 from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def _table(findings: Findings, units: Units, wide: bool) -> Table:
             intervals = ["\n".join(f"{level} %: {text}" for level, text in pairs)]
         if row.withheld:
             intervals = [row.intervals[LEVELS[0]]] * len(intervals)
-        label = f"{row.label}, {row.unit}" if row.unit else row.label
+        label = named(row.label, row.unit)
         mean = row.mean.replace(" ±", f"{fold}±")
         size = f"{row.ess_bulk}{fold}/ {row.ess_tail}"
         cells = [label, row.median, mean, *intervals, row.rhat, size]

@@ -1,4 +1,4 @@
-"""A validation as it is told: printed rows, its table in Markdown, and files."""
+"""The report of a validation: printed rows, its table in Markdown, and files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rich.text import Text
 from retrodict.findings.rounding import NOTHING, format_range, format_value, format_with_sd
 from retrodict.findings.statistics import LEVELS
 from retrodict.inference.digits import decimals_of
-from retrodict.report.files import csv_text, write_whole
+from retrodict.report.files import csv_text
 from retrodict.report.layout import print_table
 from retrodict.scene.quantities import Units, describe, unit_of
 
@@ -69,7 +69,7 @@ def cells(score: Score, units: Units = "si") -> dict[str, str]:
 
 
 def remarks(validation: Validation) -> list[str]:
-    """What has to be told beside the table: coverage, what was withheld and why, notes of the cases."""
+    """Remarks to the table: coverage, what was withheld and why, notes of the cases."""
     lines = []
     for level in LEVELS:
         found = validation.coverage(level)
@@ -104,7 +104,7 @@ def _narrowed(score: Score) -> str:
 
 
 def print_validation(validation: Validation, console: Console, units: Units = "si") -> None:
-    """Print a row for each speed, and what has to be told beside it.
+    """Print a row for each speed, and the remarks.
 
     Args:
         validation: its scores.
@@ -166,16 +166,15 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
 
     Args:
         validation: its scores.
-        directory: made where missing; files of the same names in it are replaced, each whole.
+        directory: made where missing; files of the same names in it are replaced together.
         units: of table and chart, "si" or "us".
 
     Raises:
-        OSError: a file could not be written.
+        OSError: a file could not be written; then none has changed.
     """
     from retrodict.report.figure_validation import CAPTION, validation_figure
-    from retrodict.report.figures import to_png, to_svg
+    from retrodict.report.study_files import write_study
 
-    figure = validation_figure(validation, units)
     page = [
         "# Staged collisions",
         "",
@@ -186,12 +185,9 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
         f"![{CAPTION}](validation.png)",
         "",
     ]
-    data = json.dumps(validation_data(validation), indent=2, ensure_ascii=False, allow_nan=False)
-    write_whole(directory / "validation.md", "\n".join(page).encode())
-    write_whole(directory / "validation.csv", _csv(validation).encode())
-    write_whole(directory / "validation.json", f"{data}\n".encode())
-    write_whole(directory / "validation.png", to_png(figure))
-    write_whole(directory / "validation.svg", to_svg(figure))
+    figure = validation_figure(validation, units)
+    data, table = validation_data(validation), _csv(validation)
+    write_study(directory, "validation", data, table, figure, "\n".join(page))
 
 
 def validation_data(validation: Validation) -> dict[str, Any]:

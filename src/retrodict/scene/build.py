@@ -44,20 +44,20 @@ class Complain(Protocol):
     """Called with a problem of a scene file."""
 
     def __call__(
-        self, key: str, mend: str, amount: float = 0.0, dimension: Dimension = LENGTH
+        self, key: str, fix: str, amount: float = 0.0, dimension: Dimension = LENGTH
     ) -> None:
         """Note it.
 
         Args:
             key: dotted.
-            mend: what to write instead; `{amount}` in it is told in the unit that the file has there.
+            fix: what to write instead; `{amount}` in it is given in the unit that the file has there.
             amount: in SI units or radians.
             dimension: of it.
         """
 
 
 def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> Scene:
-    """The scene that a scene file tells.
+    """The scene that a scene file describes.
 
     Args:
         entry: the file's entries, each plausible by itself.
@@ -127,7 +127,7 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
     if length < wheelbase:
         complain(
             f"vehicles.{letter}.length",
-            "shorter than the wheelbase of {amount}; mend one",
+            "shorter than the wheelbase of {amount}; correct one of them",
             wheelbase,
         )
     reach = math.hypot(length, width) / 2 + 0.5
@@ -135,7 +135,7 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
         complain(
             f"vehicles.{letter}.impact_centre.distance",
             "outside the vehicle; write a distance from its centre of gravity of at most {amount} "
-            "(half its diagonal and half a metre), or mend its length and width",
+            "(half its diagonal and half a metre), or correct its length and width",
             reach,
         )
     wheels = _wheels(entry, friction)
@@ -159,7 +159,7 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
 
 def _assumed_grip() -> Measured:
     spread = DEFAULTS["grip"]
-    return Measured(1.0, spread.of(1.0), "lognormal", f"assumed: 1 ± {spread}", "value")
+    return Measured(1.0, spread.amount(1.0), "lognormal", f"assumed: 1 ± {spread}", "value")
 
 
 def _wheels(entry: VehicleEntry, friction: float) -> Wheels | None:
@@ -167,24 +167,24 @@ def _wheels(entry: VehicleEntry, friction: float) -> Wheels | None:
         return None
     written = dict(entry.wheels)
     drags = {
-        wheel: _told_by(told, friction) if isinstance(told, str) else told
-        for wheel, told in written.items()
+        wheel: _drag_of_word(drag, friction) if isinstance(drag, str) else drag
+        for wheel, drag in written.items()
     }
     ahead = Measured(0.0, source="assumed: the front wheels point straight ahead", assumed="value")
     factor = entry.drag_factor
     if factor is None and any(drag.assumed for drag in drags.values()):
         spread = DEFAULTS["drag_factor"]
-        factor = Measured(1.0, spread.of(1.0), "lognormal", f"assumed: 1 ± {spread}", "value")
+        factor = Measured(1.0, spread.amount(1.0), "lognormal", f"assumed: 1 ± {spread}", "value")
     return Wheels(**drags, steer=entry.steer or ahead, factor=factor)
 
 
-def _told_by(word: str, friction: float) -> Measured:
-    """The drag of a wheel of which a word tells: some of its force does not grow with the friction."""
+def _drag_of_word(word: str, friction: float) -> Measured:
+    """The drag of a wheel described by a word: some of its force does not grow with the friction."""
     if word == "locked":
         return Measured(1.0, 0.0, "logitnormal", word)
     key = word.replace(", ", "_").replace(" ", "_")
     drag, spread = DEFAULTS[key], DEFAULTS[f"{key}_sd"]
-    value, sd = drag.of(friction), spread.of(friction)
+    value, sd = drag.amount(friction), spread.amount(friction)
     if value > MOST_ROLLING:
         value, sd = MOST_ROLLING, MOST_ROLLING * (1 - MOST_ROLLING)
     source = f"{word}; assumed: {drag}; uncertainty assumed: {spread}"
@@ -201,7 +201,7 @@ def _run_out_error(
     def assumed(key: str) -> Measured:
         most = DEFAULTS[key]
         source = f"assumed: {free:.2g} (1 less the mean drag of its wheels) times {most}"
-        return Measured(free * most.of(1.0), source=source, assumed="value")
+        return Measured(free * most.amount(1.0), source=source, assumed="value")
 
     return RunOutError(
         position=entry.run_out_error.position or assumed("run_out_position"),
@@ -227,9 +227,9 @@ def _axle_distances(
     assert wheelbase is not None, "the schema sees to it"
     if front is None and rear is None:
         share, spread = DEFAULTS["cg_to_front_axle"], DEFAULTS["cg_position"]
-        sd = math.hypot(spread.of(wheelbase.value), wheelbase.sd / 2)
+        sd = math.hypot(spread.amount(wheelbase.value), wheelbase.sd / 2)
         source = f"assumed from the wheelbase: {share}; uncertainty assumed: {spread}"
-        ahead = share.of(wheelbase.value)
+        ahead = share.amount(wheelbase.value)
         front, rear = (
             Measured(value, sd, "lognormal", source, "value")
             for value in (ahead, wheelbase.value - ahead)
@@ -250,9 +250,9 @@ def _axle_distances(
 
 def _estimated_yaw_inertia(mass: float, wheelbase: float) -> Measured:
     radius, spread = DEFAULTS["yaw_radius"], DEFAULTS["yaw_inertia"]
-    value = mass * radius.of(wheelbase) ** 2
+    value = mass * radius.amount(wheelbase) ** 2
     source = f"estimated as m k² with k = {radius}; uncertainty assumed: {spread}"
-    return Measured(value, spread.of(value), "lognormal", source, "value")
+    return Measured(value, spread.amount(value), "lognormal", source, "value")
 
 
 def _approach_a(entry: ApproachEntry, heading: Measured) -> Approach:
@@ -262,7 +262,7 @@ def _approach_a(entry: ApproachEntry, heading: Measured) -> Approach:
         direction=entry.direction
         or Measured(heading.value, source="assumed to be the heading at impact", assumed="value"),
         yaw_rate=entry.yaw_rate
-        or Measured(0.0, assumed.of(0.0), source=f"assumed: 0 ± {assumed}", assumed="value"),
+        or Measured(0.0, assumed.amount(0.0), source=f"assumed: 0 ± {assumed}", assumed="value"),
         skid=entry.skid,
     )
 
@@ -271,7 +271,7 @@ def _mark(entry: MarkEntry) -> Mark:
     x, y = entry.point
     default = DEFAULTS["mark"]
     across = entry.uncertainty or Measured(
-        default.of(0.0), source=f"uncertainty assumed: {default}", assumed="sd"
+        default.amount(0.0), source=f"uncertainty assumed: {default}", assumed="sd"
     )
     sources = dict.fromkeys(m.source for m in (x, y, across) if m.source)  # each once
     return Mark(

@@ -174,7 +174,7 @@ def _may_be_empty(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
 _Text = Annotated[Title, WrapValidator(_may_be_empty)]
 _Long = Annotated[Note, WrapValidator(_may_be_empty)]
 _TEXT = Field("", examples=['"…"'])
-_LINES = Field([], max_length=50, examples=['["one line", "another"]'])
+_LINES: Any = Field([], max_length=50, examples=['["one line", "another"]'])
 _Day = Annotated[_Text, BeforeValidator(_day)]
 _DAY = Field("", examples=['"2026-03-14"'])
 

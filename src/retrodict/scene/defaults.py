@@ -30,7 +30,7 @@ class Default:
     def __str__(self) -> str:
         return f"{self.value:g} {self.unit} (grade {self.grade}: {self.source})"
 
-    def of(self, value: float) -> float:
+    def amount(self, value: float) -> float:
         """The figure in SI units or radians.
 
         Args:
@@ -70,7 +70,7 @@ class SurfaceFriction:
         return f"{self.value:g} ± {self.sd:g} (grade {self.grade}: {self.source})"
 
 
-# a share of the friction that a word may tell: on ice the engine can all but lock a wheel
+# largest share of the friction that a word stands for: on ice the engine can all but lock a wheel
 MOST_ROLLING = 0.8
 
 _HEADING = "judgement: with tyre marks; allow 8 deg without marks"

@@ -33,7 +33,7 @@ def way(start: Point, passed: Iterable[Point], end: Point) -> float:
 
 def settled(way: float) -> float:
     """Share of its final size that the error of a heading has after a way (m)."""
-    return min(1.0, way / DEFAULTS["run_out_settled"].of(0.0))
+    return min(1.0, way / DEFAULTS["run_out_settled"].amount(0.0))
 
 
 def freedom(front_axle: float, rear_axle: float, drags: Sequence[float]) -> float:

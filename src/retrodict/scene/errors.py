@@ -1,4 +1,4 @@
-"""What is wrong with a scene file, one line a problem: the file, the key, the value, the mend."""
+"""What is wrong with a scene file, one line a problem: the file, the key, the value, the fix."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class Problem:
     Args:
         key: dotted path of the key ("vehicles.A.mass"); empty for the file as a whole.
         value: the value as written, through `shown`; empty where there is none.
-        mend: what is wrong with it and what to write instead.
+        fix: what is wrong with it and what to write instead.
     """
 
     key: str
     value: str
-    mend: str
+    fix: str
 
     def __str__(self) -> str:
         said = " = ".join(part for part in (self.key, self.value) if part)
-        return f"{said}: {self.mend}" if said else self.mend
+        return f"{said}: {self.fix}" if said else self.fix
 
 
 class SceneError(Exception):

@@ -1,4 +1,4 @@
-"""What is wrong with the entries of a scene file, told so that it can be mended."""
+"""What is wrong with the entries of a scene file, and how to fix it."""
 
 from __future__ import annotations
 
@@ -43,19 +43,19 @@ def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> l
         if kind == "missing":
             while isinstance(parts[-1], int):
                 parts.pop()
-            mend = f"missing; write {_assignment(parts, root)}"
-            problems.append(Problem(key_path(parts), "", mend))
+            fix = f"missing; write {_assignment(parts, root)}"
+            problems.append(Problem(key_path(parts), "", fix))
             continue
         if kind == "fault":
-            mend, at = found["ctx"]["mend"], found["ctx"]["at"]
+            fix, at = found["ctx"]["fix"], found["ctx"]["at"]
             if at:
                 parts.append(at)
                 value = value.get(at)
         elif kind == "extra_forbidden":
-            mend = _unknown_key(parts, root)
+            fix = _unknown_key(parts, root)
         else:
-            mend = f"not what is expected here; write {_assignment(parts, root)}"
-        problems.append(Problem(key_path(parts), "" if value is None else shown(value), mend))
+            fix = f"not what is expected here; write {_assignment(parts, root)}"
+        problems.append(Problem(key_path(parts), "" if value is None else shown(value), fix))
     return problems
 
 

@@ -13,9 +13,9 @@ from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.records import Law, Measured
 
 
-def fault(mend: str, at: str = "") -> PydanticCustomError:
+def fault(fix: str, at: str = "") -> PydanticCustomError:
     """The error by which a validator says what to write instead, at a key below its own."""
-    return PydanticCustomError("fault", "{mend}", {"mend": mend, "at": at})
+    return PydanticCustomError("fault", "{fix}", {"fix": fix, "at": at})
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class Kind:
             reading = units.read_quantity(raw, self.dimension, self.example)
             worth = units.factor(self.dimension.units[0], self.dimension) if self._unit else 1.0
         except units.QuantityError as found:
-            raise fault(found.mend, found.at) from None
+            raise fault(found.fix, found.at) from None
         span = (self.high - self.low) * worth
         slack = 1e-12 * span  # the bounds themselves are accepted, whatever the rounding
         if not self.low * worth - slack <= reading.value <= self.high * worth + slack:
@@ -85,7 +85,7 @@ class Kind:
         sd, source, assumed = reading.sd, reading.source, False
         if sd is None and self.default:
             default = DEFAULTS[self.default]
-            sd, assumed = default.of(reading.value), True
+            sd, assumed = default.amount(reading.value), True
             source = "; ".join(s for s in (source, f"uncertainty assumed: {default}") if s)
         if sd is not None and not 1e-9 * span <= sd <= span:
             raise fault(f'not a plausible uncertainty; write it like "{self.example}"')
@@ -273,7 +273,7 @@ MarkUncertainty = Annotated[
         advice="it is itself one standard deviation",
     ),
 ]
-_SPREAD = "it tells a prior"
+_SPREAD = "it is a parameter of a prior"
 SpeedScale = Annotated[
     Measured, Kind(units.SPEED, 0.1, 150, "40 m/s", uncertainty="refused", advice=_SPREAD)
 ]

@@ -62,7 +62,9 @@ def read_text(path: str | Path) -> str:
         raise _file_error(path, f"line {line} is not UTF-8 text; save the file as UTF-8") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "not a path"
-        raise _file_error(path, f"cannot be read ({reason}); mend the path or the rights") from None
+        raise _file_error(
+            path, f"cannot be read ({reason}); correct the path or the permissions"
+        ) from None
     return text
 
 
@@ -82,8 +84,8 @@ def parse_scene(text: str, name: str) -> Scene:
     return _parse(text.removeprefix("\ufeff"), name, name)
 
 
-def _file_error(path: str | Path, mend: str) -> SceneError:
-    return SceneError(str(path), [Problem("", "", mend)])
+def _file_error(path: str | Path, fix: str) -> SceneError:
+    return SceneError(str(path), [Problem("", "", fix)])
 
 
 def _parse(text: str, name: str, file: str) -> Scene:
@@ -101,10 +103,10 @@ def _parse(text: str, name: str, file: str) -> Scene:
         raise SceneError(file, problems_of(error)) from None
     problems: list[Problem] = []
 
-    def complain(key: str, mend: str, amount: float = 0.0, dimension: Dimension = LENGTH) -> None:
+    def complain(key: str, fix: str, amount: float = 0.0, dimension: Dimension = LENGTH) -> None:
         raw = _written(document, key)
-        told = in_unit_of(raw, amount, dimension)
-        problems.append(Problem(key, shown(raw), mend.format(amount=told)))
+        written = in_unit_of(raw, amount, dimension)
+        problems.append(Problem(key, shown(raw), fix.format(amount=written)))
 
     scene = build_scene(entry, name, text, complain)
     if problems:
@@ -130,8 +132,8 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
     lines = text.split("\n")
     for number, line in enumerate(lines, 1):
         if len(line) > _LINE_LENGTH:
-            mend = f"longer than {_LINE_LENGTH} characters; break the line"
-            raise SceneError(file, [Problem(f"line {number}", shown(line), mend)])
+            fix = f"longer than {_LINE_LENGTH} characters; break the line"
+            raise SceneError(file, [Problem(f"line {number}", shown(line), fix)])
     try:
         return tomllib.loads(text)
     except RecursionError:
@@ -140,13 +142,13 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
         said = re.fullmatch(r"(.*) \(at (line (\d+), column \d+)\)", str(error), re.DOTALL)
         reason, place, line = said.group(1, 2, 3) if said else (str(error), "", "")
         again = "declare" in reason or "overwrite" in reason
-        mend = (
+        fix = (
             "write every table and key once"
             if again
             else 'text and quantities stand in quotes, like mass = "1857 ± 37 kg"'
         )
         value = shown(lines[int(line) - 1].strip()) if line else ""
-        problem = Problem(place, value, f"not valid TOML ({shown(reason)[1:-1]}); {mend}")
+        problem = Problem(place, value, f"not valid TOML ({shown(reason)[1:-1]}); {fix}")
         raise SceneError(file, [problem]) from None
 
 

@@ -48,13 +48,13 @@ def default_priors() -> dict[str, Prior]:
     """
     return {
         name: Prior(
-            tuple(told["numbers"].values()),
-            told["text"].format(*told["numbers"].values()),
-            told["reason"],
-            told["source"],
-            told["grade"],
+            tuple(prior["numbers"].values()),
+            prior["text"].format(*prior["numbers"].values()),
+            prior["reason"],
+            prior["source"],
+            prior["grade"],
         )
-        for name, told in _told().items()
+        for name, prior in _defaults().items()
     }
 
 
@@ -69,18 +69,18 @@ def overridden(name: str, numbers: Mapping[str, float], source: str) -> Prior:
     Returns:
         The prior; its reason names the default in whose place it stands.
     """
-    told = _told()[name]
-    now = (told["numbers"] | numbers).values()
-    default = told["text"].format(*told["numbers"].values())
+    prior = _defaults()[name]
+    now = (prior["numbers"] | numbers).values()
+    default = prior["text"].format(*prior["numbers"].values())
     reason = f"written in the scene file, in place of: {default}"
-    return Prior(tuple(now), told["text"].format(*now), reason, source, "C", True)
+    return Prior(tuple(now), prior["text"].format(*now), reason, source, "C", True)
 
 
 def prior_keys() -> dict[str, tuple[str, ...]]:
     """Keys of the numbers of each prior, by its name, in the order of `Prior.numbers`."""
-    return {name: tuple(told["numbers"]) for name, told in _told().items()}
+    return {name: tuple(prior["numbers"]) for name, prior in _defaults().items()}
 
 
 @cache
-def _told() -> dict[str, Any]:
+def _defaults() -> dict[str, Any]:
     return tomllib.loads(resources.files(__package__).joinpath("priors.toml").read_text("utf-8"))

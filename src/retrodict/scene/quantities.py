@@ -1,4 +1,4 @@
-"""How each named quantity is called and in which units it is told."""
+"""The label of each named quantity and the units in which it is reported."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ _UNITS: dict[str, dict[Units, Unit]] = {
     "impulse": {"si": Unit("N s", 1.0), "us": Unit("lbf s", 4.4482216152605)},
     "number": {"si": Unit("", 1.0), "us": Unit("", 1.0)},
 }
-_SI_SYMBOLS = {"angle": "rad", "energy": "J"}  # where numbers are told in another unit than stored
+_SI_SYMBOLS = {
+    "angle": "rad",
+    "energy": "J",
+}  # where numbers are reported in another unit than stored
 
 # what is unknown and reported, in the order it is reported: name -> (label, dimension)
 REPORTED: dict[str, tuple[str, str]] = {
@@ -144,7 +147,7 @@ def describe(name: str) -> tuple[str, str]:
 
 
 def unit_of(dimension: str, units: Units = "si") -> Unit:
-    """The unit that a dimension is told in ("si" or "us" customary)."""
+    """The unit that a dimension is reported in ("si" or "us" customary)."""
     return _UNITS[dimension][units]
 
 

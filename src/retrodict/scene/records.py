@@ -137,7 +137,7 @@ class Approach:
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """Motion just after impact (m/s, rad, rad/s), as recorders or marks tell; None is not measured.
+    """Motion just after impact (m/s, rad, rad/s), from recorders or marks; None is not measured.
 
     `direction` is that of travel, counter-clockwise from the x axis. `delta_v` is the size of the
     change of velocity, and the other two its components along the heading at impact and to the
@@ -376,7 +376,7 @@ class Scene:
         )
 
     def reported(self) -> tuple[str, ...]:
-        """Which of `REPORTED` its results tell, where the model knows them."""
+        """Which of `REPORTED` its results contain, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
         left_out = {"speed_a"} if known else set()
         left_out |= {f"initial_speed_{v}" for v in VEHICLES if self.approach[v].skid is None}

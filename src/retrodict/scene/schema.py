@@ -134,10 +134,10 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-def _tells_something(table: _Table) -> None:
+def _not_empty(table: _Table) -> None:
     keys = list(type(table).model_fields)
     if all(getattr(table, key) is None for key in keys):
-        raise fault(f"tells nothing; write one or more of {', '.join(keys)}")
+        raise fault(f"is empty; write one or more of {', '.join(keys)}")
 
 
 class ImpactCentreEntry(_Table):
@@ -173,8 +173,8 @@ class DepartureEntry(_Table):
     delta_v_left: DeltaVComponent | None = None
 
     @model_validator(mode="after")
-    def _tells_something_once(self) -> DepartureEntry:
-        _tells_something(self)
+    def _has_something_once(self) -> DepartureEntry:
+        _not_empty(self)
         if self.delta_v and (self.delta_v_forward or self.delta_v_left):
             raise fault(
                 "the same measurement twice; keep it, or delta_v_forward and delta_v_left",
@@ -204,7 +204,7 @@ class EndOfRotationEntry(_Table):
 
     @model_validator(mode="after")
     def _has_a_part(self) -> EndOfRotationEntry:
-        _tells_something(self)
+        _not_empty(self)
         return self
 
 
@@ -346,8 +346,8 @@ class SurfaceEntry(_Table):
     @model_validator(mode="after")
     def _friction_is_known(self) -> SurfaceEntry:
         if self.friction is None and self.kind is None:
-            mend = 'missing; write friction = "0.50 ± 0.03", or kind = "dry asphalt"'
-            raise fault(mend, "friction")
+            fix = 'missing; write friction = "0.50 ± 0.03", or kind = "dry asphalt"'
+            raise fault(fix, "friction")
         return self
 
 

@@ -66,16 +66,16 @@ def load_truth(path: str | Path) -> Truth:
         entry = _TruthEntry.model_validate(document)
     except ValidationError as error:
         raise SceneError(str(path), problems_of(error, _TruthEntry)) from None
-    told = tuple(
+    published = tuple(
         Published(each.name, {k: m.value for k, m in each.speeds().items()}, each.source)
         for each in entry.published
     )
-    return Truth(entry.speeds(), told, entry.note)
+    return Truth(entry.speeds(), published, entry.note)
 
 
 def _sourced(speed: Measured) -> Measured:
     if not speed.source:
-        raise fault(f"tells no source; write {_EXAMPLE}")
+        raise fault(f"no source is given; write {_EXAMPLE}")
     return speed
 
 
@@ -91,9 +91,9 @@ class _Entry(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     @model_validator(mode="after")
-    def _tells_a_speed(self) -> _Entry:
+    def _has_a_speed(self) -> _Entry:
         if not self.speeds():
-            raise fault(f"no speed is told; write {_EXAMPLE}", "speed_b")
+            raise fault(f"no speed is given; write {_EXAMPLE}", "speed_b")
         return self
 
     def speeds(self) -> dict[str, Measured]:

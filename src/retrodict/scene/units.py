@@ -77,13 +77,13 @@ class QuantityError(ValueError):
     """A quantity that cannot be read.
 
     Args:
-        mend: what is wrong and what to write instead.
+        fix: what is wrong and what to write instead.
         at: the key of the quantity's table that is at fault; empty for the quantity as a whole.
     """
 
-    def __init__(self, mend: str, at: str = "") -> None:
-        super().__init__(mend)
-        self.mend = mend
+    def __init__(self, fix: str, at: str = "") -> None:
+        super().__init__(fix)
+        self.fix = fix
         self.at = at
 
 
@@ -231,7 +231,7 @@ def _read_table(raw: dict[str, object], dimension: Dimension) -> Reading:
     try:
         worth = factor(unit, dimension) if unit else 1.0
     except QuantityError as fault:
-        raise QuantityError(fault.mend, at="unit") from None
+        raise QuantityError(fault.fix, at="unit") from None
     sd = _number(raw["sd"]) * worth if "sd" in raw else None
     return Reading(_number(raw["value"]) * worth, sd, str(raw.get("source", "")))
 

@@ -1,4 +1,4 @@
-"""The text of a scene: as it was written where that is what the scene says, else written anew."""
+"""The scene file of a scene: the text it was read from if that still holds, else a new one."""
 
 from __future__ import annotations
 
@@ -227,7 +227,7 @@ def _unsaid(scene: Scene, text: str) -> list[str]:
     try:
         read = parse_scene(text, scene.name)
     except SceneError as error:
-        return [f"{problem.key}: {problem.mend}" for problem in error.problems]
+        return [f"{problem.key}: {problem.fix}" for problem in error.problems]
     known = scene.inputs() | scene.evidence()
     said = read.inputs() | read.evidence()
     return [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 import signal
@@ -20,17 +21,19 @@ from jaxtyping import Array, Bool, Float
 
 from retrodict.inference import diagnostics
 from retrodict.inference.density.compiled import CHUNK, Programs, programs_for
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import SLIGHT, PosteriorModes, Solution, posterior_modes
 from retrodict.inference.outcome import Checks
-from retrodict.inference.retry import may_improve
+from retrodict.inference.retry import doubled, may_improve, until_enough
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
+from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, RunOutError, Scene
 
@@ -152,7 +155,7 @@ def calibrate(
     for what, name, names in (("model", model, tuple(RUNGS)), ("method", method, EXACT)):
         if name not in names:
             raise ValueError(f"{what} is one of {', '.join(names)}; not {name!r}")
-    others = [name for name in scene.evidence() if not name.startswith("rest_")]
+    others = [name for name in scene.evidence() if not parsed(name).at_rest]
     if others or scene.robust:
         raise ValueError(
             f"only rest poses with normal errors are simulated: leave {', '.join(others) or 'robust'} "
@@ -169,14 +172,14 @@ def calibrate(
     def so_far() -> Calibration:
         return replace(calibration, rows=tuple(done[i] for i in sorted(done)))
 
-    tell = progress or silent
-    tell("simulating", len(done), simulations)
+    report = progress or silent
+    report("simulating", len(done), simulations)
     try:
         for rows in _each(job, list(batches.values()), processes or os.cpu_count() or 1):
             done |= {row.simulation: row for row in rows}
             if keep:
                 keep(so_far())
-            tell("simulating", len(done), simulations)
+            report("simulating", len(done), simulations)
     except (KeyboardInterrupt, Interrupted):
         pass
     return so_far()
@@ -239,6 +242,23 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
     return rows
 
 
+def digest(scene: Scene, model: str) -> str:
+    """What a design and a rung compute with, in twelve characters: its numbers, and none of its words.
+
+    Args:
+        scene: the design.
+        model: name of the rung.
+    """
+    s, data = RUNGS[model].of_scene(scene)
+    fixed = (s.uncertain, s.known_of_b, s.surfaces, s.rolling, s.robust, s.interlocked, s.marks)
+    print_ = hashlib.sha256(repr(fixed).encode())
+    for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways):
+        for name in sorted(numbers):
+            print_.update(name.encode() + np.asarray(numbers[name], float).tobytes())
+    print_.update(np.concatenate([data.edges.point, data.edges.inward], axis=1).tobytes())
+    return print_.hexdigest()[:12]
+
+
 def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[Values, Values]:
     """The first `_BATCH` plausible crashes from the prior: their unknowns, and what follows."""
     found: list[tuple[Values, Values]] = []
@@ -246,7 +266,7 @@ def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[V
     for _ in range(_MOST_CHUNKS):
         # as inference draws the prior, whose compiled program this shares
         key = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
-        sites = programs("prior", jax.random.split(key, CHUNK), data)
+        sites = jax.tree.map(np.asarray, programs(PRIOR, jax.random.split(key, CHUNK), data))
         quantities = _simulated(programs, data, sites)
         good = np.flatnonzero(plausible(programs.structure, data, sites, quantities))
         found.append(jax.tree.map(lambda v, good=good: np.asarray(v)[good], (sites, quantities)))
@@ -261,7 +281,7 @@ def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[V
 
 def _simulated(programs: Programs, data: Data, sites: Values) -> Values:
     """What follows from the unknowns, predictions included."""
-    return programs("simulate", data, sites)
+    return jax.tree.map(np.asarray, programs(SIMULATE, data, sites))
 
 
 def plausible(
@@ -322,7 +342,8 @@ def _measured(
     """The design with the rest poses of a crash, read off with errors."""
     rest, evidence = dict(scene.rest), scene.evidence()
     for name in structure.evidence:
-        _, part, v = name.split("_")
+        kind, v, _ = parsed(name)
+        part = kind.removeprefix("rest_")
         sd = evidence[name].sd
         value = float(quantities[f"predicted/{name}"]) + sd * rng.standard_normal()
         m = replace(getattr(rest[v], part), value=value, sd=sd)
@@ -336,14 +357,14 @@ def _ranked(
     where: PosteriorModes, method: str, truth: Values, rng: np.random.Generator, row: Row
 ) -> Row:
     """A row with ranks of the truth among draws of a scene's solutions; or none, and why."""
-    found, modes = where.found, where.modes
+    found = where.found
     programs, data = found[0].posterior.programs, found[0].posterior.data
     every = [_draws(solution, method, where.seed) for solution in found]
-    judged = [own for mode, (_, own) in zip(modes, every, strict=True) if mode.weight >= SLIGHT]
+    weights = [solution.mode.weight for solution in found]
+    judged = [own for w, (_, own) in zip(weights, every, strict=True) if w >= SLIGHT]
     if faults := sum(judged, where.faults):
         return replace(row, reason=f"checks failed: {'; '.join(faults)}")
     # as many as one call takes, evenly along the chains, with the truth last
-    weights = [mode.weight for mode in modes]
     which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
     along = [np.linspace(0, len(s["speed_b"]) - 1, CHUNK - 1).round().astype(int) for s, _ in every]
     chosen = {}
@@ -351,7 +372,7 @@ def _ranked(
         taken = [np.asarray(s[name])[at] for (s, _), at in zip(every, along, strict=True)]
         mixed = np.stack(taken)[which, np.arange(CHUNK - 1)]
         chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
-    quantities = jax.tree.map(np.asarray, programs("simulate", data, chosen))
+    quantities = jax.tree.map(np.asarray, programs(SIMULATE, data, chosen))
     good = np.flatnonzero(plausible(programs.structure, data, chosen, quantities)[:-1])
     if good.size < DRAWS:
         few = f"implausible: {good.size} of {CHUNK - 1} draws are plausible, not {DRAWS}"
@@ -371,21 +392,20 @@ def _ranked(
 
 
 def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...]]:
-    """The unknowns at draws of a solution, and why a reconstruction would not tell of them."""
+    """The unknowns at draws of a solution, and why a reconstruction would withhold them."""
     posterior, scene = solution.posterior, solution.scene
     draws = METHODS[method].draws
     task = Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None)
-    drawn, times = METHODS[method].draw(task), 1
-    sites, checks = _checked(posterior, drawn, scene)
-    # as a reconstruction does, but that a digit matters to no rank
-    while (
-        checks.reasons
-        and drawn.complete
-        and drawn.more
-        and may_improve(checks, task, times, method)
-    ):
-        drawn, times = drawn.more(), 2 * times
-        sites, checks = _checked(posterior, drawn, scene)
+
+    def judge(drawn: list[Draws], _: int) -> tuple[Values, Checks]:
+        return _checked(posterior, drawn[0], scene)
+
+    def short(judged: tuple[Values, Checks], times: int) -> bool:
+        # as of a reconstruction, but that a digit matters to no rank
+        return bool(judged[1].reasons) and may_improve(judged[1], task, times, method)
+
+    first = [METHODS[method].draw(task)]
+    (drawn,), (sites, checks), _ = until_enough(first, judge, short, doubled)
     if not drawn.complete:
         raise KeyboardInterrupt
     return sites, checks.reasons

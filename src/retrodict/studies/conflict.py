@@ -10,12 +10,12 @@ import numpy as np
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
-DOUBT = 0.01  # probability below which a measurement is said to disagree
+MIN_PROBABILITY = 0.01  # below it a measurement is said to disagree
 
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """One item of evidence beside what all else says of it, and the answer without it (SI units).
+    """One item of evidence, its prediction from all others, and the answer without it (SI units).
 
     Args:
         name: its flat name.
@@ -46,7 +46,7 @@ class LeftOut:
     moved_error: float
 
     @property
-    def told(self) -> bool:
+    def reliable(self) -> bool:
         """Whether the weights can be relied on."""
         from retrodict.inference.samplers.psis import MAX_PARETO_K  # imports jax
 
@@ -54,14 +54,14 @@ class LeftOut:
 
     @property
     def disagrees(self) -> bool:
-        """Whether it is as improbable as `DOUBT`, by weights that can be relied on."""
-        return self.told and self.probability < DOUBT
+        """Whether its probability is below `MIN_PROBABILITY`, by weights that can be relied on."""
+        return self.reliable and self.probability < MIN_PROBABILITY
 
 
 def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
-    """What a reconstruction says of each item of evidence without that item.
+    """The prediction of each item of evidence, and the answer, without that item.
 
-    The draws are weighed anew, by Pareto-smoothed importance sampling (Vehtari, Gelman and Gabry
+    The draws are reweighted, by Pareto-smoothed importance sampling (Vehtari, Gelman and Gabry
     2017); nothing is sampled again.
 
     Args:

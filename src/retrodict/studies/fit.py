@@ -91,7 +91,7 @@ def fit(outcome: Outcome) -> Fit:
                 z = standardised("posterior", name, measured)
             squares += z.mean() ** 2
             freedom += 1 - z.var()
-    freedom = max(1.0, float(freedom))  # fewer would doubt a rung that fits everything
+    freedom = max(1.0, float(freedom))  # fewer would reject a rung that fits everything
     return Fit(tuple(items), float(squares), freedom, float(chdtrc(freedom, squares)))
 
 

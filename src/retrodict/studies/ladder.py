@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.modes import PosteriorModes
+from retrodict.inference.modes import ModeSearch
 from retrodict.inference.reconstruct import compile_ahead, reconstruct
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.choice import transform_of
@@ -24,7 +24,7 @@ from retrodict.studies.fit import Fit, Summary, fit, summary
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
-DOUBT = 0.01  # probability of so large a chi-square below which a rung does not fit
+MIN_PROBABILITY = 0.01  # of so large a chi-square; below it a rung does not fit
 SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
 FACTOR = 1.25  # by which it may widen or narrow it
 
@@ -32,8 +32,8 @@ _PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of 
 
 
 @dataclass(frozen=True, slots=True)
-class Reweighed:
-    """The answer on B's speed under another prior of the unknown speeds, by weighing draws anew.
+class Reweighted:
+    """The answer on B's speed under another prior of the unknown speeds, by reweighting the draws.
 
     Args:
         prior: "halved" or "doubled" (the half-normals' scale), or "flat".
@@ -76,13 +76,13 @@ class Step:
     parameters: int | None = None
     seconds: float | None = None
     reasons: tuple[str, ...] = ()
-    priors: tuple[Reweighed, ...] = ()
+    priors: tuple[Reweighted, ...] = ()
     enough: bool = False
 
     @property
     def counts(self) -> bool:
         """Whether it ran, its draws can be relied on and it fits the evidence."""
-        return self.fit is not None and not self.reasons and self.fit.probability >= DOUBT
+        return self.fit is not None and not self.reasons and self.fit.probability >= MIN_PROBABILITY
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,15 +124,15 @@ def ladder(
     share: float = SHARE,
     factor: float = FACTOR,
     progress: Progress | None = None,
-    known: dict[str, PosteriorModes] | None = None,
-    outcomes: dict[str, Outcome] | None = None,
+    search: ModeSearch | None = None,
+    keep: Callable[[str, Outcome], None] | None = None,
 ) -> Ladder:
     """Reconstruct a scene on the rungs that it allows, and choose one.
 
     Chosen is the lowest rung that fits the evidence and is enough: no fuller rung that is enough
     itself moves its answer by more than `share` of the fuller rung's standard deviation, or makes it
     wider or narrower by more than `factor`. A rung fits where a chi-square as large as its own has a
-    probability of `DOUBT` or more.
+    probability of `MIN_PROBABILITY` or more.
 
     Where wheels roll the fullest comes first, and simpler ones stand in for it only where it fails: none
     of them could be enough beside it, for how far they miss it is among their own errors.
@@ -144,8 +144,8 @@ def ladder(
         share: of its standard deviation that a fuller rung may move an answer by, above 0.
         factor: by which it may widen or narrow it, above 1.
         progress: called with (rung, done, of all), and with the stages within each rung.
-        known: as of `reconstruct`.
-        outcomes: what each rung came to is added, by name, with what figures show.
+        search: as of `reconstruct`.
+        keep: called with each rung's name and outcome, which then holds what figures show.
 
     Returns:
         The ladder; when interrupted, with the rungs that were finished.
@@ -173,8 +173,8 @@ def ladder(
             within("compiling", 0, 1)
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
-                compile_ahead(scene, soon, method_for(scene), pictured=outcomes is not None)
-            ran[name] = climb(scene, name, question, seed, known, within, outcomes)
+                compile_ahead(scene, soon, method_for(scene), pictured=keep is not None)
+            ran[name] = run_rung(scene, name, question, seed, search, within, keep)
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
@@ -186,30 +186,30 @@ def ladder(
     done = set(ran) | {name for name, why in refused.items() if why}
     steps = [ran.get(name) or blank(name, refused[name]) for name in refused if name in done]
     if complete:
-        told, choice, reason = chosen(steps, question, share, factor)
+        judged, choice, reason = chosen(steps, question, share, factor)
     else:
-        told, choice, reason = tuple(steps), None, "Interrupted: no rung was chosen."
-    return Ladder(scene, question, told, choice, reason, seed, complete, share, factor)
+        judged, choice, reason = tuple(steps), None, "Interrupted: no rung was chosen."
+    return Ladder(scene, question, judged, choice, reason, seed, complete, share, factor)
 
 
-def climb(
+def run_rung(
     scene: Scene,
     name: str,
     question: tuple[str, ...],
     seed: int,
-    known: dict[str, PosteriorModes] | None = None,
+    search: ModeSearch | None = None,
     progress: Progress | None = None,
-    outcomes: dict[str, Outcome] | None = None,
+    keep: Callable[[str, Outcome], None] | None = None,
 ) -> Step:
-    """What one rung says of a scene, not yet compared with the others.
+    """Reconstruct a scene on one rung, not yet compared with the others.
 
     Args:
         scene: what was measured.
         name: of the rung.
         question: quantities that are asked.
         seed: of every random number.
-        known, progress: as of `reconstruct`.
-        outcomes: as of `ladder`.
+        search, progress: as of `reconstruct`.
+        keep: as of `ladder`.
 
     Returns:
         The step; with the reason as its verdict where the rung has no posterior.
@@ -225,14 +225,14 @@ def climb(
             method=method_for(scene),
             seed=seed,
             progress=progress,
-            pictured=outcomes is not None,
-            known=known,
+            pictured=keep is not None,
+            search=search,
         )
     except Unanswerable as error:
         return replace(step, verdict=str(error))
-    if outcomes is not None:
-        outcomes[name] = outcome
-    return _told_by(outcome, step, question)
+    if keep is not None:
+        keep(name, outcome)
+    return _with_answers(outcome, step, question)
 
 
 def method_for(scene: Scene) -> str:
@@ -357,7 +357,7 @@ def chosen(
             return f"not enough: {most[step.name]}"
         return "chosen" if step.name == choice else f"would do too, but {choice} is simpler"
 
-    told = tuple(replace(s, verdict=verdict(s), enough=s.name in names) for s in steps)
+    judged = tuple(replace(s, verdict=verdict(s), enough=s.name in names) for s in steps)
     if choice is None:
         reason = "No rung fits the evidence with draws that can be relied on: none is chosen."
     else:
@@ -369,7 +369,7 @@ def chosen(
             f"answer no fuller rung that is enough itself moves by more than {share:g} of its standard "
             f"deviation or makes wider or narrower by more than {factor:g} times: {compared}."
         )
-    return told, choice, reason
+    return judged, choice, reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -405,7 +405,7 @@ def blank(name: str, why: str) -> Step:
     return Step(name, below, verdict=why)
 
 
-def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
+def _with_answers(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
     """The step, with what a run of its rung brought."""
     posterior = outcome.idata["posterior"].to_dataset()
     evidence, error = log_evidence(outcome)
@@ -425,7 +425,7 @@ def _told_by(outcome: Outcome, step: Step, question: tuple[str, ...]) -> Step:
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
         priors=tuple(
-            reweighed(speed, prior, squares / 2 * (1 - times**-2))
+            reweighted(speed, prior, squares / 2 * (1 - times**-2))
             for prior, times in _PRIORS.items()
             if unknown
         ),
@@ -441,15 +441,15 @@ def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
     Returns:
         Both; None of draws that are not by importance sampling, or not of all solutions.
     """
-    told = outcome.idata["sample_stats"].attrs  # of the first solution
-    if "log_evidence" not in told or not all(mode.sampled for mode in outcome.modes):
+    statistics = outcome.idata["sample_stats"].attrs  # of the first solution
+    if "log_evidence" not in statistics or not all(mode.sampled for mode in outcome.modes):
         return None, None
     first = outcome.modes[0]
-    error = float(np.hypot(told["log_evidence_sd"], first.error / first.weight))
-    return told["log_evidence"] - float(np.log(first.weight)), error
+    error = float(np.hypot(statistics["log_evidence_sd"], first.error / first.weight))
+    return statistics["log_evidence"] - float(np.log(first.weight)), error
 
 
-def reweighed(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighed:
+def reweighted(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighted:
     """The answer under another prior.
 
     Args:
@@ -464,7 +464,7 @@ def reweighed(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighe
     order = np.argsort(speed)
     middle = float(np.interp(0.5, np.cumsum(weights[order]), speed[order]))
     mean = float(weights @ speed)
-    return Reweighed(prior, middle, float(np.sqrt(weights @ (speed - mean) ** 2)), k)
+    return Reweighted(prior, middle, float(np.sqrt(weights @ (speed - mean) ** 2)), k)
 
 
 def _unknowns(structure: Structure) -> int:

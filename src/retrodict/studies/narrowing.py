@@ -14,13 +14,17 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Measured
 
-# what recorders, marks and witnesses could tell of the motion, where a model has it
+# what of the motion recorders, marks and witnesses could provide, where a model has it
 _OF_MOTION = (
     *("speed_a", "speed_b", "direction_b", "omega_b"),
     *(f"departure_{part}_{v}" for v in VEHICLES for part in ("direction", "speed")),
     *(f"{name}_{v}" for v in VEHICLES for name in ("Omega", "delta_v")),
 )
-_AS_EVIDENCE = {"Omega": "departure_yaw_rate", "delta_v": "departure_delta_v"}
+_AS_EVIDENCE = {
+    f"{kind}_{v}": f"{measured}_{v}"
+    for v in VEHICLES
+    for kind, measured in (("Omega", "departure_yaw_rate"), ("delta_v", "departure_delta_v"))
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +46,7 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
     """How sure an answer would be, were each quantity in turn known exactly.
 
     To first order: of the answer's variance stays what a straight line through the draws, answer
-    against quantity, leaves. What two quantities would do together is not told.
+    against quantity, leaves. The effect of two quantities together is not computed.
 
     Args:
         outcome: the reconstruction.
@@ -61,14 +65,14 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
     tree, scene = outcome.idata, outcome.scene
     if not {"posterior", "posterior_predictive"} <= set(tree.children):
         return ()
-    told = {str(name): np.asarray(draws).ravel() for name, draws in tree["posterior"].items()}
+    quantities = {str(name): np.asarray(draws).ravel() for name, draws in tree["posterior"].items()}
     for v in VEHICLES:
-        if f"V{v}x" not in told:
+        if f"V{v}x" not in quantities:
             continue
-        along, across = told[f"V{v}x"], told[f"V{v}y"]
-        told[f"departure_speed_{v}"] = np.hypot(along, across)
-        told[f"departure_direction_{v}"] = np.arctan2(across, along)
-    answer = told[of]
+        along, across = quantities[f"V{v}x"], quantities[f"V{v}y"]
+        quantities[f"departure_speed_{v}"] = np.hypot(along, across)
+        quantities[f"departure_direction_{v}"] = np.arctan2(across, along)
+    answer = quantities[of]
 
     def left(x: np.ndarray, error: float = 0.0) -> float | None:
         """Sd of the answer that knowing x, of which draws may have an error on them, would leave."""
@@ -81,17 +85,17 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
     inputs, evidence = scene.inputs(), scene.evidence()
     found: dict[str, tuple[Measured | None, float | None]] = {}
     for name in (*inputs, *_OF_MOTION):
-        if name not in told or name == of:
+        if name not in quantities or name == of:
             continue
-        x = told[name]
+        x = quantities[name]
         if describe(name)[1] == "angle":  # about its middle, for it may pass half a turn
             x = np.angle(np.exp(1j * x) / np.exp(1j * x).mean())
-        as_evidence = _AS_EVIDENCE.get(name[:-2], name[:-2]) + name[-2:]
+        as_evidence = _AS_EVIDENCE.get(name, name)
         found[name] = inputs.get(name) or evidence.pop(as_evidence, None), left(x)
     noise = np.sqrt(FREEDOM / (FREEDOM - 2)) if scene.robust else 1.0
     for name, m in evidence.items():  # what is left of it
         if name in tree["posterior_predictive"]:
             predicted = np.asarray(tree["posterior_predictive"][name]).ravel()
             found[name] = m, left(predicted, noise * m.sd)
-    told_of = (Narrowed(name, m, sd) for name, (m, sd) in found.items() if sd is not None)
-    return tuple(sorted(told_of, key=lambda each: each.sd))
+    narrowed = (Narrowed(name, m, sd) for name, (m, sd) in found.items() if sd is not None)
+    return tuple(sorted(narrowed, key=lambda each: each.sd))

@@ -13,6 +13,7 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.load import load_scene
+from retrodict.scene.names import parsed
 from retrodict.studies.fit import Summary, summary
 from retrodict.studies.narrowing import Narrowed, narrowing
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from retrodict.scene.truth import Truth
 
 SCENE, TRUTH = "scene.toml", "truth.toml"
-MOST_TELLING = 3  # quantities that would narrow an answer
+MAX_NARROWING = 3  # quantities that would narrow an answer
 
 Run = Callable[["Scene", Progress], "Outcome"]
 
@@ -109,11 +110,11 @@ class Validation:
         """How many shortest intervals of so many per cent hold the truth, of answers that count."""
         from scipy.stats import binomtest
 
-        told = [score.inside(level) for score in self.scores if score.counts]
-        if not told:
+        inside = [score.inside(level) for score in self.scores if score.counts]
+        if not inside:
             return Coverage(0, 0, 0.0, 1.0)
-        limits = binomtest(sum(told), len(told)).proportion_ci(0.95, method="exact")
-        return Coverage(sum(told), len(told), float(limits.low), float(limits.high))
+        limits = binomtest(sum(inside), len(inside)).proportion_ci(0.95, method="exact")
+        return Coverage(sum(inside), len(inside), float(limits.low), float(limits.high))
 
 
 def cases(folder: Path) -> tuple[Path, ...]:
@@ -207,7 +208,7 @@ def _scored(folder: Path, run: Run, progress: Progress) -> list[Score]:
             reasons=outcome.checks.reasons if outcome else (refused,),
             published={p.name: p.speeds[name] for p in truth.published if name in p.speeds},
             note=truth.note,
-            narrowed=narrowing(outcome, name)[:MOST_TELLING]
+            narrowed=narrowing(outcome, name)[:MAX_NARROWING]
             if outcome and outcome.checks.passed
             else (),
         )
@@ -217,8 +218,10 @@ def _scored(folder: Path, run: Run, progress: Progress) -> list[Score]:
 
 def _sought(scene: Scene, truth: Truth, folder: Path) -> dict[str, Measured]:
     """The true speeds that the scene does not know."""
-    left = {n: m for n, m in truth.speeds.items() if scene.approach[n[-1]].speed is None}
+    left = {
+        n: m for n, m in truth.speeds.items() if scene.approach[parsed(n).vehicle].speed is None
+    }
     if not left:
-        mend = f"{SCENE} knows every speed in it; take one of them out there"
-        raise SceneError(str(folder / TRUTH), [Problem("", "", mend)])
+        fix = f"{SCENE} knows every speed in it; take one of them out there"
+        raise SceneError(str(folder / TRUTH), [Problem("", "", fix)])
     return left

@@ -42,7 +42,7 @@ def test_only_the_newest_states_of_the_code_are_kept(tmp_path: Path) -> None:
     assert {p.name for p in tmp_path.iterdir()} == {"2", "3", "4"}
 
 
-def test_the_name_tells_programs_apart() -> None:
+def test_the_name_distinguishes_programs() -> None:
     names = {disk_cache.path_of("rung", what) for what in ("a", "b")}
     assert len(names) == 2
     before = jax.config.jax_enable_compilation_cache

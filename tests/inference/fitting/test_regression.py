@@ -10,8 +10,10 @@ from retrodict.models import RUNGS
 from retrodict.models.arrays import in_steps
 
 from retrodict.inference.density.compiled import BATCH, programs_for
+from retrodict.inference.density.kernels import REACHED
 from retrodict.inference.fitting import regression
-from retrodict.inference.fitting.posterior import RESOLVED, prepare, unresolved
+from retrodict.inference.fitting.posterior import prepare, unresolved
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
@@ -31,7 +33,7 @@ def in_part() -> dict[str, Scene]:
 
 
 @pytest.mark.parametrize("which", in_part())
-def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: str) -> None:
+def test_regressions_lead_to_what_was_measured_and_are_velocities_elsewhere(which: str) -> None:
     structure, data = RUNGS["planar-moment+spin"].of_scene(in_part()[which])
     programs = programs_for(structure)
     likely = regression.shoot(programs, data)
@@ -40,11 +42,11 @@ def test_sheets_lead_to_what_was_measured_and_are_velocities_elsewhere(which: st
     q = np.random.default_rng(1).standard_normal(
         (BATCH, rest_pose.length_for_regressions(structure))
     )
-    z, xi = np.split(q, [len(structure.aims)], axis=1)
+    z, xi = np.split(q, [len(structure.rest_components)], axis=1)
     V = np.array([rest_pose.separation_at(structure, data, transform, row)[0] for row in q[:20]])
-    ends = programs("reached", data, np.resize(V, (BATCH, 6)), np.resize(xi[:20], xi.shape))
+    ends = programs(REACHED, data, np.resize(V, (BATCH, 6)), np.resize(xi[:20], xi.shape))
     rests = np.reshape(ends, (BATCH, 6))[:20]
-    for i, name in enumerate(structure.aims):
+    for i, name in enumerate(structure.rest_components):
         if name in data.evidence:
             value, sd = data.evidence[name]
             missed = (rests[:, i] - value) / sd - z[:20, i]
@@ -58,8 +60,8 @@ def test_steps_too_few_for_a_mark_are_seen_beside_rest_poses(steps: int, few: bo
     scene = replace(collision(berm=False), marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
     found = prepare(scene, "planar-common+spin")
     structure, data = in_steps(found.programs.structure, found.data, steps)
-    # of rest poses as rough as these the mark alone can tell
-    rough = {name: data.evidence[name] * [1.0, 100.0] for name in structure.aims}
+    # of rest poses as rough as these only the mark is informative
+    rough = {name: data.evidence[name] * [1.0, 100.0] for name in structure.rest_components}
     data = data._replace(evidence=data.evidence | rough)
     again = replace(found, programs=programs_for(structure), data=data)
     assert (unresolved(again) > RESOLVED) is few
@@ -93,7 +95,7 @@ def answered_alike_by_both_methods(scene: Scene, model: str) -> None:
 
 
 @pytest.mark.slow
-def test_without_headings_at_rest_less_is_known_and_told() -> None:
+def test_without_headings_at_rest_less_is_known_and_predicted() -> None:
     """The impact says most of how the cars spun, so that little is lost with them."""
     scene = collision()
     without = {v: replace(pose, heading=None) for v, pose in scene.rest.items()}

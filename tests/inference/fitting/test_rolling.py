@@ -73,11 +73,11 @@ def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
     pytest.fail("no point lies within bounds")
 
 
-def test_sheets_stay_where_they_fit_and_no_other_velocity_ends() -> None:
+def test_regressions_stay_where_they_fit_and_no_other_velocity_ends() -> None:
     sharp, free = (rolling.prepare(scene, "planar-moment+wheels") for scene in (ROLLING, FREELY))
-    assert sharp.sheet_error.max() < 0.5
+    assert sharp.regression_error.max() < 0.5
     assert sharp.transform.guess.taken.tolist() == [0, 0]
-    assert free.transform.guess.taken.tolist() == [0, float(free.sheet_error[1] > 0.5)]
+    assert free.transform.guess.taken.tolist() == [0, float(free.regression_error[1] > 0.5)]
     uncounted = rolling.prepare(UNCOUNTED, "planar-moment+wheels")
     assert uncounted.transform.guess.taken.tolist() == [1, 1]
 

@@ -89,7 +89,7 @@ def test_an_approximation_is_held_against_the_weighted_posterior(
     steady = rng.normal(0, 1, 20_000)
     of_e = {"speed_b": steady, "e": shift + spread * steady, "measured": steady}
     task = Task(None, 1, steady.size, 0, 0, lambda *_: None)  # type: ignore[arg-type]
-    found = importance.apart(of_e, task)
+    found = importance.disagreements(of_e, task)
     assert len(found) == bool(off)
     if off and np.isfinite(shift):
         assert found[0].startswith("restitution e")
@@ -108,7 +108,7 @@ def test_linear_is_the_law_of_propagation(reference: Outcome) -> None:
 
 
 def test_weights_of_a_narrow_proposal_are_refused() -> None:
-    """A normal half as wide as its target: the weights have no variance, and k tells."""
+    """A normal half as wide as its target: the weights have infinite variance, and k shows it."""
     w = np.random.default_rng(1).normal(0, 0.5, (4000, 5))
     log_weight = stats.norm.logpdf(w).sum(axis=1) - stats.norm.logpdf(w, 0, 0.5).sum(axis=1)
     quantities = psis.judged(psis.smoothed(log_weight)[1])
@@ -128,7 +128,7 @@ def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
 
 @pytest.mark.parametrize(("share", "tailed"), [(0.2, 3), (0.5, 2), (1.0, 3)])
 def test_proposals_have_the_density_that_they_are_drawn_from(share: float, tailed: int) -> None:
-    """Against SciPy's; and weighed by it, draws find the volume and the moments of a normal."""
+    """Against SciPy's; and weighted by it, draws find the volume and the moments of a normal."""
     middle, root = np.array([1.0, -2.0, 0.5]), np.array([[2.0, 0, 0], [0.5, 1, 0], [-1, 0.3, 0.4]])
     _, sd, axes = np.linalg.svd(root.T)
     proposal = importance._Proposal(middle, axes.T, sd, share, 4.0, tailed)

@@ -85,7 +85,10 @@ def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     xi = np.zeros(len(structure.uncertain))
     x = parts.from_standard(structure, data, xi)
     sites = rest_pose.solve_back(
-        structure, data, posterior.transform, np.concatenate([np.zeros(len(structure.aims)), xi])
+        structure,
+        data,
+        posterior.transform,
+        np.concatenate([np.zeros(len(structure.rest_components)), xi]),
     )
     direction = jnp.stack([jnp.cos(sites["direction_b"]), jnp.sin(sites["direction_b"])])
     of_b = jnp.append(sites["speed_b"] * direction, sites["omega_b"])

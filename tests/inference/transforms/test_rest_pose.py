@@ -15,6 +15,7 @@ from retrodict.models.impact import E_M, E, quotients
 
 from retrodict import load_scene
 from retrodict.inference.density.compiled import CHUNK
+from retrodict.inference.density.kernels import SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.modes import unsampled
 from retrodict.inference.reconstruct import DEFAULT_RUNG
@@ -113,7 +114,7 @@ def test_no_crash_is_reached_twice() -> None:
 
 def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:
     """e and e_m by the paper's inverse, from the motion that a forward impact gave."""
-    quantities = posterior.programs("simulate", posterior.data, sites)
+    quantities = posterior.programs(SIMULATE, posterior.data, sites)
     after = jnp.stack([quantities[name] for of_one in parts.AFTER for name in of_one], axis=1)
 
     @jax.jit
@@ -126,7 +127,7 @@ def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray
     return np.array(quotient(after, sites["measured"])).T
 
 
-def test_squash_is_the_identity_away_from_the_bounds() -> None:
+def test_soft_bounds_are_the_identity_away_from_the_bounds() -> None:
     inside = np.linspace(0.2, 0.8, 7)
     np.testing.assert_allclose(soft_interval(inside, 0.01, 0.0, 1.0)[0], inside, atol=1e-6)
     below, above = (float(soft_interval(x, 0.01, 0.0, 1.0)[0]) for x in (-0.05, 1.05))
@@ -138,7 +139,7 @@ def test_squash_is_the_identity_away_from_the_bounds() -> None:
     "way", [lambda x: soft_interval(x, 0.02, 0.0, 1.0), lambda x: soft_lower_bound(x, 0.02)]
 )
 @pytest.mark.parametrize("level", [-0.2, -0.03, 0.004, 0.5, 0.98, 1.02])
-def test_slopes_of_squash_and_lift_are_their_derivatives(
+def test_slopes_of_soft_bounds_and_of_their_inverse_are_their_derivatives(
     way: Callable[[Any], tuple[jax.Array, jax.Array]], level: float
 ) -> None:
     def both(x: float) -> np.ndarray:

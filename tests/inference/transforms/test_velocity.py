@@ -10,8 +10,10 @@ from retrodict.models import RUNGS
 from retrodict.models.arrays import in_steps
 
 from retrodict.inference.density.compiled import programs_for
+from retrodict.inference.density.kernels import SIMULATE
 from retrodict.inference.fitting.pilot import prior_pilot
-from retrodict.inference.fitting.posterior import RESOLVED, Posterior, prepare, unresolved
+from retrodict.inference.fitting.posterior import Posterior, prepare, unresolved
+from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.transforms import velocity
 from retrodict.inference.transforms.parameters import plain
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
@@ -56,7 +58,7 @@ def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
         values = jnp.concatenate([jnp.atleast_1d(value) for value in sites.values()])
         return values, (sites.get("e", 0.5), log_det)
 
-    # where e is so near to a bound that it rounds to it, no difference can tell
+    # where e is so near to a bound that it rounds to it, no difference quotient is defined
     candidates = rng.normal(size=(100, own + len(structure.uncertain)))
     candidates[:, :4] *= 4
     slopes, (e, log_det) = jax.jit(jax.vmap(jax.jacfwd(flat, has_aux=True)))(candidates)
@@ -76,13 +78,11 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
     q = np.asarray(posterior.transform.centre)
     sites = jax.tree.map(np.asarray, velocity.locate(structure, data, jnp.asarray(q))[0])
     rows = {name: np.tile(value, (500, *[1] * np.ndim(value))) for name, value in sites.items()}
-    quantities = {
-        k: np.asarray(v)[0] for k, v in posterior.programs("simulate", data, rows).items()
-    }
+    quantities = {k: np.asarray(v)[0] for k, v in posterior.programs(SIMULATE, data, rows).items()}
     for name, value in zip(velocity.names(structure), q, strict=False):
         if name in ("Vax", "Vay") and rung.startswith("momentum"):
             assert quantities[name] == pytest.approx(value, abs=1e-9)
-    again = velocity.near(structure, data, sites | quantities)
+    again = velocity.coordinates_near(structure, data, sites | quantities)
     moved = again - q
     assert np.abs(moved[: len(velocity.names(structure))]).max() < (
         1e-9 if rung.startswith("momentum") else 0.2
@@ -91,7 +91,7 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
 
 @pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
 def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
-    """No rest pose was measured: only the mark's distance from the path can tell."""
+    """No rest pose was measured: only the mark's distance from the path is informative."""
     scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
     structure, data = in_steps(*RUNGS["planar-moment+spin"].of_scene(scene), steps)
     centre = np.asarray(prepare(scene, "planar-moment+spin").transform.centre)

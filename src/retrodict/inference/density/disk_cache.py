@@ -4,7 +4,7 @@ JAX's own cache spares the compiler only, and tracing takes seconds too.
 
 A file holds a pickle, which runs code as it loads. So only files are read that this user owns and nobody
 else may write, and that begin with a digest of their place and content: a damaged or swapped program
-could also give other numbers without a word. Whatever is wrong with a cache, the mend is to compile.
+could also give other numbers without a word. Whatever is wrong with a cache, the fix is to compile.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _folder() -> Path:
 
 
 def _processor() -> str:
-    """What tells processors apart that cannot run each other's programs."""
+    """What distinguishes processors that cannot run each other's programs."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

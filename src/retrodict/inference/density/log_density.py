@@ -5,8 +5,7 @@ Pure functions of a rung and a scene's structure; a scene's numbers come in as a
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import jax
@@ -17,6 +16,7 @@ from numpyro.infer.util import log_density
 
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.parameters import Numbers, TransformParameters
 from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
@@ -35,7 +35,7 @@ class Evaluated[A](NamedTuple):
         log_density: posterior, in w.
         quantities: the model's unknowns, and what follows from them.
         q: where coordinates take it.
-        missed: by what surrogates miss `Structure.surrogates`.
+        missed: by what surrogates miss those predictions that have one.
     """
 
     log_density: A
@@ -56,7 +56,7 @@ class Target:
         self.rung = RUNGS[structure.rung]
 
     def log_density(
-        self, w: Float[Array, " q"], data: Data, transform: rest_pose.TransformParameters
+        self, w: Float[Array, " q"], data: Data, transform: TransformParameters
     ) -> Float[Array, ""]:
         """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
 
@@ -73,7 +73,7 @@ class Target:
         self,
         w: Float[Array, " q"],
         data: Data,
-        transform: rest_pose.TransformParameters,
+        transform: TransformParameters,
         missed: Float[Array, " surrogates"] | None = None,
     ) -> Evaluated[Array]:
         """`log_density`, and what else a point is known by.
@@ -87,11 +87,13 @@ class Target:
         """
         kind = transform_of(self.structure)
         sites, log_det, q = kind.forward_and_log_det(self.structure, data, transform, w)
-        names = self.structure.surrogates
+        names = kind.surrogates(self.structure)
         off = jnp.zeros(len(names))
 
         def surrogate(name: str, after: Float[Array, " separation"], exact: Array) -> Array:
             nonlocal off
+            if name not in names:
+                return exact
             near = rest_pose.surrogate_value(
                 self.structure, data, transform, q, after.reshape(2, -1), name
             )
@@ -103,9 +105,9 @@ class Target:
 
         given = {} if kind.exact_gradient else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
-        return Evaluated(joint + log_det, sites | _told(trace), q, off)
+        return Evaluated(joint + log_det, sites | _recorded(trace), q, off)
 
-    def _inputs(self, data: Data, xi: Array) -> tuple[Array, Array, Array, Array]:
+    def inputs(self, data: Data, xi: Numbers) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
 
         def one(deviates: Array) -> tuple[Array, Array, Array, Array]:
@@ -115,23 +117,21 @@ class Target:
             k2 = jnp.asarray(parts.cars(self.structure, x).k2)
             return parts.impact_poses(x), k2, friction, scale
 
-        return jax.vmap(one)(xi)
+        return jax.vmap(one)(jnp.asarray(xi))
 
-    def _reached(self, data: Data, separation: Array, xi: Array) -> Array:
+    def reached(self, data: Data, separation: Numbers, xi: Numbers) -> Array:
         """Where each motion comes to rest."""
 
         def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
             return self.rung.run_out.rest_poses(self.structure, data, x, V)
 
-        return jax.vmap(one)(separation, xi)
+        return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))
 
-    def _levels(
-        self, data: Data, transform: rest_pose.TransformParameters, q: Array
-    ) -> tuple[Array, ...]:
+    def levels(self, data: Data, transform: TransformParameters, q: Numbers) -> tuple[Array, ...]:
         """Quotients of the levels at q by the regressions, their slopes by q, and the slopes by z.
 
-        Then the normal's sense from A to B as measured, which tells where the vehicles close in; 0 where
+        Then the normal's sense from A to B as measured, which shows where the vehicles close in; 0 where
         both stand on one side of the contact.
         """
 
@@ -140,6 +140,7 @@ class Target:
             both = quotients(rest_pose.levels_of(self.structure), *at)
             return both, both
 
+        q = jnp.asarray(q)
         slopes, values = jax.jacfwd(value, has_aux=True)(q)
         as_measured = parts.from_standard(
             self.structure, data, jnp.zeros(len(self.structure.uncertain))
@@ -148,30 +149,11 @@ class Target:
         to = parts.bodies(as_measured)
         return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
 
-    def _solve_back(
-        self, data: Data, transform: rest_pose.TransformParameters, q: Array
-    ) -> parts.Values:
-        """The model's unknowns at each row of q, without priors or bounds."""
-        return jax.vmap(lambda q: rest_pose.solve_back(self.structure, data, transform, q))(q)
-
-    def _propagate(
-        self, data: Data, transform: rest_pose.TransformParameters, q: Array
-    ) -> parts.Values:
-        """The same by first derivatives at the measured values."""
-
-        def exact(q: Array) -> parts.Values:
-            return rest_pose.solve_back(self.structure, data, transform, q)
-
-        def to_first_order(q: Array) -> parts.Values:
-            return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
-
-        return jax.vmap(to_first_order)(q)
-
-    def potential(self, w: Array, data: Data, transform: rest_pose.TransformParameters) -> Array:
+    def potential(self, w: Array, data: Data, transform: TransformParameters) -> Array:
         """Minus the log density."""
         return -self.log_density(w, data, transform)
 
-    def steered(self, w: Array, data: Data, transform: rest_pose.TransformParameters) -> Array:
+    def steered(self, w: Array, data: Data, transform: TransformParameters) -> Array:
         """`potential`, with a gradient that is cut where it is steeper than at draws of a posterior.
 
         NUTS samples the same density under any field of forces, and diverges where these grow faster
@@ -184,15 +166,19 @@ class Target:
         slope = jax.lax.stop_gradient(jnp.where(jnp.isfinite(steepness), shorter, 0.0))
         return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
 
-    def _simulate(self, data: Data, sites: parts.Values) -> dict[str, Array]:
+    def simulate(self, data: Data, sites: Mapping[str, Numbers]) -> dict[str, Array]:
+        """What the model records of each crash, whose unknowns are rows of `sites`."""
+
         def one(values: parts.Values) -> dict[str, Array]:
             conditioned = handlers.substitute(self.rung.model, values)
             trace = handlers.trace(handlers.seed(conditioned, 0)).get_trace(self.structure, data)
-            return _told(trace)
+            return _recorded(trace)
 
-        return jax.vmap(one)(sites)
+        return jax.vmap(one)(jax.tree.map(jnp.asarray, sites))
 
-    def _prior(self, keys: Array, data: Data) -> dict[str, Array]:
+    def prior(self, keys: Array, data: Data) -> dict[str, Array]:
+        """The unknowns of a crash from the prior by each key."""
+
         def one(key: Array) -> dict[str, Array]:
             trace = handlers.trace(handlers.seed(self.rung.model, key)).get_trace(
                 self.structure, data
@@ -205,7 +191,7 @@ class Target:
 
         return jax.vmap(one)(keys)
 
-    def _paths(self, data: Data, separation: Array, xi: Array) -> dict[str, Array]:
+    def paths(self, data: Data, separation: Numbers, xi: Numbers) -> dict[str, Array]:
         """How each motion comes to rest: its poses, their times, and the velocities before impact."""
 
         def one(V: Array, deviates: Array) -> dict[str, Array]:
@@ -214,29 +200,26 @@ class Target:
             before = V.reshape(2, -1)[:, :2] - parts.delta_v(x, V)
             return {"pose": taken.pose, "time": taken.time, "before": before}
 
-        return jax.vmap(one)(separation, xi)
+        return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))
 
-    @cached_property
-    def functions(self) -> dict[str, Callable[..., Any]]:
-        """What is compiled, by name."""
-        return {
-            "inputs": self._inputs,
-            "reached": self._reached,
-            "levels": self._levels,
-            "potential": jax.value_and_grad(self.potential),
-            "evaluate": jax.vmap(
-                lambda data, transform, w, missed: self.evaluate(w, data, transform, missed),
-                in_axes=(None, None, 0, 0),
-            ),
-            "solve_back": self._solve_back,
-            "propagate": self._propagate,
-            "simulate": self._simulate,
-            "prior": self._prior,
-            "paths": self._paths,
-        }
+    def potential_and_gradient(
+        self, w: Numbers, data: Data, transform: TransformParameters
+    ) -> tuple[Array, Array]:
+        """`potential`, and its slope by w."""
+        return jax.value_and_grad(self.potential)(w, data, transform)
+
+    def evaluate_rows(
+        self, data: Data, transform: TransformParameters, w: Numbers, missed: Numbers
+    ) -> Evaluated[Array]:
+        """`evaluate` at each row of w, given each row of what surrogates miss."""
+
+        def one(w: Array, missed: Array) -> Evaluated[Array]:
+            return self.evaluate(w, data, transform, missed)
+
+        return jax.vmap(one)(jnp.asarray(w), jnp.asarray(missed))
 
 
-def _told(trace: dict[str, Any]) -> dict[str, Array]:
+def _recorded(trace: dict[str, Any]) -> dict[str, Array]:
     """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
     quantities = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
     for k, s in trace.items():

@@ -1,4 +1,4 @@
-"""Where motion after the impact is to be sought, when rest poses do not tell."""
+"""Where motion after the impact is to be sought, when rest poses do not determine it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import jax
 import numpy as np
 
 from retrodict.inference.density.compiled import CHUNK, Programs
+from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.models.arrays import Data
 
 _ROUNDS = 20  # of CHUNK crashes from the prior
@@ -29,8 +30,8 @@ def prior_pilot(programs: Programs, data: Data) -> tuple[np.ndarray, Values]:
     scores, crashes = [], []
     for seed in range(_ROUNDS):
         keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
-        sites = programs("prior", keys, data)
-        quantities = sites | programs("simulate", data, sites)
+        sites = programs(PRIOR, keys, data)
+        quantities = sites | programs(SIMULATE, data, sites)
         score = np.zeros(CHUNK)
         for name in programs.structure.evidence:
             value, sd = data.evidence[name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -17,24 +18,26 @@ from retrodict.inference.density.compiled import (
     in_chunks,
     programs_for,
 )
+from retrodict.inference.density.kernels import EVALUATE, POTENTIAL, SIMULATE
 from retrodict.inference.density.log_density import Evaluated
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import regression, whitening
 from retrodict.inference.fitting.optimise import Differenced, Differentiated, Potential, spread
 from retrodict.inference.fitting.pilot import prior_pilot
+from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import rest_pose, velocity
 from retrodict.inference.transforms.choice import transform_of
-from retrodict.inference.transforms.parameters import TransformParameters, plain
+from retrodict.inference.transforms.parameters import Quadratic, TransformParameters, plain
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M
+from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES, Scene
 
 LEAST_WEIGHT = 1e-3  # weight from which on another mode counts
-RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
-MOST_STEPS = 768
 _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
-_SCOUTS, _CLIMBS, _STILL = 3, 12, 0.05  # crashes to climb from; whitenings; how little a mode moves
+# crashes to start the mode finding from; whitenings; how little a mode moves
+_STARTS, _WHITENINGS, _STILL = 3, 12, 0.05
 # Least curvature that whitening takes for real. Where rest poses do not pin the motion: inputs have a
 # prior of curvature 1, and a direction that is much wider than that is a ridge that bends away.
 _RIDGE, FLAT = 0.3, 1e-2
@@ -53,7 +56,7 @@ class Posterior:
         programs: compiled functions, among them the density and its gradient.
         data: the scene's numbers.
         transform: the coordinates, centred and whitened at the mode.
-        sheet_error: of the fitted regressions for A and B, in standard deviations of the rest pose.
+        regression_error: of the fitted regressions for A and B, in standard deviations of the rest pose.
         log_evidence: Laplace's approximation at the mode.
         unresolved: how far the rest poses may be out for want of steps, in standard deviations.
         spread: standard deviations of w from which tempering starts; None for `_FAR` in all.
@@ -62,7 +65,7 @@ class Posterior:
     programs: Programs
     data: Data
     transform: TransformParameters
-    sheet_error: np.ndarray
+    regression_error: np.ndarray
     log_evidence: float
     unresolved: float
     spread: np.ndarray | None = None
@@ -94,7 +97,7 @@ class Posterior:
             return Differenced(self._exact, self._alike)
 
         def at(w: np.ndarray) -> tuple[float, np.ndarray]:
-            value, slope = self.programs("potential", w, *self._numbers)
+            value, slope = self.programs(POTENTIAL, w, *self._numbers)
             return float(value), np.nan_to_num(slope)
 
         return Differentiated(at)
@@ -123,12 +126,31 @@ class Posterior:
         """The log density at many points at once; w has shape (any, q)."""
         return self.evaluate(w)[0]
 
-    def about(self, w: np.ndarray) -> Posterior:
-        """The same posterior in coordinates whitened by draws of it; for plain transforms only.
+    @property
+    def refits(self) -> bool:
+        """Whether draws make its coordinates or its surrogates better."""
+        structure = self.programs.structure
+        return transform_of(structure).refit_to_draws or bool(
+            rest_pose.with_response_surface(structure)
+        )
+
+    def refit(self, w: np.ndarray) -> Posterior:
+        """The same posterior, whitened by draws or with response surfaces fitted to them.
 
         Args:
             w: the draws, shape (any, q).
         """
+        whitens = transform_of(self.programs.structure).refit_to_draws
+        return self.whitened_by(w) if whitens else self.with_responses(w)
+
+    def whitened_by(self, w: np.ndarray) -> Posterior:
+        """The same in coordinates whitened by draws of it, where those at the mode may move.
+
+        Args:
+            w: the draws, shape (any, q).
+        """
+        if not transform_of(self.programs.structure).refit_to_draws:
+            return self
         spread = np.asarray(self.transform.spread)
         # a little of the spread as it was, lest few draws should make it flat
         covariance = (w.shape[0] * np.cov(w.T) + _AS_DRAWS * np.eye(self.size)) / (
@@ -137,27 +159,23 @@ class Posterior:
         centre = np.asarray(self.transform.centre) + spread @ w.mean(axis=0)
         return replace(self, transform=plain(centre, spread @ np.linalg.cholesky(covariance)))
 
-    def responding_by(self, w: np.ndarray) -> Posterior:
+    def with_responses(self, w: np.ndarray) -> Posterior:
         """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
         structure, quantities = self.programs.structure, self.evaluate(w)[1]
-        predicted = {
-            k: quantities[f"predicted/{k}"] for k in structure.surrogates[len(structure.aims) :]
-        }
+        on_way = transform_of(structure).surrogates(structure)[len(structure.rest_components) :]
+        predicted = {k: quantities[f"predicted/{k}"] for k in on_way}
         responses = regression.responses(structure, self.data, run_outs_of(quantities), predicted)
         return replace(self, transform=self.transform._replace(responses=responses))
 
-    def refit(self, w: np.ndarray) -> Posterior:
-        """The same posterior, whitened by draws or with response surfaces fitted to them."""
-        whiten = transform_of(self.programs.structure).refit_to_draws
-        return self.about(w) if whiten else self.responding_by(w)
-
     def converted_to(self, other: Posterior, w: np.ndarray) -> np.ndarray:
-        """Points in the coordinates of the same posterior about elsewhere; for plain transforms only.
+        """Points in the coordinates of the same posterior, whitened by draws or as it was before.
 
         Args:
             other: whose coordinates are asked for.
             w: points in these coordinates, shape (any, q).
         """
+        if not transform_of(self.programs.structure).refit_to_draws:
+            return w
         q = np.asarray(self.transform.centre) + w @ np.asarray(self.transform.spread).T
         off = q - np.asarray(other.transform.centre)
         return np.linalg.solve(np.asarray(other.transform.spread), off.T).T
@@ -175,11 +193,12 @@ class Posterior:
         """What points are known by; rest poses by their surrogate if `missed` is given."""
         data, transform = self._numbers
         if missed is None:
-            missed = np.full((len(w), len(self.programs.structure.surrogates)), np.nan)
+            structure = self.programs.structure
+            missed = np.full((len(w), len(transform_of(structure).surrogates(structure))), np.nan)
         elif self.programs.structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
         return in_chunks(
-            lambda at: self.programs("evaluate", data, transform, *at), (w, missed), ROWS
+            lambda at: self.programs(EVALUATE, data, transform, *at), (w, missed), ROWS
         )
 
     @cached_property
@@ -221,42 +240,45 @@ def branches(scene: Scene, rung: str) -> list[Posterior]:
     structure, data = RUNGS[rung].of_scene(scene)
     if not transform_of(structure).by_regressions:
         return [_by_velocity(structure, data)]
-    while True:
-        found = _whitened(structure, data)
-        if not structure.followed:
-            return found
+    if not structure.followed:
+        return _whitened(structure, data)
+
+    def attempt(structure: Structure, data: Data) -> tuple[list[Posterior], float, int]:
         # regressions were judged by rest poses alone
-        found = [replace(at, unresolved=max(at.unresolved, unresolved(at))) for at in found]
-        structure, data = found[0].programs.structure, found[0].data
-        steps = steps_of(structure, data)
-        if found[0].unresolved <= RESOLVED or steps >= MOST_STEPS:
-            return found
-        structure, data = in_steps(structure, data, 2 * steps)
+        found = [
+            replace(at, unresolved=max(at.unresolved, unresolved(at)))
+            for at in _whitened(structure, data)
+        ]
+        return found, found[0].unresolved, steps_of(found[0].programs.structure, found[0].data)
+
+    return in_enough_steps(structure, data, attempt)
 
 
 def _by_velocity(structure: Structure, data: Data) -> Posterior:
     """The posterior about its mode in the velocity transform, sought from several crashes."""
     score, quantities = prior_pilot(programs_for(structure), data)
     starts = [
-        velocity.near(structure, data, {name: values[i] for name, values in quantities.items()})
-        for i in np.argsort(-score)[:_SCOUTS]
+        velocity.coordinates_near(
+            structure, data, {name: values[i] for name, values in quantities.items()}
+        )
+        for i in np.argsort(-score)[:_STARTS]
     ]
-    while True:
+
+    def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
         programs = programs_for(structure)
-        climbed = (_refined(programs, data, q) for q in starts)
-        posterior = max(climbed, key=lambda found: found.log_evidence)
+        refined = (_refined(programs, data, q) for q in starts)
+        posterior = max(refined, key=lambda found: found.log_evidence)
         posterior = replace(posterior, unresolved=unresolved(posterior))
-        steps = steps_of(structure, data)
-        if posterior.unresolved <= RESOLVED or steps >= MOST_STEPS:
-            return posterior
-        structure, data = in_steps(structure, data, 2 * steps)
-        starts = [np.asarray(posterior.transform.centre)]
+        starts[:] = [np.asarray(posterior.transform.centre)]
+        return posterior, posterior.unresolved, steps_of(structure, data)
+
+    return in_enough_steps(structure, data, attempt)
 
 
 def _refined(programs: Programs, data: Data, q: np.ndarray) -> Posterior:
     """The posterior in coordinates whitened about the mode above q."""
     axes = np.eye(q.size)
-    for _ in range(_CLIMBS):
+    for _ in range(_WHITENINGS):
         at = Posterior(programs, data, plain(q, axes), np.zeros(2), -np.inf, 0.0)
         axes = axes @ spread(at.potential.curvature(np.zeros(q.size)), _RIDGE)
         at = replace(at, transform=plain(q, axes))
@@ -304,11 +326,11 @@ def unresolved(posterior: Posterior) -> float:
     names = jax.eval_shape(
         partial(transform_of(s).forward_and_log_det, s), data, posterior.transform, nowhere
     )[0]
-    again = programs_for(finer)("simulate", finely, {k: quantities[k] for k in names})
+    again = programs_for(finer)(SIMULATE, finely, {k: quantities[k] for k in names})
     moved = [
         (again[f"predicted/{k}"] - quantities[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
-        if k.startswith(("rest_", "mark_", "end_"))
+        if parsed(k).at_rest or parsed(k).on_way
     ]
     return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
 
@@ -321,30 +343,37 @@ def run_outs_of(quantities: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarr
     return V, quantities.get("measured", np.zeros((len(V), 0)))
 
 
+class _Fitted(NamedTuple):
+    """Regressions of a scene, in so many steps as its programs and data have."""
+
+    programs: Programs
+    data: Data
+    regressions: tuple[Quadratic, Quadratic]
+    error: np.ndarray
+    unresolved: float
+
+
+def _fitted(structure: Structure, data: Data) -> tuple[_Fitted, float, int]:
+    programs, steps = programs_for(structure), steps_of(structure, data)
+    if structure.inverted == VEHICLES:
+        nothing = transform_of(structure).example(structure).regressions
+        return _Fitted(programs, data, nothing, np.zeros(2), 0.0), 0.0, steps
+    separation = regression.shoot(programs, data)
+    regressions, error, run_outs = regression.fit(programs, data, separation)
+    unresolved = regression.unresolved(programs, data, run_outs)
+    return _Fitted(programs, data, regressions, error, unresolved), unresolved, steps
+
+
 def _whitened(structure: Structure, data: Data) -> list[Posterior]:
     """The posterior on each branch that may count, the likeliest first, in as many steps as it takes."""
-    regressions, error, unresolved = (
-        transform_of(structure).example(structure).regressions,
-        np.zeros(2),
-        0.0,
-    )
-    # no more steps of the run-out than this scene's measurements can tell apart
-    while True:
-        programs = programs_for(structure)
-        if structure.inverted == VEHICLES:
-            break
-        separation = regression.shoot(programs, data)
-        regressions, error, run_outs = regression.fit(programs, data, separation)
-        unresolved = regression.unresolved(programs, data, run_outs)
-        steps = steps_of(structure, data)
-        if unresolved <= RESOLVED or steps >= MOST_STEPS:
-            break
-        structure, data = in_steps(structure, data, 2 * steps)
+    fitted = in_enough_steps(structure, data, _fitted)
+    programs, data, regressions = fitted.programs, fitted.data, fitted.regressions
+    structure = programs.structure
     n = transform_of(structure).length(structure)
     starts = [whitening.sliding(programs, data, regressions, q) for q in _starts(structure)]
-    tried = [whitening.about(programs, data, regressions, q, np.eye(n)) for q in starts]
+    tried = [whitening.whitened_about(programs, data, regressions, q, np.eye(n)) for q in starts]
     transform = _likeliest(programs, data, tried)
-    first = Posterior(programs, data, transform, error, -np.inf, unresolved)
+    first = Posterior(programs, data, transform, fitted.error, -np.inf, fitted.unresolved)
     found: list[Posterior] = []
     refusals = []
     for start in _starts_on_branches(first):
@@ -375,14 +404,14 @@ def _starts_on_branches(posterior: Posterior) -> Iterator[Posterior]:
         transform.constraints.side
     )
     centre, anyhow = np.asarray(transform.centre), np.eye(transform.centre.size)
-    constraints = whitening.about(
+    constraints = whitening.whitened_about(
         programs, data, transform.regressions, centre, anyhow, side=other
     ).constraints
     # to where each margin is at least as far above zero as it is soft
     move = np.linalg.pinv(constraints.slope) @ np.maximum(
         constraints.softness - constraints.margin, 0
     )
-    about = whitening.about(
+    about = whitening.whitened_about(
         programs, data, transform.regressions, centre + move, anyhow, side=other
     )
     yield replace(posterior, transform=about)
@@ -395,10 +424,10 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
         Unanswerable: there is none, or its potential is above `most`.
     """
     programs, data = posterior.programs, posterior.data
-    responding = bool(programs.structure.responding)
+    responding = bool(rest_pose.with_response_surface(programs.structure))
     # constraints and whitening depend on the mode and it on them: thrice is enough, but for responses
-    for _ in range(_CLIMBS if responding else 3):
-        posterior = _responding(posterior)
+    for _ in range(_WHITENINGS if responding else 3):
+        posterior = _with_responses(posterior)
         transform = posterior.transform
         mode, value = _mode(posterior)
         if value + transform.log_volume > most:
@@ -417,21 +446,21 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
             kept, (centre, constrained, axes) = whitening.softened(
                 transform, centre, constrained, axes
             )
-        about = whitening.about(
+        about = whitening.whitened_about(
             programs, data, transform.regressions, centre, axes, constrained, side, kept
         )
         posterior = replace(posterior, transform=about, log_evidence=-value)
         if responding and np.linalg.norm(mode) < _STILL:
             break
-    return _responding(posterior)
+    return _with_responses(posterior)
 
 
-def _responding(posterior: Posterior) -> Posterior:
+def _with_responses(posterior: Posterior) -> Posterior:
     """The same, with responses for about where it is whitened."""
-    if not posterior.programs.structure.responding:
+    if not rest_pose.with_response_surface(posterior.programs.structure):
         return posterior
     rng = np.random.default_rng(0)
-    return posterior.responding_by(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))
+    return posterior.with_responses(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))
 
 
 def _starts(structure: Structure) -> list[np.ndarray]:
@@ -439,7 +468,7 @@ def _starts(structure: Structure) -> list[np.ndarray]:
     middle = np.zeros(transform_of(structure).length(structure))
     if ("speed_a", "halfnormal") not in structure.uncertain:
         return [middle]
-    unknown = len(structure.aims) + structure.names.index("speed_a")
+    unknown = len(structure.rest_components) + structure.names.index("speed_a")
     return [middle + deviate * (np.arange(middle.size) == unknown) for deviate in _SPEEDS]
 
 

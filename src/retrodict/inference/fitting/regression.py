@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from retrodict.inference.density.compiled import BATCH, Programs, programs_for
+from retrodict.inference.density.kernels import INPUTS, REACHED
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.pilot import prior_pilot
 from retrodict.inference.threads import one_blas_thread
@@ -29,7 +30,7 @@ _ROUNDS = 4
 _FAR = 4.0
 # standard deviations that a run-out may miss a rest pose by, other inputs at their means
 _PLAUSIBLE = 3.5
-REACHED = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
+REACHES = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
 _NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
@@ -64,7 +65,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
     """
     found = nearest(programs, data)
     for v, by in zip(VEHICLES, found.missed, strict=True):
-        if by > REACHED and v not in programs.structure.inverted:
+        if by > REACHES and v not in programs.structure.inverted:
             raise unreachable(v, by)
     return found.separation
 
@@ -117,10 +118,10 @@ def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
     """
     size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
-    poses, k2, friction, _ = (np.asarray(a)[0] for a in programs("inputs", data, xi))
-    opened = _open(programs)
+    poses, k2, friction, _ = (np.asarray(a)[0] for a in programs(INPUTS, data, xi))
+    opened = _undetermined(programs)
     likely = _likely(programs, data) if opened.any() else np.zeros(2 * size)
-    target, sd = _aims(programs, data, likely)
+    target, sd = _target_poses(programs, data, likely)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
     if every:  # as many of those that roll as there are, and of the others an even choice
@@ -195,9 +196,9 @@ def fit(
     n, size = rest_pose.length_for_regressions(structure), len(structure.rests)
     sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
     xi = sample[:, 2 * size :]
-    target, sd = _aims(programs, data, separation)
+    target, sd = _target_poses(programs, data, separation)
     mine = [slice(size * v, size * (v + 1)) for v in range(2)]
-    scale = np.asarray(programs("inputs", data, xi)[3])
+    scale = np.asarray(programs(INPUTS, data, xi)[3])
     shaping = [rest_pose.shaping_inputs(structure, v) for v in "ab"]
     regressions = _linear(programs, data, separation)
     error = np.full(2, np.inf)
@@ -231,7 +232,7 @@ def responses(
     run_outs: tuple[np.ndarray, np.ndarray],
     predicted: dict[str, np.ndarray],
 ) -> tuple[rest_pose.ResponseSurface, ...]:
-    """Of each vehicle of `Structure.responding`: what it passes on its way, fitted to run-outs.
+    """What vehicles `with_response_surface` pass on their way, fitted to run-outs.
 
     Args:
         structure: of the scene.
@@ -239,7 +240,8 @@ def responses(
         run_outs: velocities after the impact, and deviates of the inputs, a row for each.
         predicted: each item on the way by them, by name.
     """
-    return tuple(_response(structure, data, run_outs, predicted, v) for v in structure.responding)
+    vehicles = rest_pose.with_response_surface(structure)
+    return tuple(_response(structure, data, run_outs, predicted, v) for v in vehicles)
 
 
 def _response(
@@ -284,11 +286,12 @@ def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.nd
     if not s.integrated:
         return 0.0
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
+    V, xi = run_outs
     rests = [
-        np.asarray(p("reached", d, *run_outs))
+        np.asarray(p(REACHED, d, V, xi))
         for p, d in ((programs, data), (programs_for(finer), finely))
     ]
-    sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in s.aims])
+    sd = np.array([data.evidence.get(name, (0.0, np.inf))[1] for name in s.rest_components])
     moved = (rests[1] - rests[0]).reshape(len(rests[0]), -1) / sd
     return float(np.nanquantile(np.abs(moved[:, np.isfinite(sd)]), 0.9))
 
@@ -328,7 +331,7 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
     """First regressions: linear in the rest pose and the inputs, by difference quotients."""
     structure = programs.structure
     p, size = len(structure.uncertain), len(structure.rests)
-    _, sd = _aims(programs, data, separation)
+    _, sd = _target_poses(programs, data, separation)
     V, xi = np.tile(separation, (BATCH, 1)), np.zeros((BATCH, p))
     for j in range(size):
         V[1 + j, [j, size + j]] += _STEP
@@ -358,10 +361,12 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
     return regressions
 
 
-def _open(programs: Programs) -> np.ndarray:
+def _undetermined(programs: Programs) -> np.ndarray:
     """Which parts of the rest poses pin nothing, a row each for A and B."""
     structure = programs.structure
-    return np.array([name in structure.open for name in structure.aims]).reshape(2, -1)
+    return np.array([name in structure.unmeasured for name in structure.rest_components]).reshape(
+        2, -1
+    )
 
 
 def _likely(programs: Programs, data: Data) -> np.ndarray:
@@ -371,12 +376,14 @@ def _likely(programs: Programs, data: Data) -> np.ndarray:
     return np.array([quantities[name][best] for names in AFTER for name in names[:size]])
 
 
-def _aims(programs: Programs, data: Data, separation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _target_poses(
+    programs: Programs, data: Data, separation: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """What is aimed at and its standard deviations, a row each for A and B."""
     structure = programs.structure
     pairs = [
-        np.array((velocity, _UNIT) if name in structure.open else data.evidence[name])
-        for name, velocity in zip(structure.aims, separation, strict=True)
+        np.array((velocity, _UNIT) if name in structure.unmeasured else data.evidence[name])
+        for name, velocity in zip(structure.rest_components, separation, strict=True)
     ]
     value, sd = np.stack(pairs, axis=1).reshape(2, 2, -1)
     return value, sd
@@ -384,8 +391,8 @@ def _aims(programs: Programs, data: Data, separation: np.ndarray) -> tuple[np.nd
 
 def _reached(programs: Programs, data: Data, V: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """Where run-outs end, or the velocity in the place of what pins none."""
-    ends = np.asarray(programs("reached", data, V, xi))
-    return np.where(_open(programs), V.reshape(ends.shape), ends)
+    ends = np.asarray(programs(REACHED, data, V, xi))
+    return np.where(_undetermined(programs), V.reshape(ends.shape), ends)
 
 
 def _guesses(displacement: np.ndarray, grip: float, k: float, shares: np.ndarray) -> np.ndarray:

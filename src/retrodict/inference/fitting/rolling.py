@@ -16,13 +16,15 @@ from jaxtyping import Float
 
 from retrodict.inference.density.compiled import BATCH, Programs, programs_for
 from retrodict.inference.fitting import regression
-from retrodict.inference.fitting.posterior import MOST_STEPS, RESOLVED, Posterior, run_outs_of
+from retrodict.inference.fitting.posterior import Posterior, run_outs_of
+from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import Guess
 from retrodict.models import RUNGS
-from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.models.arrays import Data, Structure, steps_of
 from retrodict.models.runouts import roll
+from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES, Scene
 
 # standard deviations of the rest pose: a regression's error that makes good coordinates
@@ -45,8 +47,8 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
         method: a name in `retrodict.inference.samplers.METHODS`.
     """
     structure = RUNGS[rung].of_scene(scene)[0]
-    pinned = any(name in structure.evidence for name in structure.aims)
-    able = pinned and not any(level.fixed for level in rest_pose.levels_of(structure))
+    rested = any(name in structure.evidence for name in structure.rest_components)
+    able = rested and not any(level.fixed for level in rest_pose.levels_of(structure))
     return able and method == "smc"
 
 
@@ -54,13 +56,13 @@ class Seen(NamedTuple):
     """A scene as it is tempered.
 
     Args:
-        pinned: structure that regressions are fitted by.
+        fitted: structure that regressions are fitted by.
         offset: structure that is tempered.
         data: the scene's numbers, with the ways from which velocities may be guessed.
         guess: how far off these may be.
     """
 
-    pinned: Structure
+    fitted: Structure
     offset: Structure
     data: Data
     guess: Guess
@@ -76,7 +78,7 @@ def seen(scene: Scene, rung: str) -> Seen:
     around = tuple(
         name
         for name in structure.evidence
-        if name.startswith("rest_heading") and not scene.rest[name[-1]].turns_known
+        if parsed(name).kind == "rest_heading" and not scene.rest[parsed(name).vehicle].turns_known
     )
     ways, taken, off = dict(data.ways), np.zeros(2), np.ones((2, 3))
     for i, v in enumerate(VEHICLES):
@@ -89,9 +91,9 @@ def seen(scene: Scene, rung: str) -> Seen:
             missed = roll.missed(scene, v, _TURNS if turns_open else 0.0)
             off[i] = np.hypot(missed, [_LEAST_OFF, _LEAST_OFF, 0.0])
     lengths = tuple((v, len(way)) for v, way in ways.items())
-    pinned = replace(structure, loose=False, steps=None, ways=lengths, around=around)
+    fitted = replace(structure, transform="rest-pose", steps=None, ways=lengths, around=around)
     guess = Guess(taken, off, np.zeros(()))
-    return Seen(pinned, replace(pinned, offset=True), data._replace(ways=ways), guess)
+    return Seen(fitted, replace(fitted, transform="offset"), data._replace(ways=ways), guess)
 
 
 def prepare(scene: Scene, rung: str) -> Posterior:
@@ -104,13 +106,13 @@ def prepare(scene: Scene, rung: str) -> Posterior:
     Raises:
         Unanswerable: a vehicle that does not roll cannot reach its rest pose.
     """
-    pinned, offset, data, guess = seen(scene, rung)
-    while True:
-        found = _about(programs_for(pinned), programs_for(offset), data, guess)
-        steps = steps_of(pinned, data)
-        if found.unresolved <= RESOLVED or steps >= MOST_STEPS:
-            return found
-        pinned, data = in_steps(pinned, data, 2 * steps)
+    fitted, offset, data, guess = seen(scene, rung)
+
+    def attempt(fitted: Structure, data: Data) -> tuple[Posterior, float, int]:
+        found = _about(programs_for(fitted), programs_for(offset), data, guess)
+        return found, found.unresolved, steps_of(fitted, data)
+
+    return in_enough_steps(fitted, data, attempt)
 
 
 def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Posterior:
@@ -121,14 +123,14 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
         shot = regression.nearest(fitted, data, every=True)
         for i, v in enumerate(VEHICLES):
             if (
-                shot.missed[i] > regression.REACHED
+                shot.missed[i] > regression.REACHES
                 and v not in structure.inverted
                 and not guess.taken[i]
             ):
                 raise regression.unreachable(v, shot.missed[i])
         regressions, error, _ = regression.fit(fitted, data, shot.separation)
         turns_open = [f"rest_heading_{v}" in structure.around for v in VEHICLES]
-        astray = (shot.missed > regression.REACHED) | shot.folds(regressions) | turns_open
+        astray = (shot.missed > regression.REACHES) | shot.folds(regressions) | turns_open
         error = np.where(astray, np.inf, error)
     taken = np.where(error > _FITS, guess.taken, 0.0)
     kind = transform_of(sampled.structure)
@@ -150,8 +152,8 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
 def _reach(structure: Structure, data: Data, n: int) -> Float[np.ndarray, " w"]:
     """How far off particles start."""
     reach = np.ones(n)
-    for i, name in enumerate(structure.aims):
-        reach[i] = _OPEN[i % len(structure.rests)] if name in structure.open else _WIDE
-        if name in structure.around and name[-1] in structure.inverted:
+    for i, name in enumerate(structure.rest_components):
+        reach[i] = _OPEN[i % len(structure.rests)] if name in structure.unmeasured else _WIDE
+        if name in structure.around and parsed(name).vehicle in structure.inverted:
             reach[i] = _TURNS / data.evidence[name][1]
     return reach

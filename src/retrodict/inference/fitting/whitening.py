@@ -7,6 +7,7 @@ from jaxtyping import Float
 from scipy.stats import norm
 
 from retrodict.inference.density.compiled import Programs
+from retrodict.inference.density.kernels import LEVELS
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.parameters import Constraints, Quadratic, TransformParameters
 from retrodict.inference.transforms.soft_bounds import (
@@ -28,7 +29,7 @@ Point = Float[np.ndarray, " q"]
 Spread = Float[np.ndarray, "q any"]
 
 
-def about(
+def whitened_about(
     programs: Programs,
     data: Data,
     regressions: tuple[Quadratic, Quadratic],
@@ -81,7 +82,7 @@ def _wall(
     structure = programs.structure
     levels, held = rest_pose.levels_of(structure), rest_pose.held_of(structure)
     flat = rest_pose.RestPose().example(structure)._replace(regressions=regressions)
-    over, under, *slopes, by_z, sense = map(np.asarray, programs("levels", data, flat, constrained))
+    over, under, *slopes, by_z, sense = map(np.asarray, programs(LEVELS, data, flat, constrained))
     if side is None:
         # vehicles close in, each from its own side, whatever the centre says
         known = [level == E and sense != 0 for level in levels]
@@ -126,7 +127,7 @@ def sliding(
         return q
     at = rest_pose.levels_of(programs.structure).index(SLIDING)
     flat = rest_pose.RestPose().example(programs.structure)._replace(regressions=regressions)
-    over, under = map(np.asarray, programs("levels", data, flat, q)[:2])
+    over, under = map(np.asarray, programs(LEVELS, data, flat, q)[:2])
     q = q.copy()
     q[-1] = soft_lower_bound_inverse(float(np.clip(over[at] / under[at], *_LIKELY)), KEPT) / KEPT
     return q
@@ -159,7 +160,7 @@ def _across(structure: Structure, slope: np.ndarray, by_z: np.ndarray) -> np.nda
         slope: of the margins by q, shape (m, q).
         by_z: velocities of A and of B over sqrt(friction) by z, shape (2, v, v).
     """
-    n, speed_a = len(structure.aims), rest_pose.place_of_speed_a(structure)
+    n, speed_a = len(structure.rest_components), rest_pose.place_of_speed_a(structure)
     moving = slope[:, [*range(n), *([] if speed_a is None else [speed_a])]]
     ways = [np.linalg.pinv(moving[: i + 1])[:, -1] for i in range(len(moving))]
     way = np.stack(ways, axis=1)

@@ -5,8 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from retrodict.inference.density.compiled import Programs
 from retrodict.inference.samplers import importance, laplace, nuts, propagation, smc
 from retrodict.inference.samplers.draws import Draws, Progress, Task
+from retrodict.inference.transforms.parameters import TransformParameters
+from retrodict.models.arrays import Data
+
+
+def _no_kernels(
+    programs: Programs, warmup: int, data: Data, transform: TransformParameters
+) -> None:
+    """Of a method that has no kernels of its own."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +29,7 @@ class Method:
         draws: kept of each chain unless set otherwise.
         draw: does it.
         resumes: whether it has chains that an interrupted run can go on with.
+        compile_ahead: has its own kernels compiled, of (programs, warmup, data, transform).
     """
 
     title: str
@@ -27,10 +37,13 @@ class Method:
     draws: int
     draw: Callable[[Task], Draws]
     resumes: bool = False
+    compile_ahead: Callable[[Programs, int, Data, TransformParameters], None] = _no_kernels
 
 
 METHODS = {
-    "nuts": Method("No-U-Turn sampler", True, 700, nuts.draw, resumes=True),
+    "nuts": Method(
+        "No-U-Turn sampler", True, 700, nuts.draw, resumes=True, compile_ahead=nuts.compile_ahead
+    ),
     "importance": Method(
         "importance sampling, normal proposal with heavy tails, Pareto-smoothed",
         True,

@@ -7,15 +7,30 @@ import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Array
+from numpyro.infer.hmc import HMCState, hmc
+from numpyro.infer.util import ParamInfo
 
-from retrodict.inference.density.compiled import BLOCK
+from retrodict.inference.density.compiled import Programs
+from retrodict.inference.density.kernels import Kernel
+from retrodict.inference.density.log_density import Target
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import checkpoint
 from retrodict.inference.samplers.draws import Task
+from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.parameters import TransformParameters
+from retrodict.models.arrays import Data
+
+BLOCK = 50  # iterations between which progress is reported and an interrupt is handled
+
+# Good coordinates need trees of depth 3. A target that wants more than 63 leapfrogs a draw is not
+# the one they were made for: better a run that ends soon and fails its checks than one that does not.
+_MAX_TREE_DEPTH = 6
 
 
 @dataclass(frozen=True)
@@ -50,14 +65,16 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     """
     posterior, chains, warmup = task.posterior, task.chains, task.warmup
     arguments = (posterior.data, posterior.transform)
-    start, advance = posterior.programs.sampler(warmup, target_accept, *arguments)
+    start, advance = kernels(posterior.programs, warmup, target_accept, *arguments)
     n = posterior.size
     records: list[list[dict[str, np.ndarray]]]
     if after is None:
         keys = jax.random.split(jax.random.key(task.seed), chains)
         # spread wider than the posterior, so that R-hat has something to find
         starts = 1.5 * np.random.default_rng(task.seed).standard_normal((chains, n))
-        states = [_start(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)]
+        states = [
+            _first_state(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)
+        ]
         records = [[] for _ in range(chains)]
         if task.resume is not None:
             states, records = checkpoint.load(task.resume, settings(task), states)
@@ -66,7 +83,7 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     total = warmup + task.draws
 
     def run_block(chain: int) -> None:
-        states[chain], record = advance(states[chain], *arguments)
+        states[chain], record = posterior.programs(advance, states[chain], *arguments)
         records[chain].append({k: np.asarray(v) for k, v in record.items()})
 
     def all_have() -> int:
@@ -98,6 +115,78 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     return Chains(joined.pop("w", np.empty((chains, 0, n))), joined, end == total, states, records)
 
 
+def kernels(
+    programs: Programs,
+    warmup: int,
+    target_accept: float,
+    data: Data,
+    transform: TransformParameters,
+) -> tuple[Kernel[..., HMCState], Kernel[..., tuple[HMCState, dict[str, Array]]]]:
+    """NUTS: how a chain is started, and how it is advanced by a block; compiled from now on.
+
+    Args:
+        programs: of the posterior.
+        warmup: iterations that adapt the step size.
+        target_accept: acceptance that they aim for.
+        data: of which only shapes matter here, and so of the transform.
+
+    Returns:
+        start(key, w, potential, gradient, data, transform) -> state and
+        advance(state, data, transform) -> (state, records of BLOCK iterations).
+    """
+
+    @cache  # NumPyro's step works only once its start was traced
+    def of(target: Target) -> tuple[Callable[..., Any], Callable[..., Any]]:
+        def potential_of(data: Data, transform: TransformParameters) -> Callable[[Array], Array]:
+            return lambda w: target.steered(w, data, transform)
+
+        return hmc(potential_fn_gen=potential_of, algo="NUTS")
+
+    def first(
+        target: Target, key: Array, w: Array, potential: Array, gradient: Array, *numbers: Any
+    ) -> HMCState:
+        return of(target)[0](
+            ParamInfo(w, potential, gradient),
+            num_warmup=warmup,
+            step_size=0.7,
+            target_accept_prob=target_accept,
+            max_tree_depth=_MAX_TREE_DEPTH,
+            model_args=numbers,
+            rng_key=key,
+        )
+
+    def block(
+        target: Target, state: HMCState, data: Data, transform: TransformParameters
+    ) -> tuple[HMCState, dict[str, Array]]:
+        step = of(target)[1]
+
+        def iterate(state: HMCState, _: None) -> tuple[HMCState, dict[str, Array]]:
+            state = step(state, (data, transform))
+            return state, {
+                "w": state.z,
+                "diverging": state.diverging,
+                "n_steps": state.num_steps,
+                "energy": state.energy,
+                "acceptance_rate": state.accept_prob,
+                "lp": -state.potential_energy,
+                "step_size": state.adapt_state.step_size,
+            }
+
+        return jax.lax.scan(iterate, state, None, length=BLOCK)
+
+    start: Kernel[..., HMCState] = Kernel(f"start {warmup} {target_accept}", first)
+    advance: Kernel[..., tuple[HMCState, dict[str, Array]]] = Kernel(
+        f"advance {warmup} {target_accept}", block
+    )
+    n = transform_of(programs.structure).size(programs.structure)
+    nowhere = (jax.random.key(0), np.zeros(n), 0.0, np.zeros(n), data, transform)
+    programs.expect(start, *nowhere)
+    programs.expect(
+        advance, lambda: jax.eval_shape(programs.function(start), *nowhere), data, transform
+    )
+    return start, advance
+
+
 def settings(task: Task) -> dict[str, int | str]:
     """What chains must share for one to go on where the other stopped."""
     posterior = task.posterior
@@ -112,7 +201,9 @@ def settings(task: Task) -> dict[str, int | str]:
     }
 
 
-def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray) -> object:
+def _first_state(
+    posterior: Posterior, start: Kernel[..., HMCState], key: Array, w: np.ndarray
+) -> HMCState:
     """A chain's first state; a start that is far out on the density is drawn nearer to the mode.
 
     The density about the mode is close to a standard normal, whose potential rises by w² / 2; where it
@@ -125,4 +216,5 @@ def _start(posterior: Posterior, start: Callable, key: jax.Array, w: np.ndarray)
         if near and np.isfinite(gradient).all():
             break
         w = w / 2
-    return start(key, w, potential, gradient, posterior.data, posterior.transform)
+    numbers = (posterior.data, posterior.transform)
+    return posterior.programs(start, key, w, potential, gradient, *numbers)

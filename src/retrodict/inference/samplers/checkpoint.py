@@ -5,26 +5,24 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import numpy as np
 
-if TYPE_CHECKING:
-    from retrodict.inference.samplers.chains import Chains
-
 Records = list[list[dict[str, np.ndarray]]]
 
 
-def packed(chains: Chains, settings: dict[str, int | str]) -> bytes:
+def packed(states: Sequence[Any], records: Records, settings: dict[str, int | str]) -> bytes:
     """Chains as a file (.npz) from which a later process can go on with them.
 
     Args:
-        chains: interrupted.
+        states: where each interrupted chain stands.
+        records: of every block of every chain.
         settings: that the run was made with, seed included, and a fingerprint of the scene.
     """
     arrays: dict[str, np.ndarray] = {f"setting/{k}": np.asarray(v) for k, v in settings.items()}
-    for i, (state, record) in enumerate(zip(chains.states, chains.records, strict=True)):
+    for i, (state, record) in enumerate(zip(states, records, strict=True)):
         for j, leaf in enumerate(jax.tree.leaves(state)):
             arrays[f"state/{i}/{j}"] = _numbers(leaf)
         for name in record[0] if record else ():

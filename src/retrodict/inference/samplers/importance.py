@@ -3,7 +3,7 @@
 Where its weights are too uneven, or the posterior is wider, further draws come from another, with the
 weighted mean and covariance of all draws so far and heavier tails along the widest axes, and so on
 (Cornuet et al. 2012, adaptive multiple importance sampling). The answer is the last round's alone,
-weighed by a proposal that no draw of its own has shaped: all rounds, weighed by the mixture of their
+weighted by a proposal that no draw of its own has shaped: all rounds, weighted by the mixture of their
 proposals, were off by 0.05 sd on a skewed normal of known mean. Written out here: no library of those
 this project uses has it, and it is a dozen lines.
 """
@@ -30,7 +30,7 @@ _FIRST, _LATER, _AXES, _SKEWED = (0.2, 4.0), (1.0, 4.0), 3, 1.25
 _ROUNDS = 10  # of adaptation, the first included
 _EVEN, _SHARE = 0.6, 1 / 3  # Pareto k, effective share of the draws: that ask for no other round
 # Nor does a variance of the posterior, along any line, over that of the last proposal: as wide as so few
-# draws of one that fits would make it look, times this. (A Pareto k tells nothing of what was never
+# draws of one that fits would make it look, times this. (A Pareto k shows nothing of what was never
 # drawn: at 1.27 means were 0.1 sd off with an effective half of the draws.)
 _OUTGROWN = 1.1
 _FOR_EVIDENCE, _HELD_AGAINST = 2000, 2000  # draws
@@ -62,7 +62,7 @@ def draw(task: Task, times: int = 1) -> Draws:
 
     Args:
         task: what is asked for.
-        times: as many points are weighed as draws are asked for.
+        times: as many points are evaluated as draws are asked for.
     """
     posterior, chains, draws = task.posterior, task.chains, task.draws * min(times, 2)
     rng = np.random.default_rng(task.seed)
@@ -97,7 +97,7 @@ def log_evidence(
     Args:
         posterior: whose evidence it is.
         rng: of the draws.
-        draws: how many are weighed.
+        draws: how many are evaluated.
 
     Returns:
         The evidence; at fault where the weights have no variance to judge it by.
@@ -106,10 +106,10 @@ def log_evidence(
     return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
 
 
-def apart(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
+def disagreements(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
     """Whether draws by an approximation leave the posterior, as importance sampling has it.
 
-    (The weights of Laplace's own draws do not tell: a normal's few draws in a heavy tail passed a
+    (The weights of Laplace's own draws do not show it: a normal's few draws in a heavy tail passed a
     spread of three quarters of the posterior's.)
 
     Args:
@@ -154,7 +154,7 @@ def weighted_points(
 
     Returns:
         w, shape (count, q), the logs of their weights, the quantities there, and how many points all
-        rounds weighed.
+        rounds evaluated.
     """
     n = posterior.size
     proposals = [_Proposal(np.zeros(n), np.eye(n), np.ones(n), *_FIRST, n)]
@@ -233,7 +233,7 @@ class _Proposal:
         return float(np.linalg.eigvalsh(whitened)[-1] / margin)
 
     def moved(self, mean: np.ndarray, spread: np.ndarray, effective: float) -> _Proposal:
-        """Towards a mean and a covariance, the further the more draws tell of them."""
+        """Towards a mean and a covariance, the further the more effective draws there are."""
         share = effective / (effective + 2 * self.sd.size)
         scale = share * spread + (1 - share) * (self.axes * self.sd**2) @ self.axes.T
         variances, axes = np.linalg.eigh(scale)

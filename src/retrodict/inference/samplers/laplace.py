@@ -1,7 +1,7 @@
 """Laplace's approximation: a normal in the flattened coordinates, centred and whitened at the mode.
 
 The coordinates are not linear in the unknowns, so neither is what comes out; how far it is from the
-posterior, the Pareto k of its importance weights tells, and importance sampling itself.
+posterior, the Pareto k of its importance weights shows, and importance sampling itself.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from retrodict.inference.samplers.draws import Draws, Task
-from retrodict.inference.samplers.importance import apart
+from retrodict.inference.samplers.importance import disagreements
 from retrodict.inference.samplers.psis import judged, smoothed
 
 
@@ -21,7 +21,7 @@ def draw(task: Task) -> Draws:
     log_density, quantities = task.posterior.evaluate(w.reshape(-1, n))
     log_weight = log_density + np.sum(w.reshape(-1, n) ** 2, 1) / 2
     verdict = judged(smoothed(log_weight)[1])
-    verdict["faults"] = verdict["faults"] or apart(quantities, task)
+    verdict["faults"] = verdict["faults"] or disagreements(quantities, task)
     return Draws(
         w, {"log_weight": log_weight.reshape(w.shape[:2])}, **verdict, quantities=quantities
     )

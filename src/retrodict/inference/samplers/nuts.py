@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from retrodict.inference.density.compiled import Programs
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import chains, checkpoint
 from retrodict.inference.samplers.chains import Chains, sample
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.transforms.choice import transform_of
-from retrodict.models.arrays import Structure
+from retrodict.inference.transforms.parameters import TransformParameters
+from retrodict.models.arrays import Data, Structure
 
 _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
 # Of the run that follows one with divergences. No more: the gradient steers only near enough, so that
 # acceptance stays at 0.9 however short the steps, and steps that aim for it collapse (measured).
 _SECOND_TRY = 0.8
-_CURVED = 0.8  # of a posterior that rest poses do not pin: shorter steps are slow and mend little
+_CURVED = 0.8  # of a posterior that rest poses do not pin: shorter steps are slow and help little
 _PILOT = 200  # draws of each chain by which such a posterior is whitened, or responses are fitted
 _FEW = 0.05  # share of divergent draws up to which shorter steps may help
 
@@ -27,9 +29,9 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    original, structure = task.posterior, task.posterior.programs.structure
-    first, second = targets(structure)
-    if transform_of(structure).refit_to_draws or structure.responding:
+    original = task.posterior
+    first, second = targets(original.programs.structure)
+    if original.refits:
         pilot = sample(replace(task, draws=_PILOT, resume=None), first)
         if not pilot.complete:
             raise Interrupted("stopped before any draws were kept")
@@ -49,13 +51,22 @@ def draw(task: Task) -> Draws:
         found = sample(task, target_accept)
     if found.w.shape[1] < 4:
         raise Interrupted("stopped before any draws were kept")
-    drawn = _told(found, task, original, target_accept, notes)
+    drawn = _draws_of(found, task, original, target_accept, notes)
 
     def more() -> Draws:
         longer = replace(task, draws=2 * task.draws, resume=None)
-        return _told(sample(longer, target_accept, found), longer, original, target_accept, notes)
+        return _draws_of(
+            sample(longer, target_accept, found), longer, original, target_accept, notes
+        )
 
     return replace(drawn, more=more)
+
+
+def compile_ahead(
+    programs: Programs, warmup: int, data: Data, transform: TransformParameters
+) -> None:
+    """Have the first run's kernels compiled in the background."""
+    chains.kernels(programs, warmup, targets(programs.structure)[0], data, transform)
 
 
 def targets(structure: Structure) -> tuple[float, float]:
@@ -64,12 +75,14 @@ def targets(structure: Structure) -> tuple[float, float]:
     return (_CURVED, _CURVED) if refit else (_FIRST_TRY, _SECOND_TRY)
 
 
-def _told(
+def _draws_of(
     found: Chains, task: Task, original: Posterior, target_accept: float, notes: tuple[str, ...]
 ) -> Draws:
     first = target_accept == targets(task.posterior.programs.structure)[0] and not found.complete
-    unfinished = checkpoint.packed(found, chains.settings(task)) if first else None
-    w = found.w
-    if transform_of(original.programs.structure).refit_to_draws:
-        w = task.posterior.converted_to(original, w.reshape(-1, original.size)).reshape(w.shape)
-    return Draws(w, found.stats, found.complete, notes, unfinished=unfinished)
+    unfinished = (
+        checkpoint.packed(found.states, found.records, chains.settings(task)) if first else None
+    )
+    w = task.posterior.converted_to(original, found.w.reshape(-1, original.size))
+    return Draws(
+        w.reshape(found.w.shape), found.stats, found.complete, notes, unfinished=unfinished
+    )

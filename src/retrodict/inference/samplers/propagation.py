@@ -6,35 +6,69 @@ other is lost. Both are here to be compared with, and are compared with the post
 
 from __future__ import annotations
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from retrodict.inference.density.compiled import in_chunks
+from retrodict.inference.density.kernels import SIMULATE, Kernel
+from retrodict.inference.density.log_density import Target
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.samplers.draws import Draws, Task
-from retrodict.inference.samplers.importance import apart
-from retrodict.inference.transforms.rest_pose import length_for_regressions
+from retrodict.inference.samplers.importance import disagreements
+from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.parameters import Numbers, TransformParameters
+from retrodict.models import parts
+from retrodict.models.arrays import Data
 
 
 def monte_carlo(task: Task) -> Draws:
     """Sample the measurements and solve each sample back."""
-    return _compared(task, "solve_back")
+    return _compared(task, _SOLVE_BACK)
 
 
 def linear(task: Task) -> Draws:
     """The law of propagation of uncertainty (GUM, JCGM 100:2008, 5.1): first derivatives only."""
-    return _compared(task, "propagate")
+    return _compared(task, _PROPAGATE)
 
 
-def _compared(task: Task, way: str) -> Draws:
-    """Measurements at random taken back that way, held against the posterior."""
+def _solve_back(
+    target: Target, data: Data, transform: TransformParameters, q: Numbers
+) -> parts.Values:
+    """The model's unknowns at each row of q, without priors or bounds."""
+    return jax.vmap(lambda q: rest_pose.solve_back(target.structure, data, transform, q))(q)
+
+
+def _propagate(
+    target: Target, data: Data, transform: TransformParameters, q: Numbers
+) -> parts.Values:
+    """The same by first derivatives at the measured values."""
+
+    def exact(q: Array) -> parts.Values:
+        return rest_pose.solve_back(target.structure, data, transform, q)
+
+    def to_first_order(q: Array) -> parts.Values:
+        return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
+
+    return jax.vmap(to_first_order)(jnp.asarray(q))
+
+
+_SOLVE_BACK = Kernel("solve_back", _solve_back, 0)
+_PROPAGATE = Kernel("propagate", _propagate, 0)
+
+
+def _compared(task: Task, way: Kernel[[Data, TransformParameters, Numbers], parts.Values]) -> Draws:
+    """Measurements at random taken back by a kernel, compared with the posterior."""
     posterior = task.posterior
     structure = posterior.programs.structure
-    if structure.open:
+    if not transform_of(structure).by_regressions or structure.unmeasured:
         raise Unanswerable(
             "this method solves back from where both vehicles slid to rest, which this scene does not "
-            "tell: use another method"
+            "give: use another method"
         )
-    n = length_for_regressions(structure)
+    n = rest_pose.length_for_regressions(structure)
     if n > posterior.size:
         raise Unanswerable(
             f"this method solves back as many unknowns as there are measurements, and the model "
@@ -43,9 +77,9 @@ def _compared(task: Task, way: str) -> Draws:
     q = np.random.default_rng(task.seed).standard_normal((task.chains, task.draws, n))
     programs, data = posterior.programs, posterior.data
 
-    def follow(q: np.ndarray) -> dict[str, np.ndarray]:
+    def follow(q: np.ndarray) -> parts.Values:
         sites = programs(way, data, posterior.transform, q)
-        return sites | programs("simulate", data, sites)
+        return sites | programs(SIMULATE, data, sites)
 
     quantities = in_chunks(follow, q.reshape(-1, n))
-    return Draws(q, {}, faults=apart(quantities, task), quantities=quantities)
+    return Draws(q, {}, faults=disagreements(quantities, task), quantities=quantities)

@@ -60,7 +60,7 @@ def log_mean(log_weight: np.ndarray) -> tuple[float, float]:
 
 
 def judged(k: float) -> dict[str, Any]:
-    """What to tell of a k: for the arguments of `Draws`."""
+    """The verdict on a k: for the arguments of `Draws`."""
     faults: tuple[str, ...] = ()
     if not k <= MAX_PARETO_K:
         faults = (
@@ -77,7 +77,7 @@ def resampled(weights: np.ndarray, count: int, rng: np.random.Generator) -> np.n
     chains counts them as it should.
     """
     total = weights.sum()
-    if not total > 0:  # of none, or none finite, all are taken in turn; Pareto k tells
+    if not total > 0:  # of none, or none finite, all are taken in turn; Pareto k shows it
         return np.arange(count) % weights.size
     steps = (rng.random() + np.arange(count)) / count
     return np.minimum(np.searchsorted(np.cumsum(weights / total), steps), weights.size - 1)

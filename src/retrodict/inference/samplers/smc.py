@@ -34,7 +34,7 @@ _SWEEPS = 4  # of moves at a temperature, after which coordinates are whitened a
 # more than chance takes them after 6; tests/data/sideswipe.toml has them off by 0.2 sd then, by 0.1
 # after 18), and before each further one
 _SETTLING, _LAST = 18, 3
-# Steps far and near; the far ones go farthest in the mean, and the near ones are seldom refused.
+# Steps far and near; the far ones go farthest in the mean, and the near ones are rarely refused.
 _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
 _WIDER = 1.15  # than the particles spread: what steps aim at has to have the heavier tails
@@ -121,7 +121,7 @@ class _Populations:
     """Particles on their way from the start to the posterior, a population for each chain.
 
     Populations are weighted, resampled and moved each for itself. They share temperatures, and what
-    their steps are made by: more particles tell a covariance better.
+    their steps are made by: more particles determine a covariance better.
 
     Args:
         posterior: in coordinates that start about zero, as wide as `Posterior.reach` says.
@@ -193,19 +193,19 @@ class _Populations:
         return -np.sum((w / wide) ** 2 / 2 + np.log(wide) + np.log(2 * np.pi) / 2, axis=2)
 
     def _step(self) -> None:
-        """Raise the temperature as far as each population bears, and resample them."""
+        """Raise the temperature as far as each population stays effective, and resample them."""
         gain = self.height - self._start(self.w)
         wanted = _EFFECTIVE * gain.shape[1]
 
-        def bears(temperature: float) -> bool:
+        def effective_at(temperature: float) -> bool:
             weights = softmax((temperature - self.temperature) * gain, axis=1)
             return min(map(effective, weights)) >= wanted
 
         low, high = self.temperature, 1.0
-        if not bears(high):
+        if not effective_at(high):
             for _ in range(50):
                 middle = (low + high) / 2
-                low, high = (middle, high) if bears(middle) else (low, middle)
+                low, high = (middle, high) if effective_at(middle) else (low, middle)
             high = low
         log_weight = (high - self.temperature) * gain
         self.log_evidence += logsumexp(log_weight, axis=1) - np.log(gain.shape[1])
@@ -270,7 +270,7 @@ class _Whitened:
         weights: Float[np.ndarray, " points"],
         wide: Float[np.ndarray, " w"],
     ) -> _Whitened:
-        """By weighted points; without correlations as far as they are too few to tell."""
+        """By weighted points; without correlations as far as they are too few for these."""
         mean = weights @ w
         covariance = (w - mean).T @ ((w - mean) * weights[:, None])
         worth = effective(weights)

@@ -6,13 +6,15 @@ from retrodict.inference.transforms.offset import Offset
 from retrodict.inference.transforms.protocol import Transform
 from retrodict.inference.transforms.rest_pose import RestPose
 from retrodict.inference.transforms.velocity import Velocity
-from retrodict.models.arrays import Structure
+from retrodict.models.arrays import Structure, TransformName
 
-_REST_POSE, _VELOCITY, _OFFSET = RestPose(), Velocity(), Offset()
+_TRANSFORMS: dict[TransformName, Transform] = {
+    "rest-pose": RestPose(),
+    "velocity": Velocity(),
+    "offset": Offset(),
+}
 
 
 def transform_of(structure: Structure) -> Transform:
     """The transform of a structure."""
-    if structure.unpinned:
-        return _VELOCITY
-    return _OFFSET if structure.offset else _REST_POSE
+    return _TRANSFORMS[structure.transform]

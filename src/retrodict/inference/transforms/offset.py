@@ -72,7 +72,7 @@ def _unknowns(
     """Unknowns at q, and log |d unknowns / d q|."""
     guess, impact = parameters.guess, RUNGS[structure.rung].impact
     assert guess is not None, "parameters of offsets have one"
-    last, spun = len(structure.aims) - 1, jnp.asarray(guess.spun) > 0
+    last, spun = len(structure.rest_components) - 1, jnp.asarray(guess.spun) > 0
     deviate, q = q[last], q.at[last].set(jnp.where(spun, 0.0, q[last]))
     x = parts.from_standard(structure, data, split(structure, q)[1])
     scale = friction_scale(structure, data, x)

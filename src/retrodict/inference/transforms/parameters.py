@@ -116,7 +116,7 @@ class TransformParameters(NamedTuple):
         centre: q at w = 0, shape (q,).
         spread: q's change per w, shape (q, w); no column changes what is held, to first order.
         log_volume: log |det| of the spread and the directions of what is held together.
-        responses: of each of `Structure.responding`.
+        responses: of each of `rest_pose.with_response_surface`.
         guess: of the velocities from which coordinates are offsets, where they are.
     """
 

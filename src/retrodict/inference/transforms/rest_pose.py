@@ -44,6 +44,7 @@ from retrodict.inference.transforms.soft_bounds import soft_lower_bound
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, Level, quotients
+from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES
 
 _UNBENT = 1 - 1e-6  # slope of `soft_lower_bound` from which on a margin bends nothing
@@ -96,7 +97,7 @@ def samples_sliding(structure: Structure) -> bool:
 
 def length_for_regressions(structure: Structure) -> int:
     """Number of entries that regressions are fitted over: (z_a, z_b, xi)."""
-    return len(structure.aims) + len(structure.uncertain)
+    return len(structure.rest_components) + len(structure.uncertain)
 
 
 def shaping_inputs(structure: Structure, vehicle: str) -> list[int]:
@@ -149,7 +150,7 @@ def _inverted(
 
     def velocity(own: Float[Array, " v"]) -> tuple[Array, Array]:
         every = z.reshape(2, -1).at[VEHICLES.index(v)].set(own)
-        V = back(parts.aimed(structure, data, every.ravel())[VEHICLES.index(v)]) / scale
+        V = back(parts.rest_poses_at(structure, data, every.ravel())[VEHICLES.index(v)]) / scale
         return V, V
 
     by_z, V = jax.jacfwd(velocity, has_aux=True)(z.reshape(2, -1)[VEHICLES.index(v)])
@@ -165,7 +166,7 @@ def _regression_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]
 
 def split(structure: Structure, q: Q) -> tuple[Array, Array]:
     """z and xi of q."""
-    n = len(structure.aims)
+    n = len(structure.rest_components)
     return q[:n], q[n : n + len(structure.uncertain)]
 
 
@@ -337,7 +338,7 @@ def place_of_speed_a(structure: Structure) -> int | None:
     """Which entry of q is the deviate of A's speed, where the speed is linear in it."""
     if ("speed_a", "normal") not in structure.uncertain:
         return None
-    return len(structure.aims) + structure.names.index("speed_a")
+    return len(structure.rest_components) + structure.names.index("speed_a")
 
 
 def spins(structure: Structure) -> bool:
@@ -361,13 +362,15 @@ def surrogate_value(
         transform: the bijection's.
         q: a point.
         after: velocities after the impact there.
-        name: of `Structure.surrogates`.
+        name: of a prediction that has a surrogate.
     """
     z, xi = split(structure, q)
-    if name in structure.aims:
-        return parts.aimed(structure, data, z).ravel()[structure.aims.index(name)]
-    v = name[-1]
-    response = transform.responses[structure.responding.index(v)]
+    if name in structure.rest_components:
+        return parts.rest_poses_at(structure, data, z).ravel()[
+            structure.rest_components.index(name)
+        ]
+    v = parsed(name).vehicle
+    response = transform.responses[with_response_surface(structure).index(v)]
     shaping = np.array(shaping_inputs(structure, v), dtype=int)
     items = response(after[VEHICLES.index(v)], xi[shaping])
     return items[structure.on_way_of(v).index(name)]
@@ -422,6 +425,16 @@ def _det(m: Any) -> Float[Array, ""]:
     return jnp.dot(a, jnp.cross(b, c))
 
 
+def with_response_surface(structure: Structure) -> tuple[str, ...]:
+    """Vehicles whose evidence on the way to rest is predicted by response surfaces.
+
+    Used where a vehicle rolls: its adaptive steps have no reverse-mode derivatives.
+    """
+    if structure.steps or not structure.paced:
+        return ()
+    return tuple(v for v in VEHICLES if structure.on_way_of(v))
+
+
 def example_regressions(structure: Structure) -> tuple[Quadratic, Quadratic]:
     """Regressions of the right shapes and no meaning."""
     v = len(structure.rests)
@@ -450,7 +463,7 @@ class RestPose(Transform):
         n, v = self.length(structure), len(structure.rests)
         regressions = example_regressions(structure)
         responses = []
-        for vehicle in structure.responding:
+        for vehicle in with_response_surface(structure):
             m = len(structure.on_way_of(vehicle))
             k = regressions[VEHICLES.index(vehicle)].linear.shape[1]
             surface = Quadratic(np.zeros(m), np.zeros((m, k)), np.zeros((m, k, k)))
@@ -467,6 +480,11 @@ class RestPose(Transform):
             regressions, constraints, np.zeros(n), spread, np.zeros(()), tuple(responses)
         )
 
+    def surrogates(self, structure: Structure) -> tuple[str, ...]:
+        """Rest poses, then what was measured on the way where it has a response surface."""
+        on_way = (structure.on_way_of(v) for v in with_response_surface(structure))
+        return (*structure.rest_components, *(name for names in on_way for name in names))
+
     def from_q(
         self,
         structure: Structure,
@@ -476,7 +494,7 @@ class RestPose(Transform):
         log_det: Float[Array, ""],
     ) -> Located:
         """The unknowns, the log determinant with that given, and q as it was moved."""
-        v = len(structure.aims)
+        v = len(structure.rest_components)
         constrained = Constrained(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
         if levels_of(structure):
             constrained = constrain(structure, data, parameters, q)

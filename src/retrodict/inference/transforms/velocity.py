@@ -148,7 +148,9 @@ def _unit(direction: Float[Array, ""]) -> Float[Array, "2"]:
     return jnp.stack([jnp.cos(direction), jnp.sin(direction)])
 
 
-def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndarray, " q"]:
+def coordinates_near(
+    structure: Structure, data: Data, crash: parts.Values
+) -> Float[np.ndarray, " q"]:
     """About where a crash lies: q, but for the softness of bounds.
 
     Args:
@@ -186,7 +188,7 @@ def near(structure: Structure, data: Data, crash: parts.Values) -> Float[np.ndar
         elif name == "V_along":
             q.append(of_b @ _unit(data.inputs["direction_b"][0]) / scale["b"])
         else:
-            vehicle = "b" if name.startswith("Vb") or name.endswith("_b") else "a"
+            vehicle = "b" if name in parts.AFTER[1] else "a"
             q.append((crash | values)[name] / scale[vehicle])
     return np.concatenate([np.array(q, float), np.asarray(xi)])
 
@@ -205,6 +207,7 @@ class Velocity(Transform):
     exact_gradient = True
     refit_to_draws = True
     by_regressions = False
+    by_prior_pilot = True
 
     def length(self, structure: Structure) -> int:
         """Number of entries of q."""

@@ -1,4 +1,4 @@
-"""What a scene file may say but seldom means. It is told, and believed all the same."""
+"""Warnings about values of a scene that are possible but improbable; the scene is used as written."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _ACROSS = 1 / 3
 # of 300 crashes at random the course by momentum is 9 degrees off at the median, 56 at most
 _ASTRAY, _ON_COURSE = math.radians(75), math.radians(45)
 _GRAVITY = 9.81  # m/s²; that of the mechanics is not to be had without JAX
-_SLOW = 5.0  # m/s: below it momentum tells no course
+_SLOW = 5.0  # m/s: below it momentum determines no course
 # a measuring error by this factor below the run-out's adds less than 2 % to it
 _SHARPER = 5
 _RADIUS = (0.35, 0.65)  # of gyration in yaw, in wheelbases; the default's sources have 0.47 to 0.50
 
 
-def doubts(scene: Scene) -> tuple[str, ...]:
-    """What in a scene was probably not meant, by its values alone.
+def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
+    """Warnings about values that are probably not what the author meant.
 
     Args:
         scene: what was measured.
@@ -28,7 +28,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     Returns:
         A line each: the key, what is odd and what to look at.
     """
-    # one slip in an angle may break both: the more telling stands for them
+    # one wrong angle may cause several of these: only the most specific is given
     of_impact = _bearings(scene) or _sides(scene) or _overlaps(scene)
     return (*of_impact, *_inertias(scene), *_courses(scene), *_rolls(scene))
 
@@ -63,7 +63,7 @@ def _as_bearings(scene: Scene) -> Scene:
 
 
 def _off_course(scene: Scene) -> float:
-    """Angle between B's course, or heading, and the way it came by momentum; 0 where that is not told.
+    """Angle between B's course, or heading, and the one by momentum; 0 where that is not determined.
 
     Vehicles leave the impact as fast as friction stopped them on a straight line to rest.
     """

@@ -1,4 +1,4 @@
-"""What is seldom meant is told, and nothing else is."""
+"""Implausible values are flagged, and no others."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 
 from benchmarks import synthetic
 from retrodict.scene import parse_scene
-from retrodict.scene.doubts import _as_bearings, _bearings, doubts
 from retrodict.scene.load import load_scene
+from retrodict.scene.plausibility import _as_bearings, _bearings, plausibility_warnings
 from retrodict.scene.records import Measured, Scene
 from tests.scene.example import changed
 
@@ -20,32 +20,34 @@ SCENE = load_scene(EXAMPLES / "brach-1977" / "scene.toml")
 
 
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/scene.toml")), ids=lambda f: f.parent.name)
-def test_nothing_in_the_examples_is_doubted(file: Path) -> None:
-    assert doubts(load_scene(file)) == ()
+def test_nothing_in_the_examples_is_flagged(file: Path) -> None:
+    assert plausibility_warnings(load_scene(file)) == ()
 
 
-def test_a_contact_line_counted_from_the_x_axis_is_doubted() -> None:
+def test_a_contact_line_counted_from_the_x_axis_is_flagged() -> None:
     scene = load_scene(EXAMPLES / "ricsac-04" / "scene.toml")
     across = Measured(scene.contact.Gamma.value + np.pi / 2)
-    (odd,) = doubts(replace(scene, contact=replace(scene.contact, Gamma=across)))
+    (odd,) = plausibility_warnings(replace(scene, contact=replace(scene.contact, Gamma=across)))
     assert odd.startswith("impact.contact_line: it hardly parts the vehicles: of the 4.0 m between")
 
 
-def test_headings_that_are_compass_bearings_are_doubted() -> None:
+def test_headings_that_are_compass_bearings_are_flagged() -> None:
     """Of most crashes at random: others, as the paper's, fit together either way."""
     crashes = [synthetic.scene(np.random.default_rng(seed))[0] for seed in range(60)]
-    told = [bool(_bearings(_as_bearings(s))) for s in crashes]
-    assert np.mean(told) > 0.5
-    (odd,) = doubts(_as_bearings(crashes[told.index(True)]))[:1]
+    flagged = [bool(_bearings(_as_bearings(s))) for s in crashes]
+    assert np.mean(flagged) > 0.5
+    (odd,) = plausibility_warnings(_as_bearings(crashes[flagged.index(True)]))[:1]
     assert odd.startswith(
         "vehicles.A.impact.heading, vehicles.B.impact.heading: the vehicles do not"
     )
     assert np.mean([bool(_bearings(s)) for s in crashes]) < 0.05
 
 
-def test_vehicles_on_one_side_of_the_contact_line_are_doubted() -> None:
+def test_vehicles_on_one_side_of_the_contact_line_are_flagged() -> None:
     angle = SCENE.vehicles["a"].impact_angle
-    (odd,) = doubts(_with(SCENE, "a", impact_angle=replace(angle, value=angle.value + np.pi)))
+    (odd,) = plausibility_warnings(
+        _with(SCENE, "a", impact_angle=replace(angle, value=angle.value + np.pi))
+    )
     assert odd.startswith(
         "impact.contact_line: both centres of gravity lie on one side of it, A's 2.0 m"
     )
@@ -55,44 +57,50 @@ def _with(scene: Scene, v: str, **parts: Measured) -> Scene:
     return replace(scene, vehicles=scene.vehicles | {v: replace(scene.vehicles[v], **parts)})
 
 
-def test_a_yaw_inertia_in_another_unit_is_doubted() -> None:
+def test_a_yaw_inertia_in_another_unit_is_flagged() -> None:
     as_meant = SCENE.vehicles["a"].yaw_inertia
     # a figure in lb ft s² that was written as kg m², and one in kg m² that was written as lb ft s²
     for factor in (1 / 1.3558, 1.3558):
-        assert not doubts(
+        assert not plausibility_warnings(
             _with(SCENE, "a", yaw_inertia=replace(as_meant, value=factor * as_meant.value))
         )
     # lb ft² for lb ft s²: g in ft/s² apart
-    odd = doubts(_with(SCENE, "a", yaw_inertia=replace(as_meant, value=32.2 * as_meant.value)))
+    odd = plausibility_warnings(
+        _with(SCENE, "a", yaw_inertia=replace(as_meant, value=32.2 * as_meant.value))
+    )
     assert len(odd) == 1
     assert odd[0].startswith("vehicles.A.yaw_inertia: ")
 
 
-def test_a_vehicle_that_travels_backwards_is_doubted() -> None:
+def test_a_vehicle_that_travels_backwards_is_flagged() -> None:
     approach = SCENE.approach["a"]
     assert approach.direction is not None
     turned = replace(approach.direction, value=approach.direction.value + np.pi)
-    odd = doubts(
+    odd = plausibility_warnings(
         replace(SCENE, approach=SCENE.approach | {"a": replace(approach, direction=turned)})
     )
     assert len(odd) == 1
     assert odd[0].startswith("vehicles.A.approach.direction: 180 deg off")
 
 
-def test_a_rest_far_sharper_than_a_run_out_can_follow_is_doubted() -> None:
+def test_a_rest_far_sharper_than_a_run_out_can_follow_is_flagged() -> None:
     rolled = changed(('front_left = "locked"', 'front_left = "rolling"'))
     near, far = (rolled.replace('"-5.1 ± 0.15 m"', f'"{x} ± 0.15 m"') for x in (-15.1, -105.1))
-    assert not doubts(parse_scene(near, "bend"))
+    assert not plausibility_warnings(parse_scene(near, "bend"))
     scene = parse_scene(far, "bend")
-    (odd,) = doubts(scene)
+    (odd,) = plausibility_warnings(scene)
     missed = scene.evidence()["rest_x_a"].model_sd
     assert odd.startswith("vehicles.A.rest.position: measured to 0.15 m, but A rolled 107 m, ")
     assert f"misses it by about {missed:.2g} m" in odd
-    assert not doubts(parse_scene(far.replace("105.1 ± 0.15", "105.1 ± 5"), "bend"))
+    assert not plausibility_warnings(parse_scene(far.replace("105.1 ± 0.15", "105.1 ± 5"), "bend"))
 
 
-def test_vehicles_within_each_other_are_doubted() -> None:
+def test_vehicles_within_each_other_are_flagged() -> None:
     near = {v: replace(own, impact_distance=Measured(0.1)) for v, own in SCENE.vehicles.items()}
-    odd = [line for line in doubts(replace(SCENE, vehicles=near)) if "within each other" in line]
+    odd = [
+        line
+        for line in plausibility_warnings(replace(SCENE, vehicles=near))
+        if "within each other" in line
+    ]
     assert len(odd) == 1
     assert odd[0].startswith("vehicles.A.impact_centre, vehicles.B.impact_centre: ")

@@ -1,0 +1,125 @@
+"""The first page of a report: for a reader who knows reconstruction and no statistics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from retrodict.findings.rounding import format_value
+from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON
+from retrodict.inference.digits import decimals_of
+from retrodict.report.blocks import Block, Listing, Paragraph, Picture, Section, Table
+from retrodict.report.sections import NOT_STATED
+from retrodict.scene.case import Case
+from retrodict.scene.quantities import Units, label_and_unit
+
+if TYPE_CHECKING:
+    from retrodict.findings import Findings
+
+
+def first_page(
+    findings: Findings, units: Units, case: Case, pictures: Mapping[str, list[Picture]]
+) -> tuple[Block, ...]:
+    """What a reader needs first: question, answer, scene, causes of uncertainty, checks, assumptions."""
+    asked = [Paragraph(case.instruction)] if case.instruction else []
+    blocks: list[Block] = [*_case_lines(case)]
+    blocks.append(Section("The question", (*asked, Paragraph(findings.question))))
+    blocks.append(Section("The answer", (*_answer(findings, units), *_put(findings))))
+    blocks += [
+        replace(p, caption=_first_sentence(p.caption), small=True) for p in pictures["first page"]
+    ]
+    if causes := tuple(_causes(findings, units)):
+        blocks.append(Section("What the uncertainty comes from most", causes))
+    blocks.append(Section("Are the numbers sound?", _verdict(findings)))
+    blocks.append(Section("Assumed rather than measured", (Paragraph(_assumed(findings)),)))
+    return tuple(blocks)
+
+
+def _case_lines(case: Case) -> list[Block]:
+    if case == Case():
+        return []
+    rows = (
+        ("Case number", case.number),
+        ("Examiner", ", ".join(filter(None, (case.examiner, case.position, case.organisation)))),
+        ("Instructed by", case.instructed_by),
+        ("Date of the collision", case.dates.get("collision", "")),
+        ("Date of the report", case.dates.get("report", "")),
+    )
+    return [Table(tuple((name, value or NOT_STATED) for name, value in rows), texts=(1,))]
+
+
+def _answer(findings: Findings, units: Units) -> list[Block]:
+    checks, blocks = findings.checks, list[Block]()
+    if not checks.passed:
+        stopped = "" if findings.complete else ", and the run was interrupted"
+        blocks.append(
+            Paragraph(
+                f"{NOT_TO_BE_RELIED_ON}. Checks of the draws failed{stopped}. Numbers marked {MARK} "
+                "come from these draws; those that failed checks of their own are withheld. "
+                + " ".join(checks.reasons),
+                "held",
+            )
+        )
+    blocks.append(Paragraph(findings.answers[units], "answer" if checks.passed else "held"))
+    if not findings.complete:
+        text = (
+            "The run was interrupted before its end: what follows rests on the draws made by then."
+        )
+        blocks.append(Paragraph(text, "note"))
+    return blocks
+
+
+def _put(findings: Findings) -> Iterable[Block]:
+    """The questions that were put, each with the first sentence of its answer."""
+    for each in findings.questions:
+        title = each.title if each.title.endswith(("?", ".")) else f"{each.title}:"
+        yield Paragraph(" ".join((title, *each.sentences[:1])))
+
+
+def _causes(findings: Findings, units: Units) -> Iterable[Block]:
+    lines = []
+    for sought, causes in findings.causes.items():
+        shares = [
+            f"{label_and_unit(each.name, units)[0]} "
+            f"{format_value(100 * each.share, decimals_of(10, error=_percent(each.error)))} %"
+            for each in causes
+        ]
+        if shares:
+            lines.append(f"{label_and_unit(sought, units)[0]}: {', '.join(shares)}")
+    if lines:
+        yield Paragraph(
+            "The measured quantities that contribute most, with the share of the variance that would "
+            "vanish, were each known exactly (to first order):"
+        )
+        yield Listing(tuple(lines))
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100 * share
+
+
+def _verdict(findings: Findings) -> tuple[Block, ...]:
+    flags = findings.checks.flags
+    text = "Findings about the scene that a reader should know:"
+    notes: tuple[Block, ...] = (Paragraph(text), Listing(flags)) if flags else ()
+    return (Paragraph(findings.verdict), *notes)
+
+
+def _assumed(findings: Findings) -> str:
+    """Which inputs and items of evidence were not measured, in a sentence or two."""
+    sentences = []
+    for what, words in (
+        ("value", "Neither value nor uncertainty was measured of"),
+        ("sd", "Only the uncertainty is assumed of"),
+    ):
+        labels = [row.label for row in findings.measured if row.assumed == what]
+        if labels:
+            sentences.append(f"{words} {len(labels)}: {'; '.join(labels)}.")
+    if not sentences:
+        return "Every input and its uncertainty are stated as measured; sources are listed below."
+    return " ".join((*sentences, "The sources of these figures are listed below."))
+
+
+def _first_sentence(text: str) -> str:
+    return text.partition(". ")[0].rstrip(".") + "."

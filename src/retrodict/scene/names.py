@@ -1,0 +1,52 @@
+"""Flat names of quantities of a vehicle, taken apart in this one place."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+_ON_WAY = ("mark", "mark_speed", "mark_course", "end_x", "end_y", "end_heading")
+_AT_REST = ("rest_x", "rest_y", "rest_heading")
+
+
+class Name(NamedTuple):
+    """What a flat name such as `rest_x_a` or `mark_2_speed_b` says.
+
+    Args:
+        kind: of quantity: `rest_x`, `mark_speed`.
+        vehicle: `a` or `b`.
+        mark: number of the mark, from 1; None of what is at none.
+    """
+
+    kind: str
+    vehicle: str
+    mark: int | None = None
+
+    @property
+    def on_way(self) -> bool:
+        """Whether it is measured on the way to rest: at a mark, or at the end of rotation."""
+        return self.kind in _ON_WAY
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it is a component of a rest pose."""
+        return self.kind in _AT_REST
+
+
+@cache
+def parsed(name: str) -> Name:
+    """A flat name taken apart.
+
+    Args:
+        name: of a quantity of one vehicle, as in `Scene.inputs` and `Scene.evidence`.
+
+    Raises:
+        ValueError: it is of no vehicle.
+    """
+    kind, _, vehicle = name.rpartition("_")
+    if vehicle not in ("a", "b"):
+        raise ValueError(f"{name!r} is the name of no vehicle's quantity")
+    if not kind.startswith("mark_"):
+        return Name(kind, vehicle)
+    _, number, *item = kind.split("_")
+    return Name("_".join(["mark", *item]), vehicle, int(number))
