@@ -170,7 +170,7 @@ class Result:
         from retrodict.report.files import write_whole
         from retrodict.report.result_archive import archived
 
-        files = archived(self.findings, self.outcome, self.ladder, case and Path(case))
+        files = archived(self.findings, self.outcome, self.ladder, Path(case) if case else None)
         return write_whole(Path(path), archive_bytes(files))
 
     def save(
@@ -327,8 +327,8 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
-    asked = {"model": model, "method": method, "chains": chains, "draws": draws}
-    asked |= {"warmup": warmup, "seed": seed}
+    asked: dict[str, int | str | None] = {"model": model, "method": method, "chains": chains}
+    asked |= {"draws": draws, "warmup": warmup, "seed": seed}
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
     comparison, search = None, ModeSearch(scene, seed)

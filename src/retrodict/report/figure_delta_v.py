@@ -31,7 +31,7 @@ CAPTION = (
     "straight ahead, 3 the right) and at their delta-v from the centre; the arrow shows the mean "
     "direction of force. Below: the share of the draws at each hour."
 )
-_DOTS, _MOST_HOURS = 400, 3
+_DOTS, _MOST_HOURS, _LEAST_SHARE = 400, 3, 0.005
 
 
 @drawing.styled
@@ -48,7 +48,7 @@ def delta_v_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
     """
     unit = unit_of("speed", units)
     figure = drawing.new_figure(7.2, 7.4)
-    upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.05))
+    upper, lower = figure.subfigures(2, 1, squeeze=False, height_ratios=(1, 1.05))[:, 0]
     plane = upper.subplots(1, 2)
     clocks = lower.subplots(1, 2, subplot_kw={"projection": "polar"})
     posterior, boxes, measured = posterior_of(outcome), {}, False
@@ -155,7 +155,7 @@ def _clock(
     axes.add_patch(Polygon(body, fc="white", ec=colour, lw=1.4, **on_clock))
     axes.add_patch(Polygon(front, fc=colour, ec="none", **on_clock))
     axes.set_title(f"{v.upper()}: {_in_words(findings, f'pdof_{v}', units)}", pad=12)
-    shares = list(findings.hours[v].items())
+    shares = [each for each in findings.hours[v].items() if each[1] >= _LEAST_SHARE]
     texts = [f"{hour} o'clock {100 * share:.0f} %" for hour, share in shares[:_MOST_HOURS]]
     text = marked(findings, ", ".join(texts), findings.derived[f"pdof_{v}"].withheld)
     axes.set_xlabel(text, labelpad=4)
