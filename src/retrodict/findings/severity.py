@@ -31,9 +31,8 @@ def pdof(posterior: xr.Dataset, scene: Scene) -> dict[str, xr.DataArray]:
     towards_a = np.arctan2(posterior["vby"] - posterior["Vby"], posterior["vbx"] - posterior["Vbx"])
     found = {}
     for v, source in zip(VEHICLES, (towards_a + np.pi, towards_a), strict=True):
-        known = f"heading_{v}" in posterior.data_vars
-        heading = posterior[f"heading_{v}"] if known else scene.vehicles[v].heading.value
-        angle: xr.DataArray = heading - source
+        heading, name = scene.vehicles[v].heading.value, f"heading_{v}"
+        angle = (posterior[name] if name in posterior.data_vars else 0 * source + heading) - source
         mean = float(np.angle(np.exp(1j * angle).mean()))
         found[f"pdof_{v}"] = mean + (angle - mean + np.pi) % (2 * np.pi) - np.pi
     return found
