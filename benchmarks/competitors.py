@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,14 +16,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from numpyro import handlers
 from numpyro.infer import NUTS
-from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
-from retrodict.models import RUNGS
-from retrodict.models.arrays import Data, Structure, steps_of
+from retrodict.models.arrays import Data
 from scipy import stats
 
-from benchmarks import reference
+from tests.shared import reference
+from tests.shared.posteriors import Forward
 
 if TYPE_CHECKING:
     import emcee
@@ -49,40 +46,6 @@ THIN = 10  # of emcee's steps one is kept
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Sites = dict[str, Array]
-
-
-class Forward:
-    """The rung's density in one flat vector of its unconstrained sites.
-
-    Args:
-        structure: of the rung and scene, the run-out's steps as inference takes them.
-        data: the scene's numbers.
-        draws: of the posterior, the unknowns and more with a leading axis: where all start.
-    """
-
-    def __init__(self, structure: Structure, data: Data, draws: Sites):
-        # a number in the program, as reverse mode wants it
-        structure = replace(structure, steps=steps_of(structure, data))
-        self.model = partial(RUNGS[structure.rung].model, structure)
-        self.structure, self.data = structure, data
-        trace = handlers.trace(handlers.seed(self.model, 0)).get_trace(data)
-        draws = {k: v for k, v in draws.items() if k in trace and trace[k]["type"] == "sample"}
-        unconstrained = partial(unconstrain_fn, self.model, (data,), {})
-        example = unconstrained({name: value[0] for name, value in draws.items()})
-        _, self.unravel = ravel_pytree(example)
-        flat = jax.jit(jax.vmap(lambda sites: ravel_pytree(unconstrained(sites))[0]))
-        self.starts = np.asarray(flat(draws))
-
-    def log_density(self, u: Any, data: Data) -> Any:
-        """Of the flat vector, up to nothing: it is what NumPyro's NUTS samples."""
-        return -potential_energy(self.model, (data,), {}, self.unravel(u))
-
-    def sites(self, u: Array) -> Sites:
-        """The unknowns at draws of any leading shape."""
-        constrained = partial(constrain_fn, self.model, (self.data,), {})
-        of_all = jax.jit(jax.vmap(lambda row: constrained(self.unravel(row))))
-        found = of_all(u.reshape(-1, u.shape[-1]))
-        return {k: np.asarray(v).reshape(*u.shape[:-1], *v.shape[1:]) for k, v in found.items()}
 
 
 class Trace(NamedTuple):

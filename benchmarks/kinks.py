@@ -13,28 +13,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from benchmarks import reference, tables
+from benchmarks import tables
 from benchmarks.integrators.solvers import poses_and_jacobians
-from benchmarks.reference import Scene
+from tests.shared import reference
+from tests.shared.reference import Scene
 
 POINTS = 61
 POSE = ("x", "y", "heading")
 STEPS: dict[str, int | None] = {"rest": None, "64 steps": 64, "512 steps": 512}
 LOOKS = {"rest": ("#009E73", "o"), "64 steps": ("#0072B2", "s"), "512 steps": ("#E69F00", "^")}
 WITHIN = 1e-4  # of derivatives, relative
-
-CAR = Scene(
-    pose=np.zeros(3),
-    velocity=np.zeros(3),
-    k2=1.8,
-    front_axle=1.3,
-    rear_axle=1.5,
-    track=1.5,
-    coefficients=np.array([0.7, 0.35]),
-    speed_dependence=np.zeros(2),
-    point=np.array([500.0, 0.0]),
-    inward=np.array([1.0, 0.0]),
-)
 
 
 class Line(NamedTuple):
@@ -76,11 +64,12 @@ def _deepest(scene: Scene) -> float:
 def lines(points: int = POINTS) -> list[Line]:
     """Both lines; the kink is near the middle."""
     turning = [
-        CAR._replace(velocity=np.array([3.0, v, 4.0])) for v in np.linspace(5.6, 6.4, points)
+        reference.CAR._replace(velocity=np.array([3.0, v, 4.0]))
+        for v in np.linspace(5.6, 6.4, points)
     ]
     edge = np.array([6.0, 0.0])
     touching = [
-        CAR._replace(velocity=np.array([v, 1.0, 2.0]), point=edge)
+        reference.CAR._replace(velocity=np.array([v, 1.0, 2.0]), point=edge)
         for v in np.linspace(7.7, 8.3, points)
     ]
     half = reference.TYRE_WIDTH / 2

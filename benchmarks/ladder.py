@@ -24,7 +24,7 @@ import numpy as np
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 
-from benchmarks import page, synthetic
+from benchmarks import page
 from benchmarks.__main__ import DOCS
 from retrodict.inference.density.compiled import CHUNK, programs_for
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
@@ -32,6 +32,7 @@ from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.fit import Fit, Summary
 from retrodict.studies.ladder import FACTOR, MIN_PROBABILITY, SHARE, Step, blank, chosen, run_rung
+from tests.shared import random_scenes
 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time
@@ -42,7 +43,7 @@ SIMPLEST = "planar-common"  # impact whose impulse is taken where momentum leave
 ALIKE = tuple((f"momentum+{run_out}", f"{SIMPLEST}+{run_out}") for run_out in ("spin", "wheels"))
 # other settings of the rule
 SHARES, FACTORS = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0), (1.25, 1.5, 2.0)
-POSITION, HEADING = 0.2, 4 * synthetic.DEGREE  # sd of a rest pose
+POSITION, HEADING = 0.2, 4 * random_scenes.DEGREE  # sd of a rest pose
 COLUMNS = (
     "scene", "truth", "rung", "speed_b", "chosen", "counts", "fit_probability",
     "median", "sd", "low", "high", "log_evidence", "seconds",
@@ -62,7 +63,7 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
     impact, _, run_out = rung.partition("+")
     full = rung if impact != "momentum" else f"{SIMPLEST}+{run_out.replace('slide', 'spin')}"
     while True:
-        scene = synthetic.scene(rng)[0]
+        scene = random_scenes.scene(rng)[0]
         structure, data = RUNGS[full].of_scene(scene)
         programs = programs_for(structure)
         # as inference draws the prior, whose compiled program this shares

@@ -30,7 +30,7 @@ AGAINST_SCIPY = 20  # run-outs of each kind
 
 def impacts(number: int) -> Iterator[Remark]:
     """Impacts at random."""
-    from benchmarks.atlas import impacts as drawn
+    from tests.shared import random_impacts as drawn
 
     found = drawn.examine(drawn.draw(number))
     worst = max(found.faults, key=lambda law: found.faults[law].max())
@@ -53,8 +53,8 @@ def impacts(number: int) -> Iterator[Remark]:
 
 def run_outs(locked: int, rolling: int, compared: int) -> Iterator[Remark]:
     """Run-outs at random."""
-    from benchmarks.atlas import run_outs as drawn
     from retrodict.mechanics.runout import MOST_STEPS
+    from tests.shared import random_run_outs as drawn
 
     for name, number in (("locked", locked), ("rolling", rolling)):
         scenes = drawn.draw(number, rolling=name == "rolling")

@@ -42,31 +42,41 @@ class Motion(NamedTuple):
     car: Car
 
 
-Predict = Callable[[Motion], Array]
+class Prediction(NamedTuple):
+    """How an item of evidence follows from the motion.
+
+    Args:
+        of: the motion -> what would be measured.
+        yaws: whether only models whose vehicles yaw predict it.
+        circular: whether it is an angle that is compared modulo one turn.
+    """
+
+    of: Callable[[Motion], Array]
+    yaws: bool = False
+    circular: bool = False
+
+
 # name of an item, velocities after the impact and the exact value -> that value, with derivatives
 Surrogate = Callable[[str, Array, Array], Array]
 
-_YAW: dict[str, Predict] = {  # of models whose vehicles turn
-    "rest_heading": lambda motion: motion.rest[2],
-    "departure_yaw_rate": lambda motion: motion.after[2],
-    "end_x": lambda motion: _end(motion)[0],
-    "end_y": lambda motion: _end(motion)[1],
-    "end_heading": lambda motion: _end(motion)[2],
+PREDICTIONS: dict[str, Prediction] = {  # by name of the evidence, without its vehicle
+    "rest_x": Prediction(lambda motion: motion.rest[0]),
+    "rest_y": Prediction(lambda motion: motion.rest[1]),
+    "rest_heading": Prediction(lambda motion: motion.rest[2], yaws=True),
+    "departure_direction": Prediction(
+        lambda motion: jnp.arctan2(motion.after[1], motion.after[0]), circular=True
+    ),
+    "departure_speed": Prediction(lambda motion: jnp.hypot(motion.after[0], motion.after[1])),
+    "departure_yaw_rate": Prediction(lambda motion: motion.after[2], yaws=True),
+    "departure_delta_v": Prediction(lambda motion: jnp.hypot(*motion.delta_v)),
+    "departure_delta_v_forward": Prediction(lambda motion: motion.delta_v @ _axis(motion.heading)),
+    "departure_delta_v_left": Prediction(
+        lambda motion: motion.delta_v @ _axis(motion.heading + np.pi / 2)
+    ),
+    "end_x": Prediction(lambda motion: _end(motion)[0], yaws=True),
+    "end_y": Prediction(lambda motion: _end(motion)[1], yaws=True),
+    "end_heading": Prediction(lambda motion: _end(motion)[2], yaws=True, circular=True),
 }
-_ALL: dict[str, Predict] = {
-    "rest_x": lambda motion: motion.rest[0],
-    "rest_y": lambda motion: motion.rest[1],
-    "departure_direction": lambda motion: jnp.arctan2(motion.after[1], motion.after[0]),
-    "departure_speed": lambda motion: jnp.hypot(motion.after[0], motion.after[1]),
-    "departure_delta_v": lambda motion: jnp.hypot(*motion.delta_v),
-    "departure_delta_v_forward": lambda motion: motion.delta_v @ _axis(motion.heading),
-    "departure_delta_v_left": lambda motion: motion.delta_v @ _axis(motion.heading + np.pi / 2),
-}
-_CIRCULAR = (
-    "departure_direction",
-    "mark_course",
-    "end_heading",
-)  # angles, compared modulo one turn
 
 
 def explained(name: str, turns: bool) -> bool:
@@ -77,7 +87,7 @@ def explained(name: str, turns: bool) -> bool:
         turns: whether the model's vehicles yaw.
     """
     kind, _, mark = parsed(name)
-    return kind in _ALL or mark is not None or (turns and kind in _YAW)
+    return mark is not None or (kind in PREDICTIONS and (turns or not PREDICTIONS[kind].yaws))
 
 
 def observe(
@@ -119,11 +129,13 @@ def observe(
             if mark is not None:
                 point = jnp.asarray(data.marks[name])
                 predicted = _passing(motion, point, passed[name])[kind]
+                circular = kind == "mark_course"
             else:
-                predicted = (_ALL | _YAW)[kind](motion)
+                predict, _, circular = PREDICTIONS[kind]
+                predicted = predict(motion)
             if surrogate:
                 predicted = surrogate(name, after, predicted)
-            if name in structure.around or kind in _CIRCULAR:
+            if circular or name in structure.around:
                 # the equivalent angle nearest to the measured one
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))

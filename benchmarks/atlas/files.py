@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hypothesis import HealthCheck, given, settings
 
-from tests.scene.test_fuzz import texts, verdict
+from tests.shared.fuzz import texts, verdict
 
 
 def count(number: int) -> Counter[str]:

@@ -8,19 +8,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from arviz_stats.base import array_stats
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from benchmarks.atlas.scenes import made
 from retrodict.inference import Unanswerable
-from retrodict.inference.diagnostics import MAX_RHAT, MIN_ESS
-from retrodict.inference.fitting.posterior import Posterior, prepare
-from retrodict.inference.fitting.steps import RESOLVED
+from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
-from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.scene.records import Scene
+from tests.shared.known_truth import made
+from tests.shared.posteriors import draw, faults, off, sites
 
 ASKED = ("speed_b", "e", "e_m", "mu")
 SHOWN = ("nuts", "importance", "laplace", "linear")
@@ -94,48 +91,6 @@ MAPS = (
         "closing speed without the turn, m/s",
     ),
 )
-
-
-def sites(posterior: Posterior, drawn: Draws) -> dict[str, Array]:
-    """The asked unknowns at a method's draws, shape (chains, draws)."""
-    found = drawn.known(posterior)
-    return {name: np.asarray(found[name]).reshape(drawn.w.shape[:2]) for name in ASKED}
-
-
-def draw(posterior: Posterior, method: str, draws: int | None = None, seed: int = 0) -> Draws:
-    """A method's draws as `reconstruct` takes them, its second helping not counted."""
-    task = Task(posterior, CHAINS, draws or METHODS[method].draws, WARMUP, seed, lambda *_: None)
-    return METHODS[method].draw(task)
-
-
-def faults(posterior: Posterior, drawn: Draws, x: dict[str, Array]) -> list[str]:
-    """What the checks find against the draws, by their own limits."""
-    found = list(drawn.faults)
-    if not posterior.unresolved <= RESOLVED:
-        found.append("run-outs unresolved")
-    if "diverging" in drawn.stats and drawn.stats["diverging"].any():
-        found.append(f"{int(drawn.stats['diverging'].sum())} divergences")
-    rhat = max(float(array_stats.rhat(v)) for v in x.values())
-    if not rhat <= MAX_RHAT:
-        found.append(f"R-hat {rhat:.3f}")
-    ways: tuple[dict[str, Any], ...] = (
-        {"method": "bulk"},
-        {"method": "tail", "prob": (0.05, 0.95)},
-    )
-    ess = min(float(array_stats.ess(v, **way)) for v in x.values() for way in ways)
-    if not ess >= MIN_ESS:
-        found.append(f"effective sample size {ess:.0f}")
-    return found
-
-
-def off(x: dict[str, Array], reference: dict[str, Array]) -> float:
-    """The worst error of a mean, in sd, or of a sd, relative."""
-    errors = []
-    for name in ASKED:
-        sd = reference[name].std()
-        errors.append(abs(x[name].mean() - reference[name].mean()) / sd)
-        errors.append(abs(x[name].std() / sd - 1))
-    return float(np.max(errors)) if np.isfinite(errors).all() else np.inf
 
 
 def judge(scene: Scene) -> Iterator[tuple[str, str, float, str]]:

@@ -1,8 +1,8 @@
 """Crashes at random reconstructed by every method: what passes its checks and is wrong all the same?
 
-The crashes are those of `benchmarks.synthetic`, whose truth is known: of five one closes in slowly, in
-one a lorry meets a car, and one is grazing. Rows are written as crashes are done, so that a study that
-was stopped goes on where it was; one begun anew needs the table deleted.
+The crashes are those of `tests.shared.random_scenes`, whose truth is known: of five one closes in
+slowly, in one a lorry meets a car, and one is grazing. Rows are written as crashes are done, so that a
+study that was stopped goes on where it was; one begun anew needs the table deleted.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binomtest
 
-from benchmarks import synthetic
 from benchmarks.atlas.maps import ASKED, WRONG
 from retrodict.inference import Unanswerable
 from retrodict.inference.reconstruct import reconstruct
+from tests.shared import random_scenes
 
 EXACT, APPROXIMATE = ("nuts", "importance"), ("laplace", "monte-carlo", "linear")
 KINDS = ("ordinary", "ordinary", "slow", "lorry", "grazing")  # of crashes, in turn
@@ -38,7 +38,7 @@ Row = dict[str, Any]
 
 def reconstructed(seed: int) -> list[Row]:
     """A crash by each method, as a user gets it: what the checks say, and the numbers."""
-    scene, truth = synthetic.scene(np.random.default_rng(seed), KINDS[seed % len(KINDS)])
+    scene, truth = random_scenes.scene(np.random.default_rng(seed), KINDS[seed % len(KINDS)])
     rows = []
     for method in (*EXACT, *APPROXIMATE):
         begin = time.perf_counter()

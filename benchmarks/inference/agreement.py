@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks import synthetic, tables
+from benchmarks import tables
 from benchmarks.competitors import Array
 from benchmarks.inference.reference import (
     ASKED,
@@ -30,6 +30,7 @@ from retrodict.inference import Unanswerable
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS
+from tests.shared import random_scenes
 
 COMPARED = {"nuts": METHODS["nuts"].draws, "importance": 2500, "smc": 600}  # draws of a chain
 
@@ -62,14 +63,14 @@ def compare(posterior: Posterior, known: Reference, scene: str) -> Iterator[Comp
 
 
 def at_random(effort: Effort) -> Iterator[Compared]:
-    """Crashes of `benchmarks.synthetic`, the first seeds that are answered.
+    """Crashes of `tests.shared.random_scenes`, the first seeds that are answered.
 
     Their reference is the mean of a long run of nuts and one of importance, without one that is at
     fault by itself where the other is not.
     """
     done, seed = 0, 0
     while done < effort.scenes:
-        made, _ = synthetic.scene(np.random.default_rng(seed))
+        made, _ = random_scenes.scene(np.random.default_rng(seed))
         name, seed = f"synthetic {seed}", seed + 1
         try:
             posterior = prepare(made, DEFAULT_RUNG)

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks import reference
 from benchmarks.integrators.rows import (
     BATCHED,
     FASTER,
@@ -17,8 +16,9 @@ from benchmarks.integrators.rows import (
     p99,
 )
 from benchmarks.integrators.solvers import DEFAULT, INFERENCE, poses_and_jacobians
-from benchmarks.reference import Scene
 from benchmarks.tables import Remark
+from tests.shared import reference
+from tests.shared.reference import Scene
 
 GRADIENT_STEPS = 512
 

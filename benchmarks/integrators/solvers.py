@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix
 
-from benchmarks.reference import Scene
 from retrodict.mechanics import Car, Ground, Wheels, Zone, rest
 from retrodict.mechanics.runout import slope
+from tests.shared.reference import Scene
 
 BATCH = 1000  # the scenes, repeated
 FEWER = 10  # adaptive Jacobians take long: every tenth scene makes their batch

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import reference, tables
+from benchmarks import tables
 from benchmarks.integrators.chart import draw
 from benchmarks.integrators.findings import (
     against_scipy,
@@ -21,6 +21,7 @@ from benchmarks.integrators.solvers import BATCH, DEFAULT, FEWER, FIXED, methods
 from benchmarks.integrators.timing import SCIPY_EVERY, SINGLE, by_scipy, measure
 from benchmarks.machine import machine
 from benchmarks.tables import Remark, shown
+from tests.shared import reference
 
 TURNS, LENGTH = 2.0, 40.0  # an ordinary run-out has fewer turns and a shorter path, m
 AWAY = 0.3  # m: a wheel that rests nearer to an edge is at a kink

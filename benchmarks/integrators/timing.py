@@ -11,7 +11,6 @@ from typing import Any
 import jax
 import numpy as np
 
-from benchmarks import reference
 from benchmarks.integrators.rows import Row
 from benchmarks.integrators.solvers import (
     BATCH,
@@ -23,7 +22,8 @@ from benchmarks.integrators.solvers import (
     repeated,
     take,
 )
-from benchmarks.reference import Scene
+from tests.shared import reference
+from tests.shared.reference import Scene
 
 SINGLE = 20  # scenes that are timed one by one
 SCIPY_EVERY = 10  # of the scenes are run by solve_ivp

@@ -16,9 +16,9 @@ import numpy as np
 from scipy.special import expit, logit
 
 from benchmarks.rolling import truth
-from benchmarks.synthetic import DEGREE, Cars, cars
 from retrodict.scene import Scene, parse_scene
 from retrodict.scene.records import VEHICLES, WHEELS, Measured
+from tests.shared.random_scenes import DEGREE, Cars, cars
 
 WAY, LEAST_WAY = 150.0, 1.0  # m: path length of each car, at most and at least
 LEAST_CLOSING = 3.0  # m/s, along the normal

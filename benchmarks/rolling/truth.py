@@ -1,7 +1,7 @@
 """What really happens in a synthetic crash: NumPy and SciPy, without JAX or `retrodict.mechanics`.
 
 The impact is a linear system (SAE 770014, eqs 19-24 with the two corrections of the README). The
-run-out is that of `benchmarks.reference`: a rigid body on four wheels, followed over time by DOP853
+run-out is that of `tests.shared.reference`: a rigid body on four wheels, followed over time by DOP853
 at a tolerance of 1e-12 until a millionth of the motion is left.
 """
 
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks import reference
+from tests.shared import reference
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -142,6 +142,7 @@ class Result:
         Raises:
             UnknownFormat: no format has that suffix.
             MissingLibrary: the format needs a library that is not installed.
+            NoGlyph: no font at hand prints a character of the PDF.
             SceneError: the case file cannot be used.
             OSError: the file could not be written.
         """

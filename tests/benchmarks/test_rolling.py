@@ -29,7 +29,7 @@ from retrodict.mechanics import (
 from retrodict.mechanics.contact import towards_b
 from retrodict.scene import parse_scene
 from retrodict.scene.records import VEHICLES, WHEELS, Measured, RunOutError
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 DEGREE = np.pi / 180
 _rest = jax.jit(partial(rest, steps=None))

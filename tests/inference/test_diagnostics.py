@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from retrodict.inference.diagnostics import judge
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 
 def tree(seed: int = 0, **changes: np.ndarray) -> xr.DataTree:

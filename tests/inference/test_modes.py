@@ -19,7 +19,7 @@ from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 SCENE = collision(share=0.0)
 APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and its weight

@@ -14,7 +14,7 @@ from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.samplers import METHODS, chains
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 SCENE = collision(share=0.0, interlocked=True)
 

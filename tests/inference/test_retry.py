@@ -14,7 +14,7 @@ from retrodict.inference.modes import (
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.retry import Sampling
 from retrodict.inference.samplers import METHODS, Draws, Method, Task
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 SCENE = collision(share=0.0)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks import reference
 from retrodict.mechanics import Car, Ground, Path, Wheels, Zone, end_of_rotation, run_out
 from retrodict.mechanics.end_of_rotation import _CREEP, ROLLING, SIDEWAYS
+from tests.shared import reference
 
 CAR = Car(k2=1.8, front_axle=1.3, rear_axle=1.5, track=1.5)
 STILL = np.zeros(3)

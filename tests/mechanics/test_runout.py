@@ -12,11 +12,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from benchmarks import reference
 from retrodict.mechanics import Car, Ground, Wheels, Zone, rest, run_out, tyre, wheel_paths
 from retrodict.mechanics.runout import GRAVITY, PATCH, Paced, Steps, fixed_steps
 from retrodict.mechanics.surface import TYRE_WIDTH
 from retrodict.mechanics.tyre import SLIP, SLOW
+from tests.shared import reference
 
 CAR = Car(k2=1.8, front_axle=1.3, rear_axle=1.5, track=1.5)
 _compiled = jax.jit(rest, static_argnames="steps")
@@ -164,7 +164,7 @@ def random_scene(seed: int) -> tuple[np.ndarray, np.ndarray, Car, Ground]:
 def by_reference(
     pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground
 ) -> reference.Scene:
-    """The same for `benchmarks.reference`, which writes the motion down a second time."""
+    """The same for `tests.shared.reference`, which writes the motion down a second time."""
     surfaces = (*map(np.array, ground[:2]), *(np.array(a[0]) for a in ground.zones))
     turning = () if car.wheels is None else map(np.array, car.wheels)
     return reference.Scene(pose, velocity, *car[:4], *surfaces, *turning)

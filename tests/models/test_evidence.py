@@ -15,8 +15,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from retrodict.inference.transforms.rest_pose import with_response_surface
 from retrodict.mechanics import Car, Path, end_of_rotation
-from retrodict.scene.records import Departure, EndOfRotation, Mark, Measured, RunOutError, Scene
-from tests.scenes import DEGREE, LEVER_B, collision, rolls
+from retrodict.scene.departure import ITEMS
+from retrodict.scene.records import EndOfRotation, Mark, Measured, RunOutError, Scene
+from tests.shared.scenes import DEGREE, LEVER_B, collision, rolls
 
 RUNG = RUNGS["planar-moment+spin"]
 SITES = {"speed_b": 19.0, "direction_b": -0.2, "omega_b": 0.3, "e": 0.1, "mu": 0.25, "e_m": 0.7}
@@ -31,7 +32,9 @@ def trace_of(scene: Scene, rung=RUNG) -> dict:
 
 
 def test_departures_are_what_velocities_after_the_impact_say() -> None:
-    every = Departure(*(Measured(value, 0.1) for value in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)))
+    every = dict(
+        zip(ITEMS, (Measured(m, 0.1) for m in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)), strict=True)
+    )
     scene = replace(collision(share=0.0, berm=False), departure={"a": every, "b": every})
     trace = trace_of(scene)
     value = {

@@ -13,7 +13,7 @@ from scipy import stats
 from retrodict.mechanics import Coefficients, contact_velocity, critical_mu, separation
 from retrodict.scene.records import Measured, Scene
 from tests.models.test_friction import density
-from tests.scenes import collision, rolls
+from tests.shared.scenes import collision, rolls
 
 RUNG = RUNGS["planar-moment+wheels"]
 

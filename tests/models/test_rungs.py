@@ -16,7 +16,7 @@ from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
-from tests.scenes import collision, rolls
+from tests.shared.scenes import collision, rolls
 
 SCENE = collision(share=0.0, berm=False)
 QUICK = ("momentum+spin", "planar-common+spin", "momentum+roll")  # the others: -m slow

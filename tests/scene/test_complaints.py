@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from retrodict.scene import SceneError, load_scene, parse_scene
-from tests.scene.example import SCENE, changed, stripped, without
+from tests.shared.scene_file import SCENE, changed, stripped, without
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 A, B = "vehicles.A", "vehicles.B"

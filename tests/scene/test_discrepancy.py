@@ -9,8 +9,8 @@ import pytest
 
 from retrodict.scene import discrepancy, parse_scene
 from retrodict.scene.records import Mark, Measured, RunOutError, Scene
-from tests.scene.example import changed, without
-from tests.scenes import collision
+from tests.shared.scene_file import changed, without
+from tests.shared.scenes import collision
 
 DEGREE = math.pi / 180
 ROLLS = (

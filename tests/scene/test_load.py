@@ -13,7 +13,7 @@ from scipy import special, stats
 from retrodict.scene import SceneError, load_scene, parse_scene
 from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Measured
-from tests.scene.example import SCENE, changed, stripped, without
+from tests.shared.scene_file import SCENE, changed, stripped, without
 
 DEGREE = math.pi / 180
 

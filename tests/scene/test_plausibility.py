@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import synthetic
 from retrodict.scene import parse_scene
 from retrodict.scene.load import load_scene
 from retrodict.scene.plausibility import _as_bearings, _bearings, plausibility_warnings
 from retrodict.scene.records import Measured, Scene
-from tests.scene.example import changed
+from tests.shared import random_scenes
+from tests.shared.scene_file import changed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = load_scene(EXAMPLES / "brach-1977" / "scene.toml")
@@ -33,7 +33,7 @@ def test_a_contact_line_counted_from_the_x_axis_is_flagged() -> None:
 
 def test_headings_that_are_compass_bearings_are_flagged() -> None:
     """Of most crashes at random: others, as the paper's, fit together either way."""
-    crashes = [synthetic.scene(np.random.default_rng(seed))[0] for seed in range(60)]
+    crashes = [random_scenes.scene(np.random.default_rng(seed))[0] for seed in range(60)]
     flagged = [bool(_bearings(_as_bearings(s))) for s in crashes]
     assert np.mean(flagged) > 0.5
     (odd,) = plausibility_warnings(_as_bearings(crashes[flagged.index(True)]))[:1]

@@ -8,7 +8,7 @@ import pytest
 
 from retrodict.scene import parse_scene
 from retrodict.scene.priors import default_priors
-from tests.scene.example import SCENE, without
+from tests.shared.scene_file import SCENE, without
 
 MPH = 0.44704
 

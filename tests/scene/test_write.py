@@ -8,7 +8,7 @@ import pytest
 from retrodict.scene import load_scene, parse_scene
 from retrodict.scene.records import Measured
 from retrodict.scene.write import scene_text, scene_toml
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/scene.toml"))
 

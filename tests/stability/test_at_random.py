@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.atlas import impacts, run_outs
+from tests.shared import random_impacts as impacts
+from tests.shared import random_run_outs as run_outs
 
 
 def test_impacts_keep_the_laws_and_a_second_implementation() -> None:

@@ -9,16 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks.atlas.edges import (
-    BEFORE,
-    BODIES,
-    COEFFICIENTS,
-    endless_sliding,
-    grazing,
-    parted_by_spin,
-    soft,
-    undone,
-)
 from retrodict.mechanics import (
     Coefficients,
     NotDetermined,
@@ -34,6 +24,16 @@ from retrodict.mechanics import (
     solve,
 )
 from retrodict.mechanics.solve import NAMES
+from tests.shared.edges import (
+    BEFORE,
+    BODIES,
+    COEFFICIENTS,
+    endless_sliding,
+    grazing,
+    parted_by_spin,
+    soft,
+    undone,
+)
 
 NOWHERE = jnp.zeros(2)
 

@@ -10,10 +10,6 @@ import numpy as np
 import pytest
 from retrodict.models import RUNGS
 
-from benchmarks.atlas.maps import draw, faults, off, sites
-from benchmarks.atlas.posteriors import far_from_truth, moved, stiffness, vague, verdict_of, wrapped
-from benchmarks.atlas.scenes import made
-from benchmarks.synthetic import ASKED
 from retrodict.inference.density.compiled import CHUNK, programs_for
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, prepare
@@ -21,6 +17,20 @@ from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.scene.records import Scene
 from retrodict.studies.conflict import conflicts
+from tests.shared.known_truth import made
+from tests.shared.posteriors import (
+    draw,
+    far_from_truth,
+    faults,
+    moved,
+    off,
+    sites,
+    stiffness,
+    vague,
+    verdict_of,
+    wrapped,
+)
+from tests.shared.random_scenes import ASKED
 
 Ordinary = tuple[Posterior, dict[str, np.ndarray], np.ndarray]
 
@@ -40,10 +50,11 @@ def test_the_truth_is_inside_where_nothing_is_wrong() -> None:
     assert far_from_truth(outcome, truth) < 2
 
 
-def test_a_thin_posterior_is_right_or_withheld() -> None:
+def test_a_thin_posterior_is_right() -> None:
     scene, truth = made(sds=0.1)
     said, outcome = verdict_of(scene)
-    assert "withheld" in said or far_from_truth(outcome, truth) < 4
+    assert said.startswith("passed"), said
+    assert far_from_truth(outcome, truth) < 4
 
 
 def test_rest_poses_without_information_are_withheld_or_flagged() -> None:
@@ -111,7 +122,8 @@ def test_a_contact_line_that_parts_no_vehicles_leaves_open_how_they_close_in() -
 
 def test_contradictory_evidence_is_named() -> None:
     said, _ = verdict_of(moved(made()[0], "a", 15.0))
-    assert said.startswith(("withheld", "refused")) or "what was measured lies" in said
+    assert said.startswith("passed"), said
+    assert "what was measured lies" in said
 
 
 def test_turns_that_are_not_written_down_are_found() -> None:
@@ -143,14 +155,15 @@ def test_what_leaves_the_bounds_is_withheld(method: str) -> None:
     assert any("an approximation" in note for note in outcome.notes)
 
 
-def test_too_little_warm_up_is_flagged_or_harmless(ordinary: Ordinary) -> None:
+def test_too_little_warm_up_is_harmless(ordinary: Ordinary) -> None:
     posterior, sure, _ = ordinary
     found = METHODS["nuts"].draw(Task(posterior, 4, 500, 5, 0, lambda *_: None))
     x = sites(posterior, found)
-    assert faults(posterior, found, x) or off(x, sure) < 0.25
+    assert not faults(posterior, found, x)
+    assert off(x, sure) < 0.25
 
 
-def test_a_wrong_start_is_overcome_or_flagged(ordinary: Ordinary) -> None:
+def test_a_wrong_start_is_overcome(ordinary: Ordinary) -> None:
     posterior, sure, _ = ordinary
     centre, spread = (
         np.asarray(a) for a in (posterior.transform.centre, posterior.transform.spread)
@@ -159,7 +172,8 @@ def test_a_wrong_start_is_overcome_or_flagged(ordinary: Ordinary) -> None:
     elsewhere = replace(posterior, transform=shifted)
     found = METHODS["nuts"].draw(Task(elsewhere, 4, 500, 150, 0, lambda *_: None))
     x = sites(elsewhere, found)
-    assert faults(elsewhere, found, x) or off(x, sure) < 0.25
+    assert not faults(elsewhere, found, x)
+    assert off(x, sure) < 0.25
 
 
 def test_long_slides_on_ice_are_answered() -> None:

@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from benchmarks import reference
-from benchmarks.atlas.edges import (
+from retrodict.mechanics import Ground, Wheels, rest
+from tests.shared import reference
+from tests.shared.edges import (
     CAR,
     PLAIN,
     SPINNING,
@@ -18,7 +19,6 @@ from benchmarks.atlas.edges import (
     on_edge,
     skid,
 )
-from retrodict.mechanics import Ground, Wheels, rest
 
 _rest = jax.jit(rest)
 

@@ -33,7 +33,7 @@ def test_what_cannot_be_calibrated_is_refused(arguments, words) -> None:
 
 
 def test_a_design_with_evidence_that_is_not_simulated_is_refused() -> None:
-    skid = Departure(None, Measured(8.0, 0.5), None)
+    skid = Departure(speed=Measured(8.0, 0.5))
     scene = replace(study.design(), departure={"a": skid})
     with pytest.raises(ValueError, match="leave departure_speed_a out"):
         calibrate(scene, model=QUICK)

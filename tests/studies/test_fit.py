@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from retrodict.scene.records import Measured, Wheels
 from retrodict.studies.fit import fit
 from tests.report.conftest import make_outcome, make_scene
-from tests.scenes import rolls
+from tests.shared.scenes import rolls
 
 
 def test_fit_of_a_linear_model_is_the_chi_square_of_least_squares() -> None:

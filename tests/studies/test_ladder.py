@@ -16,7 +16,7 @@ from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
 from retrodict.studies.ladder import FACTOR, SHARE, chosen, ladder, refusals, run_rung
 from tests.report.conftest import make_outcome, make_scene
-from tests.scenes import collision, rolls
+from tests.shared.scenes import collision, rolls
 from tests.studies.made_up import ladder_of, step
 
 ASKED = ("speed_b",)

@@ -10,7 +10,7 @@ import xarray as xr
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.scene.records import Measured
 from retrodict.studies.narrowing import narrowing
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 ROAD = Measured(0.7, 0.1)
 REST = Measured(12.0, 0.5)

@@ -14,7 +14,7 @@ from retrodict.progress import Progress
 from retrodict.scene.records import Scene
 from retrodict.studies.validation import Score, Validation, cases, validate
 from tests.report.conftest import fail, make_outcome
-from tests.scene.example import SCENE
+from tests.shared.scene_file import SCENE
 from tests.studies.made_up import summary
 
 TRUTH = 'speed_b = { value = 19.0, unit = "m/s", source = "a light barrier" }\n'

@@ -142,10 +142,12 @@ class LadderEntry(TypedDict):
 class Summary(TypedDict):
     """The findings of a reconstruction: SI units and radians, null for what is not finite.
 
-    parameters: the reported quantities; derived: what follows from the same draws; hours: share of the
-    draws at each hour that the force on a vehicle came from, 12 straight ahead; narrowing: the sd of
-    each speed that was sought, were a quantity known exactly; answers: by the system of units that comes
-    first; files: SHA-256 of the other files of the same result.
+    parameters: the reported quantities; derived: what follows from the same draws; hours: share of
+    the draws at each hour that the force on a vehicle came from, 12 straight ahead; narrowing: the sd
+    of each speed that was sought, were a quantity known exactly; causes: the measured quantities of
+    which that would take away the largest shares of its variance, and the shares; question: what was
+    asked, in words; answers: by the system of units that comes first; files: SHA-256 of the other
+    files of the same result.
     """
 
     schema: Literal[1]
@@ -159,6 +161,7 @@ class Summary(TypedDict):
     measured: dict[str, MeasuredEntry]
     checks: ChecksEntry
     verdict: str
+    question: str
     answers: dict[Literal["si", "us"], str]
     seconds: dict[str, Number]
     versions: dict[str, str]
@@ -169,6 +172,7 @@ class Summary(TypedDict):
     ladder: LadderEntry | None
     left_out: dict[str, LeftOutEntry]
     narrowing: dict[str, dict[str, float]]
+    causes: dict[str, dict[str, float]]
     files: NotRequired[dict[str, str]]
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from retrodict.findings.severity import pdof
 from retrodict.inference.digits import decimals_of, monte_carlo_error
-from retrodict.scene.quantities import Unit, Units, describe, si_symbol, unit_of
+from retrodict.scene.quantities import UNKNOWNS, Unit, Units, describe, si_symbol, unit_of
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -35,7 +35,6 @@ DERIVED = (
     "Vby",
     "Omega_b",
 )
-UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")  # of the figures, and of the correlations
 
 
 @dataclass(frozen=True, slots=True)

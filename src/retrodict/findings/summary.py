@@ -70,6 +70,7 @@ def summarise(findings: Findings) -> Summary:
             "flags": list(checks.flags),
         },
         "verdict": findings.verdict,
+        "question": findings.question,
         "answers": dict(findings.answers),
         "seconds": {name: finite(value) for name, value in findings.seconds.items()},
         "versions": dict(findings.versions),
@@ -79,6 +80,10 @@ def summarise(findings: Findings) -> Summary:
         "notes": list(findings.notes),
         "ladder": ladder_data(findings.ladder) if findings.ladder else None,
         "left_out": {item.name: _left_out(item) for item in findings.left_out},
+        "causes": {
+            name: {each.name: each.share for each in causes}
+            for name, causes in findings.causes.items()
+        },
         "narrowing": {
             name: {each.name: each.sd for each in known}
             for name, known in findings.narrowing.items()

@@ -7,6 +7,7 @@ panels, line styles that survive a greyscale printer, and the mark of a failed r
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Concatenate
 
@@ -19,8 +20,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from scipy.stats import gaussian_kde
 
 from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
-from retrodict.findings.statistics import UNKNOWNS
-from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
+from retrodict.scene import quantities
+from retrodict.scene.quantities import REPORTED, UNKNOWNS, Unit, Units, unit_of
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -34,7 +35,7 @@ BLUE, ORANGE = "#0072B2", "#D55E00"
 OF_VEHICLE = {"a": BLUE, "b": ORANGE}
 LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
 _DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45  # of a cloud
-SHORT = {"speed_a": "speed of A", "speed_b": "speed of B", "e": "e", "e_m": "e$_m$", "mu": "μ"}
+SHORT = {k: re.sub(r"_(\w)", r"$_\1$", label) for k, label in quantities.SHORT.items()}
 
 STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",

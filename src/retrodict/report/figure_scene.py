@@ -311,7 +311,9 @@ def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth
 def _directions(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     """The measured directions of travel, after impact and at marks."""
     look: dict[str, Any] = {"alpha": 0.35, "lw": 0}
-    measured = [(v, impact_pose(scene, v)[:2], d.direction) for v, d in scene.departure.items()]
+    measured = [
+        (v, impact_pose(scene, v)[:2], d.get("direction")) for v, d in scene.departure.items()
+    ]
     measured += [(v, (m.x, m.y), m.course) for v, marks in scene.marks.items() for m in marks]
     drawn = []
     for v, (x, y), direction in measured:

@@ -74,6 +74,7 @@ def _restyle(styles: Any) -> None:
         font = styles[name].font
         font.size, font.bold, font.italic = Pt(points), bold, False
         font.color.rgb = RGBColor(0, 0, 0)
+    styles["Normal"].paragraph_format.space_after = Pt(4)
     quote = styles["Intense Quote"].paragraph_format
     quote.left_indent = quote.right_indent = Cm(0.3)
 

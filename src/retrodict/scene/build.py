@@ -10,12 +10,11 @@ from typing import Protocol
 from retrodict.scene import discrepancy
 from retrodict.scene.defaults import DEFAULTS, FRICTION, MOST_ROLLING
 from retrodict.scene.priors import Prior, default_priors, overridden
+from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.records import (
-    UNKNOWNS,
     WHEELS,
     Approach,
     Contact,
-    Departure,
     Edge,
     EndOfRotation,
     Mark,
@@ -102,7 +101,7 @@ def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> 
         question=entry.question or UNKNOWNS[speed_of_a_is_known:],
         priors=_priors(entry.priors),
         departure={
-            v.lower(): Departure(**dict(each.departure))
+            v.lower(): {name: measured for name, measured in each.departure if measured}
             for v, each in entries.items()
             if each.departure
         },

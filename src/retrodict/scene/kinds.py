@@ -10,6 +10,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from retrodict.scene import units
 from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.departure import ITEMS
 from retrodict.scene.records import Law, Measured
 
 
@@ -112,6 +113,25 @@ class Kind:
         return f"; {self.advice}" if self.advice else ""
 
 
+_OF_DEPARTURE = {"angle": units.ANGLE, "speed": units.SPEED, "yaw rate": units.YAW_RATE}
+
+
+def of_departure(name: str) -> Kind:
+    """What the key of a measurement just after the impact accepts.
+
+    Args:
+        name: in `departure.ITEMS`.
+    """
+    item = ITEMS[name]
+    uncertainty: Literal["optional", "required"] = "optional" if item.default else "required"
+    dimension = _OF_DEPARTURE[item.dimension]
+    return Kind(
+        *(dimension, item.low, item.high, item.example),
+        uncertainty=uncertainty,
+        default=item.default,
+    )
+
+
 # bounds are generous: they catch slips of a unit or a digit, not unusual vehicles
 Mass = Annotated[
     Measured, Kind(units.MASS, 50, 100_000, "1857 ± 37 kg", "lognormal", default="mass")
@@ -144,16 +164,7 @@ Speed = Annotated[
     Kind(units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required"),
 ]
 Skid = Annotated[Measured, Kind(units.LENGTH, 0.1, 500, "12 ± 0.5 m", "lognormal", default="skid")]
-DepartureDirection = Annotated[
-    Measured, Kind(units.ANGLE, -360, 360, "35 ± 8 deg", default="departure_direction")
-]
-DepartureYawRate = Annotated[
-    Measured, Kind(units.YAW_RATE, -2000, 2000, "35 ± 5 deg/s", uncertainty="required")
-]
-DeltaV = Annotated[Measured, Kind(units.SPEED, 0, 150, "12 ± 1 m/s", uncertainty="required")]
-DeltaVComponent = Annotated[
-    Measured, Kind(units.SPEED, -150, 150, "-12 ± 1 m/s", uncertainty="required")
-]
+Course = Annotated[Measured, of_departure("direction")]
 _ORIGIN = "count from an origin near the impact"
 RestCoordinate = Annotated[
     Measured,

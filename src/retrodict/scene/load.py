@@ -1,15 +1,19 @@
-"""Reading a scene file: its text, its TOML, its entries, its scene."""
+"""Reading a scene file: its text, its tables and keys, its entries, its scene."""
 
 from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.records import Scene
 from retrodict.scene.units import LENGTH, Dimension, in_unit_of
+
+# text and the name of its file -> the tables and keys of a scene file; raises SceneError
+Reader = Callable[[str, str], dict[str, Any]]
 
 _FILE_BYTES = 100_000
 _LINE_LENGTH = 2_000  # the parser's time grows with the square of a dotted key's length
@@ -20,7 +24,8 @@ def load_scene(path: str | Path) -> Scene:
     """A scene from a scene file.
 
     Args:
-        path: a TOML file; its keys are described in docs/scene-file.md.
+        path: of a file that one of `READERS` reads, by its suffix; TOML under any other. The keys are
+            described in docs/scene-file.md.
 
     Returns:
         The scene in SI units and radians, named after the file, or after its folder where the file
@@ -31,7 +36,8 @@ def load_scene(path: str | Path) -> Scene:
     """
     stem = Path(path).stem
     name = stem if stem != "scene" else Path(path).resolve().parent.name
-    return _parse(read_text(path), name, str(path))
+    reader = READERS.get(Path(path).suffix.lower(), toml_of)
+    return _parse(read_text(path), name, str(path), reader)
 
 
 def read_text(path: str | Path) -> str:
@@ -81,14 +87,14 @@ def parse_scene(text: str, name: str) -> Scene:
     Raises:
         SceneError: something in it is wrong.
     """
-    return _parse(text.removeprefix("\ufeff"), name, name)
+    return _parse(text.removeprefix("\ufeff"), name, name, toml_of)
 
 
 def _file_error(path: str | Path, fix: str) -> SceneError:
     return SceneError(str(path), [Problem("", "", fix)])
 
 
-def _parse(text: str, name: str, file: str) -> Scene:
+def _parse(text: str, name: str, file: str, reader: Reader) -> Scene:
     # pydantic takes a while to import; whoever needs only the records does not wait for it
     from pydantic import ValidationError
 
@@ -96,7 +102,7 @@ def _parse(text: str, name: str, file: str) -> Scene:
     from retrodict.scene.explain import problems_of
     from retrodict.scene.schema import SceneEntry
 
-    document = toml_of(text, file)
+    document = reader(text, file)
     try:
         entry = SceneEntry.model_validate(document)
     except ValidationError as error:
@@ -150,6 +156,10 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
         value = shown(lines[int(line) - 1].strip()) if line else ""
         problem = Problem(place, value, f"not valid TOML ({shown(reason)[1:-1]}); {fix}")
         raise SceneError(file, [problem]) from None
+
+
+# by suffix; a reader of another format is a file of its own and a line here
+READERS: dict[str, Reader] = {".toml": toml_of}
 
 
 def _written(document: dict[str, Any], key: str) -> Any:

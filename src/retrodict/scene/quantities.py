@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from retrodict.scene.departure import ITEMS
+
 Units = Literal["si", "us"]
 
 
@@ -47,6 +49,15 @@ REPORTED: dict[str, tuple[str, str]] = {
     "vby": ("velocity of B before impact, y", "speed"),
     "omega_b": ("yaw rate of B before impact", "yaw rate"),
 }
+# those that a scene may ask and figures show, in this order: name -> short label
+SHORT: dict[str, str] = {
+    "speed_a": "speed of A",
+    "speed_b": "speed of B",
+    "e": "e",
+    "e_m": "e_m",
+    "mu": "μ",
+}
+UNKNOWNS = tuple(SHORT)
 
 _SINGLE: dict[str, tuple[str, str]] = {
     "impact_x": ("impact centre, x", "length"),
@@ -99,12 +110,6 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "end_y": ("end of rotation of {}, y", "length"),
     "end_heading": ("end of rotation of {}, heading", "angle"),
     "skid": ("skid of {} up to impact", "length"),
-    "departure_direction": ("direction of travel of {} after impact", "angle"),
-    "departure_speed": ("speed of {} after impact", "speed"),
-    "departure_yaw_rate": ("measured yaw rate of {} after impact", "yaw rate"),
-    "departure_delta_v": ("measured delta-v of {}", "speed"),
-    "departure_delta_v_forward": ("delta-v of {} along its heading", "speed"),
-    "departure_delta_v_left": ("delta-v of {} to the left of its heading", "speed"),
 }
 
 _AT_MARKS: dict[str, tuple[str, str]] = {
@@ -142,6 +147,9 @@ def describe(name: str) -> tuple[str, str]:
         number, _, item = family.removeprefix("mark_").partition("_")
         label, dimension = _AT_MARKS[item]
         return f"mark {number} of {vehicle.upper()}, {label}", dimension
+    if family.startswith("departure_"):
+        item_after = ITEMS[family.removeprefix("departure_")]
+        return item_after.label.format(vehicle.upper()), item_after.dimension
     label, dimension = _FAMILIES[family]
     return label.format(vehicle.upper()), dimension
 

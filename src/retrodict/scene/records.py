@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
 from retrodict.scene import discrepancy
+from retrodict.scene.departure import ITEMS
 from retrodict.scene.priors import Prior, default_priors
-from retrodict.scene.quantities import REPORTED
+from retrodict.scene.quantities import REPORTED, UNKNOWNS
 
 VEHICLES = ("a", "b")
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
-UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")  # what a scene may ask, in this order
 Law = Literal["normal", "lognormal", "logitnormal"]
 
 
@@ -135,21 +135,7 @@ class Approach:
     skid: Measured | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Departure:
-    """Motion just after impact (m/s, rad, rad/s), from recorders or marks; None is not measured.
-
-    `direction` is that of travel, counter-clockwise from the x axis. `delta_v` is the size of the
-    change of velocity, and the other two its components along the heading at impact and to the
-    left of it.
-    """
-
-    direction: Measured | None = None
-    speed: Measured | None = None
-    yaw_rate: Measured | None = None
-    delta_v: Measured | None = None
-    delta_v_forward: Measured | None = None
-    delta_v_left: Measured | None = None
+Departure = dict[str, Measured]  # motion of a vehicle just after the impact, by name in `ITEMS`
 
 
 @dataclass(frozen=True, slots=True)
@@ -330,9 +316,10 @@ class Scene:
             if rest.heading is not None:
                 flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(way))
         for v in VEHICLES:
-            departure, missed = self.departure.get(v, Departure()), self.vehicles[v].run_out_error
-            for each in fields(departure):
-                flat[f"departure_{each.name}_{v}"] = getattr(departure, each.name)
+            departure, missed = self.departure.get(v, {}), self.vehicles[v].run_out_error
+            # programs do not depend on the order written
+            for name in sorted(departure, key=list(ITEMS).index):
+                flat[f"departure_{name}_{v}"] = departure[name]
             for number, mark in enumerate(self.marks.get(v, ()), start=1):
                 missed_by = missed.of_position(self.way_to(v, mark.x, mark.y))
                 of_mark = Measured(0.0, mark.sd, source=mark.source, assumed=mark.assumed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import (
     AfterValidator,
@@ -11,19 +11,18 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    create_model,
     model_validator,
 )
 
 from retrodict.scene.defaults import FRICTION
+from retrodict.scene.departure import ITEMS
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
     AxleDistance,
     BetweenVehicles,
     ContactLine,
-    DeltaV,
-    DeltaVComponent,
-    DepartureDirection,
-    DepartureYawRate,
+    Course,
     Direction,
     DragFactor,
     EdgeCoordinate,
@@ -60,8 +59,10 @@ from retrodict.scene.kinds import (
     YawRate,
     YawRateScale,
     fault,
+    of_departure,
 )
-from retrodict.scene.records import UNKNOWNS
+from retrodict.scene.quantities import UNKNOWNS
+from retrodict.scene.records import Measured
 
 
 def _line(limit: int) -> BeforeValidator:
@@ -162,25 +163,28 @@ class ApproachEntry(_Table):
     skid: Skid | None = None
 
 
-class DepartureEntry(_Table):
-    """`[vehicles.A.departure]`: what is known of the motion just after impact."""
-
-    direction: DepartureDirection | None = None
-    speed: Speed | None = None
-    yaw_rate: DepartureYawRate | None = None
-    delta_v: DeltaV | None = None
-    delta_v_forward: DeltaVComponent | None = None
-    delta_v_left: DeltaVComponent | None = None
-
+class _DepartureTable(_Table):
     @model_validator(mode="after")
-    def _has_something_once(self) -> DepartureEntry:
+    def _has_something_once(self) -> _DepartureTable:
         _not_empty(self)
-        if self.delta_v and (self.delta_v_forward or self.delta_v_left):
+        written = {name for name, measured in self if measured}
+        if "delta_v" in written and not written.isdisjoint({"delta_v_forward", "delta_v_left"}):
             raise fault(
                 "the same measurement twice; keep it, or delta_v_forward and delta_v_left",
                 "delta_v",
             )
         return self
+
+
+if TYPE_CHECKING:
+    DepartureEntry = _DepartureTable
+else:
+    DepartureEntry = create_model(
+        "DepartureEntry",
+        __base__=_DepartureTable,
+        __doc__="`[vehicles.A.departure]`: what is known of the motion just after impact.",
+        **{name: (Annotated[Measured, of_departure(name)] | None, None) for name in ITEMS},
+    )
 
 
 class MarkEntry(_Table):
@@ -192,7 +196,7 @@ class MarkEntry(_Table):
     )
     uncertainty: MarkUncertainty | None = None
     speed: Speed | None = None
-    course: DepartureDirection | None = None
+    course: Course | None = None
 
 
 class EndOfRotationEntry(_Table):

@@ -8,14 +8,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 
+from retrodict.scene.departure import ITEMS
 from retrodict.scene.errors import SceneError
 from retrodict.scene.load import parse_scene
 from retrodict.scene.priors import Prior, prior_keys
+from retrodict.scene.quantities import si_symbol
 from retrodict.scene.records import VEHICLES, WHEELS, Edge, Mark, Measured, Rest, Scene, Vehicle
 
 _SOURCE = 200  # characters that a source may have
 _LARGEST = 1e-9  # relative difference of two numbers that are the same but for rounding
-_UNITS = {"direction": "rad", "yaw_rate": "rad/s", "skid": "m"}  # of motion; all others are speeds
+_OF_APPROACH = {"speed": "m/s", "direction": "rad", "yaw_rate": "rad/s", "skid": "m"}
 _PRIOR_UNITS = {"speed_a": "m/s", "speed_b": "m/s", "omega_b": "rad/s", "impulse": "m/s"} | {
     "Omega": "rad/s"
 }
@@ -134,10 +136,11 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
     yield _line("impact_centre.distance", vehicle.impact_distance, "m")
     yield _line("impact_centre.angle", vehicle.impact_angle, "rad")
     yield _line("impact.heading", vehicle.heading, "rad")
-    for table, motion in (("approach", scene.approach[v]), ("departure", scene.departure.get(v))):
-        for each in fields(motion) if motion is not None else ():
-            if (measured := getattr(motion, each.name)) is not None:
-                yield _line(f"{table}.{each.name}", measured, _UNITS.get(each.name, "m/s"))
+    for each in fields(scene.approach[v]):
+        if (measured := getattr(scene.approach[v], each.name)) is not None:
+            yield _line(f"approach.{each.name}", measured, _OF_APPROACH[each.name])
+    for name, measured in scene.departure.get(v, {}).items():
+        yield _line(f"departure.{name}", measured, si_symbol(ITEMS[name].dimension))
     if marks := scene.marks.get(v):
         yield "marks = ["
         yield from (f"  {_mark(mark)}," for mark in marks)

@@ -37,7 +37,8 @@ from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, RunOutError, Scene
 
-QUANTITIES = ("speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b", "log_likelihood")
+_MEASURED = ("speed_a", "initial_speed_a", "initial_speed_b")  # or follows from what is measured
+QUANTITIES = (*(name for name in REPORTED if name not in _MEASURED), "log_likelihood")
 EXACT = tuple(name for name, method in METHODS.items() if method.exact)
 DRAWS = 99  # that a truth is ranked among: few enough to be independent where the gate was passed
 MOST_WITHHELD = 0.05  # share beyond which it is part of the verdict

@@ -13,7 +13,7 @@ from retrodict.models.arrays import steps_of
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.studies.calibration import design
-from tests.scenes import at_rest, collision, rolls
+from tests.shared.scenes import at_rest, collision, rolls
 
 RUNG, HELD = "planar-moment+wheels", "planar+spin"
 

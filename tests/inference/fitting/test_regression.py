@@ -18,7 +18,7 @@ from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.scene.records import Mark, Scene
-from tests.scenes import collision, rolls
+from tests.shared.scenes import collision, rolls
 
 
 def in_part() -> dict[str, Scene]:

@@ -19,7 +19,7 @@ from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.scene import load_scene
 from retrodict.scene.records import Approach, Measured, Scene
-from tests.scenes import DEGREE, collision, rolls
+from tests.shared.scenes import DEGREE, collision, rolls
 
 ROLLING = rolls(collision(berm=False), "b", (0.9, 0.9, 0.8, 0.3))
 FREELY = rolls(collision(berm=False), "b", (0.1, 0.1, 0.2, 0.1))

@@ -7,13 +7,13 @@ import pytest
 from numpyro.infer.util import log_density
 from retrodict.models import RUNGS, parts
 
-from benchmarks.synthetic import scene
 from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.transforms import rest_pose
 from retrodict.mechanics import closing_speed, inverse_log_det
 from retrodict.studies.calibration import design
-from tests.scenes import at_rest
+from tests.shared.random_scenes import scene
+from tests.shared.scenes import at_rest
 
 
 @pytest.mark.parametrize("seed", [205, 206])  # e leans on 0; e_m on 1

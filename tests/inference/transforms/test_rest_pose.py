@@ -21,7 +21,7 @@ from retrodict.inference.modes import unsampled
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.transforms.rest_pose import RestPose, TransformParameters
 from retrodict.inference.transforms.soft_bounds import soft_interval, soft_lower_bound, softness_for
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 OWN = ("speed_b", "direction_b", "omega_b", "e", "mu", "e_m")

@@ -17,13 +17,17 @@ from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.transforms import velocity
 from retrodict.inference.transforms.parameters import plain
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
-from tests.scenes import DEGREE, collision
+from tests.shared.scenes import DEGREE, collision
 
 
 def departed(**changes) -> Scene:
     """Motion after the impact in place of any rest pose, as it is under the paper's numbers."""
-    a = Departure(Measured(2.81, 0.05), Measured(7.4, 0.3), yaw_rate=Measured(0.61, 0.2))
-    b = Departure(Measured(-0.83, 0.05), Measured(8.0, 0.3), yaw_rate=Measured(9.9, 0.3))
+    a = Departure(
+        direction=Measured(2.81, 0.05), speed=Measured(7.4, 0.3), yaw_rate=Measured(0.61, 0.2)
+    )
+    b = Departure(
+        direction=Measured(-0.83, 0.05), speed=Measured(8.0, 0.3), yaw_rate=Measured(9.9, 0.3)
+    )
     scene = replace(collision(berm=False), rest={}, departure={"a": a, "b": b})
     return replace(scene, **changes)
 

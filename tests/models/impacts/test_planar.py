@@ -6,7 +6,7 @@ import pytest
 from numpyro import handlers
 from retrodict.models import RUNGS, parts
 
-from tests.scenes import collision
+from tests.shared.scenes import collision
 
 VARIANTS = {
     "planar-common": (),

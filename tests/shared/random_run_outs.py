@@ -9,9 +9,9 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from benchmarks import reference
-from benchmarks.reference import Scene
 from retrodict.mechanics import Car, Ground, Wheels, Zone, rest, run_out, step_error
+from tests.shared import reference
+from tests.shared.reference import Scene
 
 WITHIN = 1e-3  # m, and rad: of the rest pose, against the reference
 

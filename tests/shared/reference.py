@@ -46,6 +46,20 @@ class Scene(NamedTuple):
     steer: Array | None = None  # of each wheel from the heading, rad
 
 
+CAR = Scene(
+    pose=np.zeros(3),
+    velocity=np.zeros(3),
+    k2=1.8,
+    front_axle=1.3,
+    rear_axle=1.5,
+    track=1.5,
+    coefficients=np.array([0.7, 0.35]),
+    speed_dependence=np.zeros(2),
+    point=np.array([500.0, 0.0]),
+    inward=np.array([1.0, 0.0]),
+)
+
+
 class Run(NamedTuple):
     """Where a run-out ends, and what kind it was."""
 
