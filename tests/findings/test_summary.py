@@ -39,8 +39,8 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
     found = summarise(compute(outcome))
     assert list(found) == [
         "schema", "scene", "model", "assumptions", "parameters", "derived", "hours", "correlations",
-        "measured", "checks", "verdict", "question", "answers", "seconds", "versions", "seed", "settings",
-        "complete", "notes", "ladder", "left_out", "causes", "narrowing",
+        "measured", "checks", "verdict", "question", "answers", "seconds", "versions", "seed",
+        "settings", "complete", "notes", "ladder", "left_out", "causes", "narrowing",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"

@@ -27,12 +27,14 @@ def pdof(posterior: xr.Dataset, scene: Scene) -> dict[str, xr.DataArray]:
     """
     if not {"Vbx", "Vby", "vbx", "vby"} <= set(posterior.data_vars):
         return {}
+    import xarray as xr  # slow to import
+
     # the force on B acts along its delta-v, and comes from the opposite direction: that on A
     towards_a = np.arctan2(posterior["vby"] - posterior["Vby"], posterior["vbx"] - posterior["Vbx"])
     found = {}
     for v, source in zip(VEHICLES, (towards_a + np.pi, towards_a), strict=True):
-        heading, name = scene.vehicles[v].heading.value, f"heading_{v}"
-        angle = (posterior[name] if name in posterior.data_vars else 0 * source + heading) - source
+        heading = xr.DataArray(scene.vehicles[v].heading.value)
+        angle = posterior.data_vars.get(f"heading_{v}", heading) - source
         mean = float(np.angle(np.exp(1j * angle).mean()))
         found[f"pdof_{v}"] = mean + (angle - mean + np.pi) % (2 * np.pi) - np.pi
     return found

@@ -66,7 +66,7 @@ def delta_v_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
         drawing.cloud(axes, across, along, drawing.OF_VEHICLE[v])
         axes.plot([0, across.mean()], [0, along.mean()], color=drawing.INK, lw=0.8, zorder=1)
         boxes[v] = np.array([[min(each.min(), 0), max(each.max(), 0)] for each in (across, along)])
-        departure = findings.scene.departure.get(v, Departure())
+        departure = findings.scene.departure.get(v, {})
         measured |= _measured(axes, departure, unit)
         _clock(clock, findings, v, pdof, size, units)
     side = 1.2 * max((np.ptp(box, axis=1).max() for box in boxes.values()), default=1.0)
@@ -113,16 +113,17 @@ def _measured(axes: Axes, departure: Departure, unit: Unit) -> bool:
         middle, reach = sign * m.value / unit.worth, 2 * m.sd / unit.worth
         return middle - reach, middle + reach
 
-    if departure.delta_v_forward:
-        axes.axhspan(*limits(departure.delta_v_forward), zorder=0.5, **_MEASURED)
-    if departure.delta_v_left:
-        axes.axvspan(*limits(departure.delta_v_left, -1.0), zorder=0.5, **_MEASURED)
-    if departure.delta_v:
-        for radius in limits(departure.delta_v):
+    along, left, size = (departure.get(f"delta_v{part}") for part in ("_forward", "_left", ""))
+    if along:
+        axes.axhspan(*limits(along), zorder=0.5, **_MEASURED)
+    if left:
+        axes.axvspan(*limits(left, -1.0), zorder=0.5, **_MEASURED)
+    if size:
+        for radius in limits(size):
             if radius > 0:
                 circle = Circle((0, 0), radius, fill=False, ec=drawing.GREY, ls=":", lw=1.0)
                 axes.add_patch(circle)
-    return any((departure.delta_v, departure.delta_v_forward, departure.delta_v_left))
+    return any((along, left, size))
 
 
 def _clock(
