@@ -85,6 +85,12 @@ def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path)
     for name in items:
         assert describe(name)[0] in page
 
+    again = rd.replay(result.archive(tmp_path / "film.retrodict.zip"))
+    assert again.reproduced
+    assert {each.sameness for each in again.numbers} == {"bits"}
+    assert all(again.draws.values())
+    assert not again.versions
+
 
 def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> None:
     ladder = ladder_of(step("low", 19.0), step("full", 19.1))

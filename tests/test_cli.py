@@ -134,10 +134,10 @@ def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) 
     assert done.returncode == 0, done.stderr
     assert (out / "notes.txt").read_text() == "mine"
     assert {p.name for p in out.iterdir()} == {
-        "notes.txt", "posterior.nc", "summary.json", "report.html", "figures",
+        "notes.txt", "posterior.nc", "run.json", "scene.toml", "summary.json", "report.html", "figures",
     }  # fmt: skip
     assert {p.name for p in (out / "figures").iterdir()} == {
-        "posterior.png", "pair.png", "scene.png", "predictive.png",
+        "posterior.png", "pair.png", "scene.png", "scene.svg", "delta_v.png", "predictive.png",
         "tornado.png",
     }  # fmt: skip
     assert "mph" in done.stdout

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         ladder,
         load,
         reconstruct,
+        replay,
         validate,
     )
     from retrodict.scene import Scene, SceneError, load_scene, parse_scene
@@ -35,6 +36,7 @@ __all__ = [
     "load_scene",
     "parse_scene",
     "reconstruct",
+    "replay",
     "validate",
 ]
 
@@ -48,6 +50,7 @@ _HOMES = {
     "ladder": "retrodict.api",
     "load": "retrodict.api",
     "reconstruct": "retrodict.api",
+    "replay": "retrodict.api",
     "validate": "retrodict.api",
     "Scene": "retrodict.notebook",
     "SceneError": "retrodict.notebook",

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from retrodict.findings import Findings
     from retrodict.findings.questions import Answered
+    from retrodict.findings.reproduction import Reproduction
     from retrodict.report.drawing_process import DrawingProcess
     from retrodict.scene.case import Case
 
@@ -45,6 +46,7 @@ __all__ = [
     "ladder",
     "load",
     "reconstruct",
+    "replay",
     "validate",
 ]
 
@@ -161,6 +163,10 @@ class Result:
         """The scene from above with measured rest poses and posterior trajectories."""
         return self._draw("scene", units)
 
+    def plot_delta_v(self, units: Units = "si") -> Figure:
+        """Delta-v and direction of force (PDOF) of both vehicles with their clouds of draws."""
+        return self._draw("delta_v", units)
+
     def plot_predictive(self, units: Units = "si") -> Figure:
         """What the posterior predicts of every item of evidence, against what was measured."""
         return self._draw("predictive", units)
@@ -204,14 +210,35 @@ class Result:
         findings = self.findings_for(known)
         return write_report(findings, self.outcome, Path(path), chosen, known)
 
+    def archive(self, path: str | Path, case: str | Path | None = None) -> Path:
+        """Write all that the result came from and to as one file, which `replay` verifies and runs anew.
+
+        Args:
+            path: of the file, replaced whole; by custom it ends in .retrodict.zip.
+            case: path of a case file; its attachments are recorded by their SHA-256.
+
+        Returns:
+            The path.
+
+        Raises:
+            SceneError: the case file cannot be used.
+            OSError: the file could not be written.
+        """
+        from retrodict.report.archive import archive_bytes
+        from retrodict.report.files import write_whole
+        from retrodict.report.result_archive import archived
+
+        files = archived(self.findings, self.outcome, self.ladder, Path(case) if case else None)
+        return write_whole(Path(path), archive_bytes(files))
+
     def save(
         self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
     ) -> Path:
         """Write the result: `load` reads it again.
 
-        The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png, summary.json, and
-        chains.npz if the run was interrupted. The summary comes last and has the digests of the
-        others, so that a mixture of two runs shows.
+        The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png,
+        figures/scene.svg, summary.json, and chains.npz if the run was interrupted. The summary comes
+        last and has the digests of the others, so that a mixture of two runs shows.
 
         Args:
             directory: made where missing; files of the same names in it are replaced, once all of
@@ -232,7 +259,7 @@ class Result:
         from retrodict.findings.stored import stored
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
         from retrodict.report.document import FORMATS, document_of
-        from retrodict.report.figures import images
+        from retrodict.report.figures import images, svgs
         from retrodict.report.files import write_together
 
         directory = Path(directory)
@@ -247,6 +274,10 @@ class Result:
             "scene.toml": self.findings.scene_text.text.encode(),
             "report.html": FORMATS["html"](document),
             **{f"figures/{name}.png": image for name, image in drawn().items()},
+            **{
+                f"figures/{name}.svg": drawing
+                for name, drawing in svgs(self.findings, self.outcome, units).items()
+            },
             **chains,
         }
         files[SUMMARY] = summary_json(self.findings, files)
@@ -289,6 +320,34 @@ def load(folder: str | Path) -> Result:
 
 
 @shown_in_notebooks
+def replay(path: str | Path, *, progress: Progress | None = None) -> Reproduction:
+    """Verify an archive, run it anew as it was asked for, and compare every number.
+
+    Args:
+        path: of an archive, from `Result.archive`.
+        progress: as of `reconstruct`.
+
+    Returns:
+        Which numbers came out the same, and which versions differ.
+
+    Raises:
+        NotArchived: the file is no archive, or was altered; the message names what was.
+        SceneError: this version does not read the scene.
+        Unanswerable, Interrupted: as of `reconstruct`.
+    """
+    from retrodict.findings.reproduction import compare
+    from retrodict.findings.stored import draws_of
+    from retrodict.report.archive import read_archive
+    from retrodict.report.result_archive import recorded_in
+
+    archive = read_archive(Path(path))
+    recorded = recorded_in(archive, str(path))
+    result = reconstruct(recorded.scene, **recorded.asked, progress=progress)
+    draws = draws_of(recorded.draws)
+    return compare(archive.link, recorded.summary, draws, result.findings, result.idata)
+
+
+@shown_in_notebooks
 def reconstruct(
     scene: Scene,
     *,
@@ -326,6 +385,8 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
+    asked: dict[str, int | str | None] = {"model": model, "method": method, "chains": chains}
+    asked |= {"draws": draws, "warmup": warmup, "seed": seed}
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
     comparison, search = None, ModeSearch(scene, seed)
@@ -344,7 +405,7 @@ def reconstruct(
                 raise Interrupted("stopped before a model was chosen")
         model = (comparison and comparison.choice) or rungs[-1]
         if model in kept:
-            return Result(kept[model], comparison)
+            return Result(replace(kept[model], asked=asked), comparison)
     outcome = _reconstruct(
         scene,
         model=model,
@@ -356,6 +417,7 @@ def reconstruct(
         progress=prefixed(progress or silent, model),
         resume=resume,
         search=search,
+        asked=asked,
     )
     return Result(outcome, comparison)
 

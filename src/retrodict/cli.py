@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from retrodict.scene import Scene
 
-BAD_INPUT, INTERRUPTED = 2, 130
+BAD_INPUT, DIFFERS, INTERRUPTED = 2, 3, 130
 _LOADING, _WRITING = "loading the libraries", "writing the results"  # stages
 
 app = typer.Typer(
@@ -266,6 +266,82 @@ def report(
 
     for file in files:
         _name(file, Console(quiet=quiet))
+
+
+@app.command()
+def archive(
+    result: Annotated[
+        Path, typer.Argument(help="folder of a result, as reconstruct wrote it", show_default=False)
+    ],
+    case: Annotated[
+        Path | None, typer.Option(help="case file (TOML); its attachments' SHA-256 are recorded")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="the file [default: beside the folder, .retrodict.zip]")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
+) -> None:
+    """Put a result and all that it came from into one file that can be verified and run anew."""
+    with _working(quiet) as progress:
+        progress(_LOADING, 0, 1)
+
+        from retrodict.api import load
+        from retrodict.findings.stored import NotStored
+        from retrodict.report.archive import SUFFIX, read_archive
+        from retrodict.scene import SceneError
+
+        file = out or result.resolve().with_name(f"{result.resolve().name}{SUFFIX}")
+        try:
+            found = load(result)
+            progress(_WRITING, 0, 1)
+            link = read_archive(found.archive(file, case)).link
+            progress(_WRITING, 1, 1)
+        except (NotStored, SceneError) as error:
+            _fail(str(error))
+        except OSError as error:
+            _fail(f"{file}: cannot write the archive: {error}", 1)
+
+    from rich.console import Console
+
+    console = Console(quiet=quiet)
+    _name(file, console)
+    console.print(f"Its chain of hashes ends in {link}", highlight=False, soft_wrap=True)
+
+
+@app.command()
+def replay(
+    archive: Annotated[Path, typer.Argument(help="an archive", show_default=False)],
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
+) -> None:
+    """Verify an archive, run it anew, and say which numbers come out the same."""
+    with _working(quiet) as progress:
+        progress(_LOADING, 0, 1)
+
+        from retrodict.api import replay as run
+        from retrodict.inference import Interrupted, Unanswerable
+        from retrodict.report.archive import NotArchived
+        from retrodict.scene import SceneError
+
+        try:
+            found = run(archive, progress=progress)
+        except NotArchived as error:
+            _fail(str(error))
+        except (SceneError, Unanswerable, ValueError) as error:
+            _fail(f"{archive}: {error}")
+        except Interrupted as error:
+            _fail(f"{archive}: {error}", INTERRUPTED)
+        except OSError as error:
+            _fail(f"{archive}: cannot be read: {error}")
+
+    from rich.console import Console
+
+    from retrodict.report.reproduction import reproduction_lines
+
+    console = Console(quiet=quiet)
+    for line in reproduction_lines(found):
+        console.print(printable(line), highlight=False, markup=False, soft_wrap=True)
+    if not found.reproduced:
+        raise typer.Exit(DIFFERS)
 
 
 @app.command()

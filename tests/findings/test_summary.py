@@ -38,9 +38,10 @@ def with_posterior(outcome, **variables):
 def test_summary_has_exactly_the_agreed_structure(outcome):
     found = summarise(compute(outcome))
     assert list(found) == [
-        "schema", "scene", "model", "assumptions", "parameters", "derived", "correlations", "measured",
-        "checks", "verdict", "question", "answers", "seconds", "versions", "seed", "settings",
-        "complete", "notes", "ladder", "left_out", "causes", "narrowing", "questions",
+        "schema", "scene", "model", "assumptions", "parameters", "derived", "hours", "correlations",
+        "measured", "checks", "verdict", "question", "answers", "seconds", "versions", "seed",
+        "settings", "complete", "notes", "ladder", "left_out", "causes", "narrowing",
+        "questions",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"

@@ -239,7 +239,7 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
         ("constant_data", {f"{n}_sd": ((), m.sd) for n, m in evidence.items()}),
     ):
         idata[group] = xr.DataTree(xr.Dataset(values))
-    idata["trajectories"] = xr.DataTree(xr.Dataset({"path": _paths(scene, rng)}))
+    idata["trajectories"] = xr.DataTree(_trajectories(scene, rng))
     return Outcome(
         scene=scene,
         description=DESCRIPTION,
@@ -252,9 +252,9 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
     )
 
 
-def _paths(
+def _trajectories(
     scene: Scene, rng: np.random.Generator, count: int = 60, steps: int = 40
-) -> xr.DataArray:
+) -> xr.Dataset:
     s = np.linspace(0, 1, steps)
     path = np.zeros((count, 2, steps, 3))
     for i, v in enumerate(VEHICLES):
@@ -269,8 +269,18 @@ def _paths(
             bulge = rng.normal(0.6 * (-1) ** (i + j), 0.15, (count, 1)) * s * (1 - s)
             path[:, i, :, j] = start[j] + (ends[:, j : j + 1] - start[j]) * s + bulge
         path[:, i, :, 2] = heading + (ends[:, 2:] - heading) * s
-    coords = {"vehicle": list(VEHICLES), "pose": ["x", "y", "heading"]}
-    return xr.DataArray(path, coords, ("run", "vehicle", "step", "pose"))
+    speed = rng.normal([20.1, 19.2], 0.9, (count, 2))
+    course = np.array([np.pi, -0.19])
+    coords = {"vehicle": list(VEHICLES), "pose": ["x", "y", "heading"], "axis": ["x", "y"]}
+    variables = {
+        "path": (("run", "vehicle", "step", "pose"), path),
+        "time": (("run", "vehicle", "step"), 0.1 * speed[..., None] * (1 - np.sqrt(1 - s))),
+        "before": (
+            ("run", "vehicle", "axis"),
+            np.stack([speed * np.cos(course), speed * np.sin(course)], axis=-1),
+        ),
+    }
+    return xr.Dataset(variables, coords)
 
 
 def fail(outcome: Outcome, failed: tuple[str, ...] = ("e_m",)) -> Outcome:

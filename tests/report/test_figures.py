@@ -1,15 +1,18 @@
 import subprocess
 import sys
 from dataclasses import replace
+from xml.etree.ElementTree import fromstring
 
 import matplotlib.image
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.collections import LineCollection
 from matplotlib.patches import Wedge
 from matplotlib.text import Text
 
 from retrodict import findings
+from retrodict.findings.run_outs import motions
 from retrodict.report import figures, files
 from retrodict.report.figure_scene import half_plane, impact_pose, outline
 from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
@@ -17,6 +20,7 @@ from retrodict.scene.records import Edge, Measured
 
 NEEDS = (
     ("scene", "trajectories"),
+    ("delta_v", "posterior"),
     ("posterior", "prior"),
     ("posterior", "posterior"),
     ("pair", "posterior"),
@@ -120,7 +124,8 @@ def test_a_missing_variable_is_said_in_its_panel(outcome, drop):
 @pytest.mark.parametrize("units", ["si", "us"])
 def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
     text = words(drawn(name, outcome, units))
-    symbols = {"scene": ("x (m)", "x (ft)"), "posterior": ("m/s", "mph"),
+    symbols = {"scene": ("x (m)", "x (ft)"), "delta_v": ("along (m/s)", "along (mph)"),
+               "posterior": ("m/s", "mph"),
                "pair": ("speed of B (m/s)", "speed of B (mph)"),
                "predictive": ("20.10 ± 0.50 m/s", "45.0 ± 1.1 mph"),
                "tornado": ("before impact (m/s)", "before impact (mph)")}  # fmt: skip
@@ -178,6 +183,33 @@ def test_what_is_drawn_alike_is_written_alike(outcome):
     once, again = (to_svg(drawn("predictive", outcome, "si")) for _ in range(2))
     assert once == again
     assert b"<svg" in once
+
+
+def test_the_scene_is_saved_as_a_drawing_that_holds_no_text_to_run(outcome):
+    odd = replace(outcome.scene.surfaces[1], name="<script>alert(1)</script>")
+    scene = replace(outcome.scene, surfaces=(outcome.scene.surfaces[0], odd))
+    found = replace(outcome, scene=scene)
+    (drawing,) = figures.svgs(findings.compute(found), found).values()
+    root = fromstring(drawing)
+    names = {element.tag.rpartition("}")[2] for element in root.iter()}
+    assert "script" not in names
+    assert {"path", "clipPath"} <= names
+    assert b"dc:date" not in drawing
+
+
+def test_outlines_on_the_way_lie_on_the_median_draw(outcome):
+    (motion,) = motions(outcome, 1)
+    axes = drawn("scene", outcome).axes[0]
+    wheels = [
+        c for c in axes.collections if isinstance(c, LineCollection) and len(c.get_paths()) == 4
+    ]
+    for v, collection in zip("ab", wheels, strict=True):
+        ways = np.array([path.vertices for path in collection.get_paths()])
+        car = outcome.scene.vehicles[v]
+        share = car.rear_axle.value / (car.front_axle.value + car.rear_axle.value)
+        front, rear = ways[:2].mean(axis=0), ways[2:].mean(axis=0)
+        # the centre of gravity divides the wheelbase by the axles' distances
+        assert rear + share * (front - rear) == pytest.approx(motion.pose[v][:, :2])
 
 
 def test_impact_centre_lies_at_the_lever_from_the_centre_of_gravity(outcome):

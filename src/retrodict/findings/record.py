@@ -9,8 +9,17 @@ from typing import TYPE_CHECKING, Literal, get_args
 from retrodict.findings.inputs import InputRow, input_rows
 from retrodict.findings.questions import Answered, answers_to
 from retrodict.findings.sentences import answer, assumptions, question, verdict
-from retrodict.findings.statistics import DERIVED, Quantity, correlations, reported, statistics
+from retrodict.findings.severity import hours
+from retrodict.findings.statistics import (
+    DERIVED,
+    Quantity,
+    correlations,
+    posterior_of,
+    reported,
+    statistics,
+)
 from retrodict.scene.quantities import Units
+from retrodict.scene.records import VEHICLES
 from retrodict.scene.write import SceneText, scene_text
 from retrodict.studies.conflict import LeftOut, conflicts
 from retrodict.studies.narrowing import Narrowed, narrowing
@@ -50,6 +59,8 @@ class Findings:
         description: the model, in words.
         quantities: the reported ones, by name.
         derived: what follows from the same draws, by name.
+        hours: share of the draws at each hour of the clock that the force on a vehicle came from, by
+            vehicle, the largest share first.
         correlations: of the unknowns, pair by pair.
         measured: inputs and evidence, with what became of each.
         left_out: what all else says of each item of evidence.
@@ -74,6 +85,7 @@ class Findings:
     description: Description
     quantities: dict[str, Quantity]
     derived: dict[str, Quantity]
+    hours: dict[str, dict[int, float]]
     correlations: dict[tuple[str, str], float]
     measured: tuple[InputRow, ...]
     left_out: tuple[LeftOut, ...]
@@ -109,6 +121,7 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     names, derived = reported(outcome), reported(outcome, DERIVED)
     found = statistics(outcome, dict.fromkeys((*names, *derived)))
     quantities, left_out = {name: found[name] for name in names}, conflicts(outcome)
+    posterior = posterior_of(outcome)
     sizes = outcome.idata["posterior"].sizes if "posterior" in outcome.idata.children else None
     narrowed = _narrowing(outcome, quantities)
     return Findings(
@@ -117,6 +130,9 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         description=outcome.description,
         quantities=quantities,
         derived={name: found[name] for name in derived},
+        hours={
+            v: hours(posterior[f"pdof_{v}"].values) for v in VEHICLES if f"pdof_{v}" in posterior
+        },
         correlations=correlations(outcome),
         measured=input_rows(outcome),
         left_out=left_out,

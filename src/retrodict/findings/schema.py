@@ -270,9 +270,10 @@ class LadderEntry(TypedDict):
 class Summary(TypedDict):
     """The findings of a reconstruction: SI units and radians, null for what is not finite.
 
-    parameters: the reported quantities; derived: what follows from the same draws; narrowing: the sd of
-    each speed that was sought, were a quantity known exactly; causes: the measured quantities of which
-    that would take away the largest shares of its variance, and the shares; question: what was asked,
+    parameters: the reported quantities; derived: what follows from the same draws; hours: share of
+    the draws at each hour that the force on a vehicle came from, 12 straight ahead; narrowing: the sd
+    of each speed that was sought, were a quantity known exactly; causes: the measured quantities of
+    which that would take away the largest shares of its variance, and the shares; question: what was asked,
     in words; answers: by the system of units that comes first; questions: what else was asked, with its
     answers; files: SHA-256 of the other files of the same result.
     """
@@ -283,6 +284,7 @@ class Summary(TypedDict):
     assumptions: list[str]
     parameters: dict[str, QuantityEntry]
     derived: dict[str, QuantityEntry]
+    hours: dict[str, dict[str, float]]
     correlations: list[CorrelationEntry]
     measured: dict[str, MeasuredEntry]
     checks: ChecksEntry

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 import xarray as xr
 
+from retrodict.findings.severity import pdof
 from retrodict.inference.digits import decimals_of, monte_carlo_error
 from retrodict.scene.quantities import (
     DERIVED,
@@ -95,7 +96,16 @@ def reported(outcome: Outcome, names: Iterable[str] | None = None) -> tuple[str,
     names = outcome.scene.reported() if names is None else names
     if "posterior" not in outcome.idata.children:
         return tuple(names)
-    return tuple(name for name in names if name in outcome.idata["posterior"].data_vars)
+    known = posterior_of(outcome).data_vars
+    return tuple(name for name in names if name in known)
+
+
+def posterior_of(outcome: Outcome) -> xr.Dataset:
+    """The draws, with what is derived of them here; empty where there are none."""
+    if "posterior" not in outcome.idata.children:
+        return xr.Dataset()
+    draws = outcome.idata["posterior"].to_dataset()
+    return draws.assign(pdof(draws, outcome.scene))
 
 
 def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
@@ -111,8 +121,7 @@ def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
     # arviz_stats takes a while to import, and findings are not always asked for
     from arviz_stats import ess, hdi, mcse, rhat
 
-    names, idata, checks = tuple(names), outcome.idata, outcome.checks
-    posterior = idata["posterior"].to_dataset() if "posterior" in idata.children else xr.Dataset()
+    names, posterior, checks = tuple(names), posterior_of(outcome), outcome.checks
     data = posterior[[name for name in names if name in posterior.data_vars]]
     measures, intervals = {}, {}
     if data.data_vars:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from retrodict.inference.outcome import Checks, Mode, Outcome
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
+    import xarray as xr
     from pydantic import TypeAdapter
 
     from retrodict.studies.ladder import Ladder
@@ -56,7 +58,6 @@ def load(folder: Path) -> tuple[Outcome, Ladder | None]:
         NotStored: there is no result, a file is not of the run that the summary is of, or it was
             saved by a version that this one does not read.
     """
-    import xarray as xr
     from pydantic import ValidationError
 
     if not folder.is_dir():
@@ -76,11 +77,18 @@ def load(folder: Path) -> tuple[Outcome, Ladder | None]:
         raise NotStored(
             f"{folder / RUN}: saved by another version; reconstruct the scene again"
         ) from None
-    with xr.open_datatree(folder / DRAWS, engine="h5netcdf") as tree:
-        idata = tree.load()
+    idata = draws_of((folder / DRAWS).read_bytes())
     del record["schema"]
     ladder = record.pop("ladder")
     return Outcome(idata=idata, **record), ladder
+
+
+def draws_of(content: bytes) -> xr.DataTree:
+    """Draws from what their file holds."""
+    import xarray as xr
+
+    with xr.open_datatree(io.BytesIO(content), engine="h5netcdf") as tree:
+        return tree.load()
 
 
 def _reader() -> TypeAdapter[Any]:
@@ -109,6 +117,7 @@ def _record_types() -> dict[str, Any]:
         "versions": dict[str, str],
         "seed": int,
         "settings": dict[str, int | str],
+        "asked": dict[str, int | str | None],
         "complete": bool,
         "notes": tuple[str, ...],
         "modes": tuple[Mode, ...],

@@ -58,6 +58,10 @@ def summarise(findings: Findings) -> Summary:
         "assumptions": list(findings.assumptions),
         "parameters": {name: _quantity(each) for name, each in findings.quantities.items()},
         "derived": {name: _quantity(each) for name, each in findings.derived.items()},
+        "hours": {
+            v: {str(hour): share for hour, share in shares.items()}
+            for v, shares in findings.hours.items()
+        },
         "correlations": [
             {"of": one, "and": other, "value": r}
             for (one, other), r in findings.correlations.items()

@@ -118,10 +118,14 @@ def _trajectories(posterior: Posterior, quantities: dict[str, np.ndarray]) -> xr
 
     index = np.linspace(0, len(quantities["speed_b"]) - 1, RUNS).astype(int)
     V, xi = run_outs_of(quantities)
-    path = posterior.programs(PATHS, posterior.data, V[index], xi[index])
+    taken = posterior.programs(PATHS, posterior.data, V[index], xi[index])
     return xr.Dataset(
-        {"path": (("run", "vehicle", "step", "pose"), np.asarray(path))},
-        coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"]},
+        {
+            "path": (("run", "vehicle", "step", "pose"), np.asarray(taken["pose"])),
+            "time": (("run", "vehicle", "step"), np.asarray(taken["time"])),
+            "before": (("run", "vehicle", "axis"), np.asarray(taken["before"])),
+        },
+        coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"], "axis": ["x", "y"]},
     )
 
 

@@ -76,12 +76,15 @@ class Outcome:
         idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
             sample_stats, observed_data, constant_data and trajectories; each variable has
             attributes `unit` (SI) and `label`. trajectories/path has dimensions
-            (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws.
+            (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws; `time` (s
+            after the impact) and `before` (velocity before it, axis = x, y) are of the same draws.
         checks: the verdict on the draws.
         seconds: total, compile and sample.
         versions: of retrodict, Python and the libraries that made the numbers.
         seed: of every random number.
         settings: method, chains, draws, warmup.
+        asked: model, method, chains, draws, warmup and seed as they were asked for, by which a run can
+            be repeated; None stands for what the method takes by default.
         complete: False when the run was interrupted.
         notes: how the run helped itself.
         unfinished: content of the file that an interrupted run goes on from; None where there is none.
@@ -97,6 +100,7 @@ class Outcome:
     versions: dict[str, str]
     seed: int
     settings: dict[str, int | str]
+    asked: dict[str, int | str | None] = field(default_factory=dict)
     complete: bool = True
     notes: tuple[str, ...] = field(default=())
     unfinished: bytes | None = field(default=None, repr=False)

@@ -53,6 +53,7 @@ def reconstruct(
     resume: Path | None = None,
     pictured: bool = True,
     search: ModeSearch | None = None,
+    asked: dict[str, int | str | None] | None = None,
 ) -> Outcome:
     """The joint posterior of B's approach, e, e_m and mu, with its checks.
 
@@ -68,6 +69,7 @@ def reconstruct(
         resume: chains.npz of a run that was interrupted, to go on with.
         pictured: whether the prior and run-outs are recorded too, which figures show.
         search: for where this scene's posteriors lie, by this seed; shared by the models of a ladder.
+        asked: the same options as a user gave them, for the record; None for these.
 
     Returns:
         The outcome; marked incomplete when interrupted with some draws already kept.
@@ -87,6 +89,9 @@ def reconstruct(
             f"{resume}: the method {method} has no chains to go on with: give the method that was "
             f"interrupted ({able}), or start anew"
         )
+    if asked is None:
+        asked = {"model": model, "method": method, "chains": chains, "draws": draws}
+        asked |= {"warmup": warmup, "seed": seed}
     draws = chosen.draws if draws is None else draws
     compiled_before = COMPILATION.seconds
     search = search or ModeSearch(scene, seed)
@@ -171,6 +176,7 @@ def reconstruct(
         versions=_versions(),
         seed=seed,
         settings={"method": run.method, "chains": chains, "draws": run.draws, "warmup": warmup},
+        asked=asked,
         complete=run.complete,
         notes=tuple(notes),
         unfinished=run.unfinished,

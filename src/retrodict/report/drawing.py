@@ -17,6 +17,7 @@ from arviz_stats.base import array_stats
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from scipy.stats import gaussian_kde
 
 from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
 from retrodict.scene import quantities
@@ -33,6 +34,7 @@ INK, GREY, PALE = "#222222", "#777777", "#d9d9d9"
 BLUE, ORANGE = "#0072B2", "#D55E00"
 OF_VEHICLE = {"a": BLUE, "b": ORANGE}
 LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
+_DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45  # of a cloud
 SHORT = {k: re.sub(r"_(\w)", r"$_\1$", label) for k, label in quantities.SHORT.items()}
 
 STYLE: dict[Any, Any] = {
@@ -118,6 +120,29 @@ def density(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         return None
     grid, height, _ = array_stats.kde(values)
     return grid, height
+
+
+def cloud(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
+    """Draws of two quantities, thinned, and the smallest regions that hold 50 and 90 % of them."""
+    thin = np.linspace(0, x.size - 1, min(_DOTS, x.size)).astype(int)
+    axes.plot(x[thin], y[thin], ".", color=GREY, ms=2.2, alpha=0.5, mew=0)
+    some = np.linspace(0, x.size - 1, min(_FOR_DENSITY, x.size)).astype(int)
+    points = np.stack([x[some], y[some]])
+    try:
+        kernel = gaussian_kde(points)
+    except (np.linalg.LinAlgError, ValueError):
+        return  # the draws lie on a line or are too few: the dots say all there is
+    # no density is drawn beyond the draws, so that none seems to lie past a bound
+    low, high = points.min(axis=1), points.max(axis=1)
+    mesh = np.meshgrid(*np.linspace(low, high, _GRID).T)
+    height = kernel(np.stack([m.ravel() for m in mesh])).reshape(_GRID, _GRID)
+    # the region of highest density that holds 90 % is where density exceeds its 10 % quantile
+    at_90, at_50 = np.quantile(kernel(points), [0.1, 0.5])
+    if at_90 < at_50 < height.max():
+        axes.contour(
+            *mesh, height, [at_90, at_50], colors=colour, linestyles=["--", "-"],
+            linewidths=[1.2, 1.6],
+        )  # fmt: skip
 
 
 def nothing_here(axes: Axes, what: str) -> None:

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from scipy.stats import gaussian_kde
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.statistics import finite_draws
@@ -26,7 +25,6 @@ CAPTION = (
     "that hold 50 % (solid line) and 90 % (dashed line) of them, from a Gaussian kernel density. "
     "Diagonal: marginal densities. Upper right: coefficients of correlation over all draws."
 )
-_DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45
 
 
 @drawing.styled
@@ -110,25 +108,7 @@ def _joint(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     if x.size != y.size:
         drawing.nothing_here(axes, "no joint draws")
         return
-    thin = np.linspace(0, x.size - 1, min(_DOTS, x.size)).astype(int)
-    axes.plot(x[thin], y[thin], ".", color=drawing.GREY, ms=2.2, alpha=0.5, mew=0)
-    some = np.linspace(0, x.size - 1, min(_FOR_DENSITY, x.size)).astype(int)
-    points = np.stack([x[some], y[some]])
-    try:
-        kernel = gaussian_kde(points)
-    except (np.linalg.LinAlgError, ValueError):
-        return  # the draws lie on a line or are too few: the dots say all there is
-    # no density is drawn beyond the draws, so that none seems to lie past a bound
-    low, high = points.min(axis=1), points.max(axis=1)
-    mesh = np.meshgrid(*np.linspace(low, high, _GRID).T)
-    height = kernel(np.stack([m.ravel() for m in mesh])).reshape(_GRID, _GRID)
-    # the region of highest density that holds 90 % is where density exceeds its 10 % quantile
-    at_90, at_50 = np.quantile(kernel(points), [0.1, 0.5])
-    if at_90 < at_50 < height.max():
-        axes.contour(
-            *mesh, height, [at_90, at_50], colors=drawing.BLUE, linestyles=["--", "-"],
-            linewidths=[1.2, 1.6],
-        )  # fmt: skip
+    drawing.cloud(axes, x, y, drawing.BLUE)
 
 
 def _correlation(axes: Axes, findings: Findings, names: tuple[str, str]) -> None:

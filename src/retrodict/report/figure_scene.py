@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Wedge
+from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Rectangle, Wedge
 from matplotlib.ticker import MaxNLocator
 
+from retrodict.findings.run_outs import motions
 from retrodict.report import drawing
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES, Edge, Measured, Scene, Vehicle
@@ -26,15 +27,19 @@ if TYPE_CHECKING:
 CAPTION = (
     "The scene from above, to scale, in the scene's own axes. Dashed outlines: the vehicles at "
     "impact as measured, each centre of gravity (+) placed by its lever from the impact centre. "
-    "Solid outlines: the measured rest poses, with ellipses of two standard deviations in x and "
-    "y, a run-out's own error included; an ellipse alone where no heading was measured. Numbered "
-    "crosses: marks on the way to rest. Wedges at the centres of gravity and at marks: measured "
-    "directions of travel, within two standard deviations. Diamonds: measured ends of rotation, "
-    "with a line along a measured heading. Thin lines: paths of the centres of gravity in run-outs "
-    "of posterior draws, with the outlines at the end of a dozen of them. A dark triangle marks a "
-    "vehicle's front; an outline's middle is taken to lie midway between the axles."
+    "Solid outlines: the measured rest poses. Ellipses: the impact centre and the rest positions "
+    "within two standard deviations in x and y, a run-out's own error included; an ellipse alone "
+    "where no heading was measured. Numbered crosses: marks on the way to rest. Wedges at the centres "
+    "of gravity and at marks: measured directions of travel, within two standard deviations. Diamonds: "
+    "measured ends of rotation, with a line along a measured heading. Thin lines: paths of the centres "
+    "of gravity in run-outs of posterior draws, with the outlines at the end of a dozen of them. Of the "
+    "draw whose speed of B is the median: outlines on the way at equal times, and dotted lines along "
+    "which its wheels went. A dark triangle marks a vehicle's front; an outline's middle is taken to "
+    "lie midway between the axles."
 )
 _ENDS = 12  # outlines drawn at the end of run-outs
+_ON_THE_WAY = 6  # outlines of one draw between impact and rest, at most
+_INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between them
 _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
 _HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 Pose = tuple[float, float, float]
@@ -63,12 +68,14 @@ def scene_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> F
     axes.set_ylim(view[2], view[3])
     handles = _surfaces(axes, scene, view, unit.worth)
     handles += _run_outs(axes, scene, paths, unit.worth)
+    handles += _one_motion(axes, scene, outcome, unit.worth)
     handles += _vehicles(axes, scene, unit.worth)
     handles += _directions(axes, scene, unit.worth)
     handles += _marks(axes, scene, unit.worth)
     handles += _rotations(axes, scene, unit.worth)
     handles += _contact(axes, scene, unit.worth)
     _scale_bar(axes, view, unit.symbol)
+    _compass(axes, view)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(9, steps=drawing.STEPS))
     axes.set_xlabel(f"x ({unit.symbol})")
@@ -212,6 +219,49 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
     return handles
 
 
+def _one_motion(axes: Axes, scene: Scene, outcome: Outcome, worth: float) -> list[Artist]:
+    """Outlines and wheels of the median draw on its way."""
+    found = motions(outcome, 1)
+    if not found:
+        return []
+    motion = found[0]
+    lasts = motion.lasts
+    wanted = (each for each in _INTERVALS if lasts / each <= _ON_THE_WAY + 1)
+    interval = next(wanted, lasts / (_ON_THE_WAY + 1))
+    for v, time in motion.time.items():
+        vehicle, colour = scene.vehicles[v], drawing.OF_VEHICLE[v]
+        wheels = wheel_paths(vehicle, motion.pose[v]) / worth
+        axes.add_collection(
+            LineCollection(
+                list(wheels), colors=drawing.INK, linestyles=[(0, (1, 1.6))], lw=0.7, zorder=2.5
+            ),
+            autolim=False,
+        )
+        between = [
+            outline(vehicle, motion.pose_at(v, t)) / worth
+            for t in np.arange(interval, time[-1] - interval / 4, interval)
+        ]
+        bodies = [corners[:4] for corners in between]
+        fronts = [corners[4:] for corners in between]
+        look: dict[str, Any] = {"edgecolors": colour, "lw": 0.9, "zorder": 3}
+        axes.add_collection(PolyCollection(bodies, facecolors="none", **look), autolim=False)
+        axes.add_collection(PolyCollection(fronts, facecolors="none", **look), autolim=False)
+    every = f"one draw, every {interval:.1g} s"
+    return [
+        Patch(fill=False, ec=drawing.INK, lw=0.9, label=every),
+        Line2D([], [], color=drawing.INK, ls=(0, (1, 1.6)), lw=0.9, label="wheels of that draw"),
+    ]
+
+
+def wheel_paths(vehicle: Vehicle, pose: np.ndarray) -> np.ndarray:
+    """Where the four wheels went, shape (4, steps, 2) for poses (steps, 3), in m."""
+    front, rear, half = vehicle.front_axle.value, vehicle.rear_axle.value, vehicle.track.value / 2
+    places = np.array([[front, half], [front, -half], [-rear, half], [-rear, -half]])
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    ahead, left = np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)
+    return np.array([pose[:, :2] + u * ahead + w * left for u, w in places])
+
+
 def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     ink, evidence = drawing.INK, scene.evidence()
     for v in VEHICLES:
@@ -236,9 +286,9 @@ def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     ]
     if any(rest.heading for rest in scene.rest.values()):
         handles.append(Patch(fill=False, ec=ink, lw=1.5, label="at rest, measured"))
-    if scene.rest:
+    if scene.rest or scene.contact.x.sd:
         look: dict[str, Any] = {"ls": "", "marker": "o", "mfc": "white", "mec": ink, "ms": 8}
-        handles.append(Line2D([], [], label="rest ± 2 sd", **look))
+        handles.append(Line2D([], [], label="± 2 sd", **look))
     return [*handles, Line2D([], [], ls="", marker="+", color=ink, label="centre of gravity")]
 
 
@@ -320,6 +370,9 @@ def _rotations(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
 
 def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     x, y = scene.contact.x.value / worth, scene.contact.y.value / worth
+    size = [4 * m.sd / worth for m in (scene.contact.x, scene.contact.y)]
+    if min(size) > 0:
+        axes.add_patch(Ellipse((x, y), *size, fc=(1, 1, 1, 0.45), ec=drawing.INK, lw=1.1, zorder=8))
     c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
     half = 0.45 * max(v.length for v in scene.vehicles.values()) / worth
     ink = drawing.INK
@@ -353,11 +406,32 @@ def _scale_bar(axes: Axes, view: tuple[float, float, float, float], symbol: str)
     length = max(fits, default=1.0)
     x = view[0] + 0.03 * width
     y = view[2] + 0.03 * width
+    _on_white(axes, (x - 0.012 * width, y - 0.015 * width), length + 0.024 * width, 0.06 * width)
     axes.plot([x, x + length], [y, y], color=drawing.INK, lw=2.5, solid_capstyle="butt", zorder=10)
     axes.text(
         x + length / 2, y + 0.008 * width, f"{length:g} {symbol}", ha="center", va="bottom",
         zorder=10, path_effects=_HALO,
     )  # fmt: skip
+
+
+def _compass(axes: Axes, view: tuple[float, float, float, float]) -> None:
+    """The scene's axes, in the upper right corner."""
+    reach = 0.07 * (view[1] - view[0])
+    x, y = view[1] - 1.7 * reach, view[3] - 1.7 * reach
+    _on_white(axes, (x - 0.2 * reach, y - 0.2 * reach), 1.7 * reach, 1.7 * reach)
+    look: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 10}
+    for name, (along_x, along_y) in {"x": (reach, 0.0), "y": (0.0, reach)}.items():
+        arrow = FancyArrowPatch(
+            (x, y), (x + along_x, y + along_y), arrowstyle="-|>", mutation_scale=8,
+            color=drawing.INK, lw=1.2, shrinkA=0, shrinkB=0, zorder=10,
+        )  # fmt: skip
+        axes.add_patch(arrow)
+        axes.text(x + 1.25 * along_x, y + 1.25 * along_y, name, **look)
+
+
+def _on_white(axes: Axes, corner: tuple[float, float], width: float, height: float) -> None:
+    """A white ground, so that no hatch runs through what is drawn on it."""
+    axes.add_patch(Rectangle(corner, width, height, fc="white", ec="none", alpha=0.85, zorder=9.5))
 
 
 def _plain(text: str) -> str:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imsave
 
 from retrodict.report import (
+    figure_delta_v,
     figure_pair,
     figure_posterior,
     figure_predictive,
@@ -23,6 +24,7 @@ from retrodict.report import (
     figure_tornado,
 )
 from retrodict.report.drawing import DPI
+from retrodict.report.figure_delta_v import delta_v_figure
 from retrodict.report.figure_pair import pair_figure
 from retrodict.report.figure_posterior import posterior_figure
 from retrodict.report.figure_predictive import predictive_figure
@@ -40,6 +42,7 @@ __all__ = [
     "ASKED",
     "FIGURES",
     "Registered",
+    "delta_v_figure",
     "figures_of",
     "images",
     "pair_figure",
@@ -47,6 +50,7 @@ __all__ = [
     "predictive_figure",
     "save_figures",
     "scene_figure",
+    "svgs",
     "timeline_figure",
     "to_png",
     "to_svg",
@@ -67,17 +71,20 @@ class Registered:
         caption: what is drawn, and how to read it.
         beside: key of the section that it stands in: "first page", "results", "evidence" or
             "sensitivity".
+        svg: whether it is saved as an SVG drawing too, to be worked on.
     """
 
     draw: Callable[[Findings, Outcome, Units], Figure]
     title: str
     caption: str
     beside: str = "results"
+    svg: bool = False
 
 
 # in the order of the report; the key is the file's name
 FIGURES: dict[str, Registered] = {
-    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION, "first page"),
+    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION, "first page", svg=True),
+    "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", figure_delta_v.CAPTION),
     "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
     "pair": Registered(
         pair_figure, "How the unknowns hang together", figure_pair.CAPTION, "sensitivity"
@@ -149,6 +156,16 @@ def images(
     """
     chosen = list(figures_of(findings).items())[which]
     return {name: to_png(figure.draw(findings, outcome, units)) for name, figure in chosen}
+
+
+def svgs(findings: Findings, outcome: Outcome, units: Units = "si") -> dict[str, bytes]:
+    """SVG drawings of the figures that are saved as such; arguments as of `images`.
+
+    Returns:
+        The drawings by name.
+    """
+    chosen = {name: figure for name, figure in FIGURES.items() if figure.svg}
+    return {n: to_svg(figure.draw(findings, outcome, units)) for n, figure in chosen.items()}
 
 
 def save_figures(

@@ -63,6 +63,8 @@ UNKNOWNS = tuple(SHORT)
 DERIVED = (
     "delta_v_a",
     "delta_v_b",
+    "pdof_a",
+    "pdof_b",
     "energy_lost",
     "Vax",
     "Vay",
@@ -115,6 +117,7 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "omega": ("yaw rate of {} before impact", "yaw rate"),
     "Omega": ("yaw rate of {} after impact", "yaw rate"),
     "delta_v": ("change of velocity of {} (delta-v)", "speed"),
+    "pdof": ("principal direction of force on {} (PDOF), clockwise from straight ahead", "angle"),
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),

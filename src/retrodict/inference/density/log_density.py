@@ -191,12 +191,14 @@ class Target:
 
         return jax.vmap(one)(keys)
 
-    def paths(self, data: Data, separation: Numbers, xi: Numbers) -> Array:
-        """How each motion comes to rest: its poses."""
+    def paths(self, data: Data, separation: Numbers, xi: Numbers) -> dict[str, Array]:
+        """How each motion comes to rest: its poses, their times, and the velocities before impact."""
 
-        def one(V: Array, deviates: Array) -> Array:
+        def one(V: Array, deviates: Array) -> dict[str, Array]:
             x = parts.from_standard(self.structure, data, deviates)
-            return self.rung.run_out.paths(self.structure, data, x, V).pose
+            taken = self.rung.run_out.paths(self.structure, data, x, V)
+            before = V.reshape(2, -1)[:, :2] - parts.delta_v(x, V)
+            return {"pose": taken.pose, "time": taken.time, "before": before}
 
         return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))
 

@@ -1,0 +1,188 @@
+"""The replay: motions of a few posterior draws, to play and scrub in the HTML report."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+
+from retrodict.findings.rounding import format_value
+from retrodict.findings.run_outs import Motion, motions
+from retrodict.report.figure_scene import half_plane, impact_pose, outline
+from retrodict.report.templates import template
+from retrodict.scene.quantities import Units, unit_of
+from retrodict.scene.records import VEHICLES, Scene
+
+if TYPE_CHECKING:
+    from retrodict.findings import Findings
+    from retrodict.inference.outcome import Outcome
+
+_DRAWS = 9  # to pick from: odd, so that the median is among them
+_ROWS = 33  # of each way: between them it is straight to a centimetre or so
+_BEFORE = 1.0  # s of approach that are shown
+_GHOSTS = 4  # outlines of the still picture between impact and rest
+_SIZE = 720.0  # units of the drawing's longer side
+
+View = tuple[float, float, float, float]
+
+
+def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -> str:
+    """A replay of a few posterior draws as an HTML fragment with a script of its own.
+
+    Without scripts, and on paper, it is a still picture of the median draw. It loads nothing. A page
+    with a content security policy has to allow `replay_script_hash`.
+
+    Args:
+        findings: of the reconstruction.
+        outcome: its draws.
+        units: "si" or "us".
+
+    Returns:
+        The fragment; empty where no run-outs are recorded. Every text of the scene is escaped.
+    """
+    found = motions(outcome, _DRAWS)
+    if not found:
+        return ""
+    scene, median = findings.scene, found[len(found) // 2]
+    view = _view(scene, found)
+    scale = _SIZE / max(view[1] - view[0], view[3] - view[2])
+
+    def at(points: np.ndarray) -> str:
+        placed = (np.atleast_2d(points)[:, :2] - [view[0], view[3]]) * [scale, -scale]
+        return " ".join(f"{x:.1f},{y:.1f}" for x, y in placed)
+
+    speed = unit_of("speed", units)
+    content: dict[str, Any] = {
+        "passed": findings.checks.passed,
+        "width": (view[1] - view[0]) * scale,
+        "height": (view[3] - view[2]) * scale,
+        "surfaces": _surfaces(scene, view, at),
+        "impact": at(np.array([scene.contact.x.value, scene.contact.y.value])).split(","),
+        "bar": _scale_bar(view, scale, units),
+        "vehicles": [
+            {
+                "name": v,
+                "title": scene.vehicles[v].name,
+                "ways": [at(m.pose[v]) for m in found],
+                "way": at(median.pose[v]),
+                "still": [at(corners) for corners in _still(scene, median, v)],
+                "label": at(median.pose[v][-1]).split(","),
+                "rest": at(_rest(scene, v)) if v in scene.rest else "",
+                # the moving outline, about its centre of gravity and heading to the right
+                "body": _body(scene, v, scale),
+            }
+            for v in VEHICLES
+        ],
+        "draws": [_in_words(m, units) for m in found],
+        "chosen": len(found) // 2,
+        "before": _BEFORE,
+        "data": _data(found, view, scale, speed.worth, speed.symbol),
+        "script": Markup(_script()),
+    }
+    return template("replay.html.j2").render(content)
+
+
+def replay_script_hash() -> str:
+    """The replay's script as a source of `script-src` in a content security policy."""
+    digest = hashlib.sha256(_script().encode()).digest()
+    return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+
+def _data(found: tuple[Motion, ...], view: View, scale: float, worth: float, symbol: str) -> Markup:
+    """Times (s), places (units of the drawing) and headings (degrees) as JSON for a script element."""
+
+    def rows(motion: Motion, v: str) -> list[list[float]]:
+        pick = np.linspace(0, len(motion.time[v]) - 1, _ROWS).round().astype(int)
+        time, (x, y, heading) = motion.time[v][pick], motion.pose[v][pick].T
+        x0, y0 = (motion.pose[v][0, :2] - _BEFORE * motion.before[v]).tolist()
+        # one row before the impact: a vehicle comes in straight, at its speed and heading at impact
+        x, y = np.append(x0, x), np.append(y0, y)
+        columns = (
+            np.append(-_BEFORE, time).round(3),
+            ((x - view[0]) * scale).round(1),
+            ((view[3] - y) * scale).round(1),
+            np.degrees(-np.append(heading[0], heading)).round(1),
+        )
+        return [column.tolist() for column in columns]
+
+    content = {
+        "before": _BEFORE,
+        "scale": scale * worth,
+        "unit": symbol,
+        "draws": [
+            {"lasts": round(m.lasts, 3), "rows": {v: rows(m, v) for v in VEHICLES}} for m in found
+        ],
+    }
+    text = json.dumps(content, allow_nan=False, separators=(",", ":"))
+    # no text in it is a user's, and yet none could end the element
+    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
+
+
+def _in_words(motion: Motion, units: Units) -> str:
+    unit = unit_of("speed", units)
+    speeds = (
+        f"{v.upper()} {format_value(motion.speed[v] / unit.worth, 1)} {unit.symbol}"
+        for v in VEHICLES
+    )
+    return ", ".join(speeds)
+
+
+def _view(scene: Scene, found: tuple[Motion, ...]) -> View:
+    """What the picture holds, in m: the ways of all draws, and the vehicles at both ends."""
+    points = [_rest(scene, v) for v in scene.rest]
+    for v in VEHICLES:
+        points.append(outline(scene.vehicles[v], impact_pose(scene, v)))
+        for m in found:
+            points += [m.pose[v][:, :2], outline(scene.vehicles[v], m.pose_at(v, m.lasts))]
+        # half of the approach: all of it would shrink the rest of the picture
+        median = found[len(found) // 2]
+        points.append(median.pose[v][:1, :2] - _BEFORE / 2 * median.before[v])
+    both = np.concatenate(points)
+    low, high = both.min(axis=0) - 1.0, both.max(axis=0) + 1.0
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+def _rest(scene: Scene, v: str) -> np.ndarray:
+    rest, vehicle = scene.rest[v], scene.vehicles[v]
+    if rest.heading is None:
+        return np.array([[rest.x.value, rest.y.value]])
+    return outline(vehicle, (rest.x.value, rest.y.value, rest.heading.value))[:4]
+
+
+def _still(scene: Scene, motion: Motion, v: str) -> list[np.ndarray]:
+    """Outlines of a draw from impact to rest."""
+    times = np.linspace(0, motion.time[v][-1], _GHOSTS + 2)
+    return [outline(scene.vehicles[v], motion.pose_at(v, t))[:4] for t in times]
+
+
+def _body(scene: Scene, v: str, scale: float) -> dict[str, str]:
+    corners = outline(scene.vehicles[v], (0.0, 0.0, 0.0)) * [scale, -scale]
+    texts = [f"{x:.1f},{y:.1f}" for x, y in corners]
+    return {"box": " ".join(texts[:4]), "front": " ".join(texts[4:])}
+
+
+def _surfaces(scene: Scene, view: View, at: Any) -> list[dict[str, str]]:
+    return [
+        {"name": surface.name, "area": at(corners)}
+        for surface in scene.surfaces[1:]
+        if surface.edge is not None and len(corners := half_plane(surface.edge, view)) >= 3
+    ]
+
+
+def _scale_bar(view: View, scale: float, units: Units) -> dict[str, Any]:
+    unit = unit_of("length", units)
+    width = (view[1] - view[0]) / unit.worth
+    fits = [s * 10.0**k for k in range(-1, 5) for s in (1, 2, 5) if s * 10.0**k < width / 4]
+    length = max(fits, default=1.0)
+    return {"length": length * unit.worth * scale, "text": f"{length:g} {unit.symbol}"}
+
+
+@cache
+def _script() -> str:
+    return files("retrodict.report").joinpath("replay.js").read_text("utf-8")
