@@ -74,7 +74,7 @@ class Findings:
         answers: the answer in sentences, by the system of units that comes first.
         questions: what was asked, with its answers.
         size: chains, and draws kept of each; None where there are none.
-        seconds, versions, seed, settings, complete, notes: as of the outcome.
+        seconds, versions, seed, settings, asked, complete, notes: as of the outcome.
         ladder: what the other models say, where the ladder chose this one.
         questions: that were put beside it, with their answers.
         schema: version of this record and of its serialisation.
@@ -102,6 +102,7 @@ class Findings:
     versions: dict[str, str]
     seed: int
     settings: dict[str, int | str]
+    asked: dict[str, int | str | None]
     complete: bool
     notes: tuple[str, ...]
     ladder: Ladder | None = None
@@ -149,6 +150,7 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         versions=dict(outcome.versions),
         seed=int(outcome.seed),
         settings=dict(outcome.settings),
+        asked=dict(outcome.asked),
         complete=bool(outcome.complete),
         notes=outcome.notes,
         ladder=ladder,

@@ -273,9 +273,9 @@ class Summary(TypedDict):
     parameters: the reported quantities; derived: what follows from the same draws; hours: share of
     the draws at each hour that the force on a vehicle came from, 12 straight ahead; narrowing: the sd
     of each speed that was sought, were a quantity known exactly; causes: the measured quantities of
-    which that would take away the largest shares of its variance, and the shares; question: what was asked,
-    in words; answers: by the system of units that comes first; questions: what else was asked, with its
-    answers; files: SHA-256 of the other files of the same result.
+    which that would take away the largest shares of its variance, and the shares; question: what was
+    asked, in words; answers: by the system of units that comes first; questions: what else was asked,
+    with its answers; files: SHA-256 of the other files of the same result.
     """
 
     schema: Literal[1]

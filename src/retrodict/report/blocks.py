@@ -113,6 +113,7 @@ class Document:
         date: of the report, as stated; empty if not.
         first: the first page.
         sections: the rest, numbered.
+        replay: HTML fragment in which the motion is played, for formats that can; empty for none.
     """
 
     title: str
@@ -121,6 +122,7 @@ class Document:
     date: str
     first: tuple[Block, ...]
     sections: tuple[Section, ...]
+    replay: str = ""
 
 
 def numbered(section: Section, number: str) -> Section:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.report import html, pdf, word
-from retrodict.report.blocks import Document
+from retrodict.report.blocks import Document, printable
 from retrodict.report.content import content
 from retrodict.report.files import write_whole
 from retrodict.scene.quantities import Units
@@ -56,9 +57,11 @@ def document_of(
     """
     # matplotlib is slow to import
     from retrodict.report.figures import figures_of, images
+    from retrodict.report.replay_html import replay_fragment
 
+    replay = printable(replay_fragment(findings, outcome, units))
     drawings = drawn() if drawn else images(findings, outcome, units)
-    return content(findings, drawings, figures_of(findings), units, case)
+    return replace(content(findings, drawings, figures_of(findings), units, case), replay=replay)
 
 
 def renderers(suffixes: Iterable[str]) -> dict[str, Renderer]:

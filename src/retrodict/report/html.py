@@ -5,6 +5,9 @@ from __future__ import annotations
 import base64
 from typing import TYPE_CHECKING
 
+from markupsafe import Markup
+
+from retrodict.report.replay_html import replay_script_hash
 from retrodict.report.templates import template
 
 if TYPE_CHECKING:
@@ -18,10 +21,12 @@ def render(document: Document) -> bytes:
         document: what it says; every text is escaped.
 
     Returns:
-        HTML in UTF-8; it has no scripts and loads nothing.
+        HTML in UTF-8; it loads nothing, and no script but the replay's may run in it.
     """
     page = template("document.html.j2").render(
         document=document,
+        replay=Markup(document.replay),
+        scripts=f"script-src {replay_script_hash()}; " if document.replay else "",
         kind=lambda block: type(block).__name__,
         encoded=lambda image: base64.b64encode(image).decode("ascii"),
     )

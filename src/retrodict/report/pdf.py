@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from datetime import UTC, date, datetime
 from importlib import resources
 from pathlib import Path
@@ -42,7 +42,7 @@ def render(document: Document) -> bytes:
     with TemporaryDirectory(prefix="retrodict-") as name:
         folder = Path(name)
         images: list[bytes] = []
-        plain = json.dumps(_plain(document, images), ensure_ascii=False)
+        plain = json.dumps(_plain(replace(document, replay=""), images), ensure_ascii=False)
         (folder / "document.json").write_text(plain, encoding="utf-8")
         for number, image in enumerate(images):
             (folder / f"{number}.png").write_bytes(image)

@@ -291,7 +291,9 @@ def priors(findings: Findings) -> Section:
 def reproduction(findings: Findings) -> Section:
     """The command, the versions and the scene file that give the same numbers."""
     text = findings.scene_text
-    options = {"model": findings.description.name, **findings.settings, "seed": findings.seed}
+    # what was asked for: after a retry the settings of the draws do not make them again
+    asked = findings.asked or {"model": findings.description.name, **findings.settings}
+    options = {k: v for k, v in ({"seed": findings.seed} | asked).items() if v is not None}
     command = " ".join([COMMAND, *(f"--{name} {value}" for name, value in options.items())])
     how = (
         "as it was written"
@@ -300,7 +302,8 @@ def reproduction(findings: Findings) -> Section:
         "file was read, or had none"
     )
     rows = {
-        **{name: str(value) for name, value in options.items()},
+        "model": findings.description.name,
+        **{name: str(value) for name, value in findings.settings.items()},
         **findings.versions,
         **{f"seconds, {name}": format_value(s, 1) for name, s in findings.seconds.items()},
     }
