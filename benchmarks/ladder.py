@@ -30,8 +30,9 @@ from retrodict.inference.density.compiled import CHUNK, programs_for
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
+from retrodict.studies.comparison import FACTOR, MIN_PROBABILITY, SHARE, Step
 from retrodict.studies.fit import Fit, Summary
-from retrodict.studies.ladder import FACTOR, MIN_PROBABILITY, SHARE, Step, blank, chosen, run_rung
+from retrodict.studies.ladder import blank, chosen, run_rung
 from tests.shared import random_scenes
 
 NUMBER = 220

@@ -15,11 +15,10 @@ from retrodict.models.arrays import Data, Structure
 
 from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
 from retrodict.scene.names import parsed
-from retrodict.scene.records import VEHICLES, WHEELS
+from retrodict.scene.records import FREEDOM, VEHICLES, WHEELS
 
 # degrees of freedom of the Student-t in a robust scene: mean and variance exist, and a residual of
 # four standard deviations has no more influence than one of two
-FREEDOM = 4.0
 
 
 class Motion(NamedTuple):

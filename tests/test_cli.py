@@ -12,10 +12,10 @@ from pathlib import Path
 import arviz
 import pytest
 
-from retrodict.api import Result
 from retrodict.cli import MethodChoice
 from retrodict.inference.samplers import METHODS
 from retrodict.report import figures
+from retrodict.result import Result
 from tests.report.conftest import make_outcome
 
 ROOT = Path(__file__).parents[1]

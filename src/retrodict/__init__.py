@@ -43,12 +43,12 @@ __all__ = [
 # found when first asked for, so that importing the package, or its --help, does not wait for JAX
 _HOMES = {
     "Calibration": "retrodict.api",
-    "Ladder": "retrodict.api",
-    "Result": "retrodict.api",
+    "Ladder": "retrodict.studies.comparison",
+    "Result": "retrodict.result",
     "Validation": "retrodict.api",
     "calibrate": "retrodict.api",
     "ladder": "retrodict.api",
-    "load": "retrodict.api",
+    "load": "retrodict.result",
     "reconstruct": "retrodict.api",
     "replay": "retrodict.api",
     "validate": "retrodict.api",

@@ -151,7 +151,7 @@ def reconstruct(
         drawing = DrawingProcess()  # it imports while this process does
         gc.set_threshold(100_000)  # tracing makes much and drops little: fewer sweeps save a second
 
-        from retrodict.api import CHAINS
+        from retrodict.result import CHAINS
 
         chains_file = folder / CHAINS if resume else None
         if chains_file and not chains_file.is_file():
@@ -239,11 +239,11 @@ def report(
         folder = result if out is None else _folder(out, "report")
         progress(_LOADING, 0, 1)
 
-        from retrodict.api import load
         from retrodict.findings.stored import NotStored
         from retrodict.report.document import UnknownFormat, document_of, renderers, write_reports
         from retrodict.report.libraries import MissingLibrary
         from retrodict.report.pdf import NoGlyph
+        from retrodict.result import load
 
         try:
             wanted = list(renderers(formats.split(",")))
@@ -285,9 +285,9 @@ def archive(
     with _working(quiet) as progress:
         progress(_LOADING, 0, 1)
 
-        from retrodict.api import load
         from retrodict.findings.stored import NotStored
         from retrodict.report.archive import SUFFIX, read_archive
+        from retrodict.result import load
         from retrodict.scene import SceneError
 
         file = out or result.resolve().with_name(f"{result.resolve().name}{SUFFIX}")

@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from retrodict.api import Result
 from retrodict.findings import record, statistics
 from retrodict.report import figures
 from retrodict.report.figures import FIGURES
 from retrodict.report.terminal import print_summary
+from retrodict.result import Result
 
 ARVIZ = ("hdi", "ess", "rhat", "mcse")
 RECORD = ("conflicts", "input_rows", "assumptions", "correlations", "answer", "verdict")

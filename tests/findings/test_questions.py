@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from retrodict import findings
-from retrodict.api import Result
 from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, verbal
+from retrodict.result import Result
 from retrodict.scene.asked import Comparison, Questions, read_proposition
 from retrodict.scene.case import Case
 from retrodict.scene.errors import SceneError

@@ -8,10 +8,10 @@ import pytest
 
 import retrodict
 from retrodict import findings
-from retrodict.api import Result
 from retrodict.findings.stored import NotStored, load, stored
 from retrodict.findings.summary import SUMMARY, summarise, summary_json
 from retrodict.report import figures
+from retrodict.result import Result
 from tests.studies.made_up import ladder_of, step
 
 

@@ -16,7 +16,7 @@ from retrodict.report.figure_ladder import distance, ladder_figure
 from retrodict.report.html import render
 from retrodict.report.ladder import write_ladder
 from retrodict.report.terminal import print_ladder, print_summary
-from retrodict.studies.ladder import Step
+from retrodict.studies.comparison import Step
 from tests.report.conftest import make_outcome, make_scene
 from tests.report.documents import document_of
 from tests.studies.made_up import ladder_of, step

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from retrodict import api
-from retrodict.api import Result
 from retrodict.report.archive import NotArchived, archive_bytes, read_archive
 from retrodict.report.result_archive import recorded_in
+from retrodict.result import Result
 from retrodict.scene import SceneError
 
 ASKED = {"model": "auto", "method": "auto", "chains": 4, "draws": None, "warmup": 150, "seed": 20}

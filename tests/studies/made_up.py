@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from retrodict.studies.comparison import Ladder, Reweighted, Step
 from retrodict.studies.fit import Fit, Item, Summary
-from retrodict.studies.ladder import Ladder, Reweighted, Step, chosen
+from retrodict.studies.ladder import chosen
 from tests.report.conftest import make_scene
 
 NAMES = ("low", "middle", "full")

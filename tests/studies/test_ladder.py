@@ -14,7 +14,8 @@ from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
-from retrodict.studies.ladder import FACTOR, SHARE, chosen, ladder, refusals, run_rung
+from retrodict.studies.comparison import FACTOR, SHARE
+from retrodict.studies.ladder import chosen, ladder, refusals, run_rung
 from tests.report.conftest import make_outcome, make_scene
 from tests.shared.scenes import collision, rolls
 from tests.studies.made_up import ladder_of, step

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Checks, Outcome
     from retrodict.models.description import Description
     from retrodict.scene.records import Scene
-    from retrodict.studies.ladder import Ladder
+    from retrodict.studies.comparison import Ladder
 
 _CAUSES = 3  # named, of each speed's uncertainty
 SCHEMA: Literal[1] = 1  # raised when a reader of `summary.json` has to change

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from pydantic import TypeAdapter
 
-    from retrodict.studies.ladder import Ladder
+    from retrodict.studies.comparison import Ladder
 
 DRAWS, RUN = "posterior.nc", "run.json"
 _SCHEMA = 1  # of run.json; raised when a reader has to change
@@ -106,7 +106,7 @@ def _record_types() -> dict[str, Any]:
     from typing import Literal
 
     from retrodict.models.description import Description
-    from retrodict.studies.ladder import Ladder
+    from retrodict.studies.comparison import Ladder
 
     return {
         "schema": Literal[1],

@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     )
     from retrodict.findings.statistics import Quantity
     from retrodict.scene.quantities import Units
+    from retrodict.studies.comparison import Ladder
     from retrodict.studies.conflict import LeftOut
     from retrodict.studies.corners import Corner
-    from retrodict.studies.ladder import Ladder
     from retrodict.studies.named_checks import NamedCheck
 
 SUMMARY = "summary.json"

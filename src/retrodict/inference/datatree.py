@@ -14,8 +14,8 @@ from retrodict.inference.density.kernels import PATHS, PRIOR, SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.modes import Solution
 from retrodict.inference.samplers import Draws
-from retrodict.models.evidence import FREEDOM
 from retrodict.scene.quantities import describe, si_symbol
+from retrodict.scene.records import FREEDOM
 
 if TYPE_CHECKING:
     import xarray as xr

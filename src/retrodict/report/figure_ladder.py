@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, SymmetricalLogLocator
 from retrodict.report import drawing
 
 if TYPE_CHECKING:
-    from retrodict.studies.ladder import Ladder, Step
+    from retrodict.studies.comparison import Ladder, Step
 
 CAPTION = (
     "Each mark is a rung of the ladder of models: across, the seconds that it took without "

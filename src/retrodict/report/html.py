@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from retrodict.report.replay_html import replay_script_hash
 from retrodict.report.templates import template
 
 if TYPE_CHECKING:
@@ -23,10 +22,15 @@ def render(document: Document) -> bytes:
     Returns:
         HTML in UTF-8; it loads nothing, and no script but the replay's may run in it.
     """
+    scripts = ""
+    if document.replay:
+        from retrodict.report.replay_html import replay_script_hash  # matplotlib is slow to import
+
+        scripts = f"script-src {replay_script_hash()}; "
     page = template("document.html.j2").render(
         document=document,
         replay=Markup(document.replay),
-        scripts=f"script-src {replay_script_hash()}; " if document.replay else "",
+        scripts=scripts,
         kind=lambda block: type(block).__name__,
         encoded=lambda image: base64.b64encode(image).decode("ascii"),
     )

@@ -17,7 +17,7 @@ from retrodict.report.results import named
 from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
-    from retrodict.studies.ladder import Ladder, Step
+    from retrodict.studies.comparison import Ladder, Step
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.records import Scene
-    from retrodict.studies.ladder import Ladder
+    from retrodict.studies.comparison import Ladder
 
 _ABOUT, _SCENE, _CASE = "about.json", "scene.toml", "case.toml"
 _NAMED = ("model", "method")

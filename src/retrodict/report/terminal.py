@@ -19,7 +19,7 @@ from retrodict.scene.quantities import Units, label_and_unit
 if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.findings.questions import Answered
-    from retrodict.studies.ladder import Ladder
+    from retrodict.studies.comparison import Ladder
 
 _ONLY_IN_REPORTS = ("one_at_a_time", "checks")  # long tables that nobody asked for
 _WIDE = 120  # columns that a row with all of its intervals side by side needs

@@ -15,6 +15,7 @@ from retrodict.scene.priors import Prior, default_priors
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
 
 VEHICLES = ("a", "b")
+FREEDOM = 4.0
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.models.evidence import FREEDOM
+from retrodict.scene.records import FREEDOM
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome

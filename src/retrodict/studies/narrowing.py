@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.scene.quantities import describe
-from retrodict.scene.records import VEHICLES
+from retrodict.scene.records import FREEDOM, VEHICLES
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -60,8 +60,6 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
         Conditional variance of a joint normal distribution; for its use as a first-order index of
         sensitivity, Saltelli et al., Global Sensitivity Analysis (2008), 1.2.
     """
-    from retrodict.models.evidence import FREEDOM  # imports jax
-
     tree, scene = outcome.idata, outcome.scene
     if not {"posterior", "posterior_predictive"} <= set(tree.children):
         return ()
