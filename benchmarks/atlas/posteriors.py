@@ -178,7 +178,7 @@ def _nuts(row: partial[Row]) -> Iterator[Row]:
         "; ".join(parts),
         "R-hat and effective sample size; the start itself comes from a search over 128 starts",
         "fine",
-        "test_posteriors.py::test_a_wrong_start_is_overcome",
+        "test_posteriors.py::test_a_wrong_start_is_flagged",
     )
     naive, ours = stiffness(posterior, w)
     yield row(

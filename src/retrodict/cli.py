@@ -227,26 +227,27 @@ def report(
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
 ) -> None:
     """Write the report of a finished run as HTML page, PDF or Word document."""
+    from retrodict.report.document import UnknownFormat, document_of, renderers, write_reports
     from retrodict.scene import SceneError
+    from retrodict.scene.case import load_case
 
+    try:
+        wanted = list(renderers(formats.split(",")))
+        known = None if case is None else load_case(case)
+    except UnknownFormat as error:
+        _fail(f"--format {formats}: {error}")
+    except SceneError as error:
+        _fail(str(error))
     with _working(quiet) as progress:
-        try:
-            from retrodict.scene.case import load_case
-
-            known = None if case is None else load_case(case)
-        except SceneError as error:
-            _fail(str(error))
         folder = result if out is None else _folder(out, "report")
         progress(_LOADING, 0, 1)
 
         from retrodict.findings.stored import NotStored
-        from retrodict.report.document import UnknownFormat, document_of, renderers, write_reports
         from retrodict.report.libraries import MissingLibrary
         from retrodict.report.pdf import NoGlyph
         from retrodict.result import load
 
         try:
-            wanted = list(renderers(formats.split(",")))
             found = load(result)
             progress(_WRITING, 0, 1)
             chosen = units.value if units else (known and known.units) or "si"
@@ -255,8 +256,6 @@ def report(
             progress(_WRITING, 1, 1)
         except (NotStored, SceneError) as error:
             _fail(str(error))
-        except UnknownFormat as error:
-            _fail(f"--format {formats}: {error}")
         except (MissingLibrary, NoGlyph) as error:
             _fail(str(error), 1)
         except OSError as error:

@@ -21,7 +21,8 @@ from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Method
-from retrodict.report.document import report_html
+from retrodict.report import html
+from retrodict.report.document import document_of
 from retrodict.report.figures import FIGURES, Registered, images
 from retrodict.scene import SceneError, load_scene, parse_scene
 from retrodict.scene.load import READERS
@@ -124,7 +125,8 @@ def test_a_figure_is_drawn_and_in_the_report(monkeypatch: pytest.MonkeyPatch) ->
     found = findings.compute(made_up)
     ((name, image),) = images(found, made_up, which=slice(-1, None)).items()
     assert (name, image[1:4]) == ("toy", b"PNG")
-    page = report_html(found, made_up, drawn=lambda: dict.fromkeys(FIGURES, image))
+    document = document_of(found, made_up, drawn=lambda: dict.fromkeys(FIGURES, image))
+    page = html.render(document).decode()
     assert toy.title in page
     assert toy.caption in page
 

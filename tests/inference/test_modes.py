@@ -148,6 +148,7 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
     assert (modes.mixed(trees, found, seed=0)["sample_stats"]["mode"].values == label).all()
 
 
+@pytest.mark.slow
 def test_unknown_turns_are_mixed_by_their_evidence() -> None:
     found = reconstruct.reconstruct(_turned_scene(), method="importance", draws=1000)
     # the second has nearly the weight above the 95 % limit of e: chance says which e that is

@@ -194,7 +194,7 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 ) -> None:
     asked = []
 
-    def run(scene, *, model, method, seed, progress, pictured, known):
+    def run(scene, *, model, method, seed, progress, pictured, search):
         progress("sampling", 1, 2)
         asked.append((model, method, seed))
         assert model in ahead

@@ -24,6 +24,7 @@ BEFORE = ("speed_a", "speed_b", "initial_speed_a", "initial_speed_b")
 
 _DIMENSIONS = {
     "speed": units.SPEED,
+    "angle": units.ANGLE,
     "yaw rate": units.YAW_RATE,
     "energy": units.ENERGY,
     "number": units.NUMBER,

@@ -42,7 +42,14 @@ def guessed(posterior: Posterior) -> Posterior:
     return replace(posterior, transform=posterior.transform._replace(guess=guess))
 
 
-@pytest.mark.parametrize("rung", ["momentum+roll", "planar-moment+roll", "planar-moment+wheels"])
+@pytest.mark.parametrize(
+    "rung",
+    [
+        "momentum+roll",
+        pytest.param("planar-moment+roll", marks=pytest.mark.slow),
+        pytest.param("planar-moment+wheels", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize(
     "scene", [ROLLING, SPIN_KNOWN, UNCOUNTED], ids=["regression", "spun", "turns"]
 )
@@ -120,6 +127,7 @@ def test_tempering_agrees_with_weights_in_other_coordinates() -> None:
     assert draws.mean() == pytest.approx(mean, abs=0.2 * draws.std())
 
 
+@pytest.mark.slow
 def test_turns_that_were_not_counted_are_found() -> None:
     rung = "momentum+wheels"
     known, open_ = (

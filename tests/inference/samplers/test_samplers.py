@@ -39,7 +39,7 @@ def sliding() -> Outcome:
 
 
 @pytest.mark.parametrize("method", ["importance", "smc"])
-@pytest.mark.parametrize("of", ["reference", "sliding"])
+@pytest.mark.parametrize("of", ["reference", pytest.param("sliding", marks=pytest.mark.slow)])
 def test_exact_methods_agree_with_nuts(
     method: str, of: str, request: pytest.FixtureRequest
 ) -> None:

@@ -50,9 +50,17 @@ def rolled() -> Scene:
 SCENES = {"departed": departed(), "course known": course_known(), "rolled": rolled()}
 
 
-@pytest.mark.parametrize("scene", SCENES.values(), ids=list(SCENES))
-@pytest.mark.parametrize("rung", [name for name in RUNGS if not name.endswith("slide")])
-def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
+# every rung with one scene and every scene with some rung; all pairs: -m slow
+@pytest.mark.parametrize(
+    ("rung", "which"),
+    [
+        pytest.param(rung, which, marks=() if (i + j) % len(SCENES) == 0 else pytest.mark.slow)
+        for i, rung in enumerate(name for name in RUNGS if not name.endswith("slide"))
+        for j, which in enumerate(SCENES)
+    ],
+)
+def test_log_determinant_is_that_of_the_map(rung: str, which: str) -> None:
+    scene = SCENES[which]
     structure, data = RUNGS[rung].of_scene(scene)
     own = len(velocity.names(structure))
     rng = np.random.default_rng(3)
@@ -93,7 +101,9 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
     )
 
 
-@pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
+@pytest.mark.parametrize(
+    ("steps", "few"), [pytest.param(3, True, marks=pytest.mark.slow), (48, False)]
+)
 def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     """No rest pose was measured: only the mark's distance from the path is informative."""
     scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
