@@ -61,7 +61,7 @@ def test_the_script_moves_the_vehicles_as_the_draws_do(outcome):
             assert (np.diff(time) > 0).all()
 
 
-def test_speeds_are_told_in_the_units_asked_for(outcome):
+def test_speeds_are_printed_in_the_units_asked_for(outcome):
     us, si = fragment(outcome, "us"), fragment(outcome, "si")
     assert "mph" in us
     assert "m/s" not in us

@@ -29,14 +29,14 @@ def crash():
     before = jnp.array([-20.0, 0.0, 0.0, 18.0, -4.0, 0.3])
     coefficients = Coefficients(E, MU, E_M)
     after = separation(before, bodies, coefficients)
-    told = severity(before, bodies, coefficients, jnp.array([HEADING["a"], HEADING["b"]]))
+    expected = severity(before, bodies, coefficients, jnp.array([HEADING["a"], HEADING["b"]]))
     names = ("Vax", "Vay", "Omega_a", "Vbx", "Vby", "Omega_b")
     draws = dict(zip(names, map(float, after), strict=True)) | {
         "speed_a": 20.0,
         "direction_a": math.pi,
-        "delta_v_a": float(told.delta_v_size[0]),
-        "delta_v_b": float(told.delta_v_size[1]),
-        "energy_lost": float(told.energy.before - told.energy.after),
+        "delta_v_a": float(expected.delta_v_size[0]),
+        "delta_v_b": float(expected.delta_v_size[1]),
+        "energy_lost": float(expected.energy.before - expected.energy.after),
     }
     noise = 1 + 1e-6 * np.random.default_rng(0).standard_normal((4, 50))
     made = outcome(**{name: value * noise for name, value in draws.items()})
@@ -51,7 +51,7 @@ def crash():
         for v, mass in (("a", 1857.0), ("b", 1778.0))
     }
     contact = replace(made.scene.contact, Gamma=exact(GAMMA))
-    return replace(made, scene=replace(made.scene, vehicles=vehicles, contact=contact)), told
+    return replace(made, scene=replace(made.scene, vehicles=vehicles, contact=contact)), expected
 
 
 def checks(crash, departure=None):

@@ -36,14 +36,14 @@ def timeline_figure(findings: Findings, outcome: Outcome, units: Units = "si") -
     """
     figure = drawing.new_figure(6.4, 3.6)
     axes = figure.subplots()
-    told = next((q.numbers for q in findings.questions if q.kind == "time_distance"), None)
-    if not isinstance(told, TimeDistance):
+    distances = next((q.numbers for q in findings.questions if q.kind == "time_distance"), None)
+    if not isinstance(distances, TimeDistance):
         drawing.nothing_here(axes, "no times and distances were asked for")
         return figure
     unit = unit_of("length", units)
-    before = -np.array(told.times)
+    before = -np.array(distances.times)
     for v in VEHICLES:
-        low, middle, high = np.array(told.distances[v]).T / unit.worth
+        low, middle, high = np.array(distances.distances[v]).T / unit.worth
         colour = drawing.OF_VEHICLE[v]
         axes.fill_between(before, low, high, color=colour, alpha=0.2, linewidth=0)
         style = drawing.LINE_OF_VEHICLE[v]

@@ -35,12 +35,12 @@ def tornado_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
     Returns:
         The figure.
     """
-    told = [each for each in findings.questions if each.kind == "one_at_a_time" and each.numbers]
-    figure = drawing.new_figure(7.2, (_MOST * _ROW + 0.9) * max(len(told), 1))
-    panels = figure.subplots(max(len(told), 1), 1, squeeze=False)[:, 0]
-    if not told:
+    tables = [each for each in findings.questions if each.kind == "one_at_a_time" and each.numbers]
+    figure = drawing.new_figure(7.2, (_MOST * _ROW + 0.9) * max(len(tables), 1))
+    panels = figure.subplots(max(len(tables), 1), 1, squeeze=False)[:, 0]
+    if not tables:
         drawing.nothing_here(panels[0], "no effect of a measurement was computed")
-    for axes, each in zip(panels, told, strict=False):
+    for axes, each in zip(panels, tables, strict=False):
         _panel(axes, each, units)
     return figure
 

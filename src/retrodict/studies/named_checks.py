@@ -29,7 +29,7 @@ class NamedCheck:
         predicted, predicted_sd: by the posterior; of a measured delta-v by all else.
         measured, measured_sd: what it is compared with, or what the check assumes; None where nothing
             was measured.
-        off: measured less predicted, in standard deviations of both; None where that cannot be told.
+        off: measured less predicted, in standard deviations of both; None where that is not known.
         note: what to know of it.
     """
 
