@@ -293,7 +293,7 @@ def reproduction(findings: Findings) -> Section:
     text = findings.scene_text
     # what was asked for: after a retry the settings of the draws do not make them again
     asked = findings.asked or {"model": findings.description.name, **findings.settings}
-    options = {k: v for k, v in ({"seed": findings.seed} | asked).items() if v is not None}
+    options = {k: v for k, v in asked.items() if v is not None} | {"seed": findings.seed}
     command = " ".join([COMMAND, *(f"--{name} {value}" for name, value in options.items())])
     how = (
         "as it was written"
