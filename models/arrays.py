@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -13,9 +13,6 @@ from retrodict.mechanics import Zone
 from retrodict.mechanics.runout import Steps, fixed_steps
 from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES
-
-if TYPE_CHECKING:
-    pass
 
 # measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")

@@ -6,7 +6,7 @@ Speeds, distances and energies stand in SI and US units side by side.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
@@ -361,11 +361,7 @@ def _one_at_a_time(outcome: Outcome, name: str, blank: Answered) -> Answered:
             sign + format_value(each.moved / u.worth, decimals_of(each.error / u.worth, digits=1))
             for u in _units(dimension)
         )
-        symbols = [u.symbol for u in _units(dimension)]
-        first, *rest = (
-            f"{text} {symbol}".rstrip() for text, symbol in zip(moved, symbols, strict=True)
-        )
-        rows.append((label, measured, f"{first} ({'; '.join(rest)})" if rest else first))
+        rows.append((label, measured, _side_by_side(moved, dimension)))
     sentences = [
         "By how much the answer would move, were each measurement alone one standard deviation higher."
     ]
@@ -435,11 +431,15 @@ def _units(dimension: str) -> list[Unit]:
 
 def _text(value: float, dimension: str, decimals: Callable[[float], int | None]) -> str:
     """A value in each unit; `decimals` takes what the unit is worth."""
-    texts = [
-        f"{format_value(value / unit.worth, decimals(unit.worth))} {unit.symbol}".rstrip()
-        for unit in _units(dimension)
-    ]
-    return texts[0] if len(texts) == 1 else f"{texts[0]} ({'; '.join(texts[1:])})"
+    values = (format_value(value / unit.worth, decimals(unit.worth)) for unit in _units(dimension))
+    return _side_by_side(values, dimension)
+
+
+def _side_by_side(values: Iterable[str], dimension: str) -> str:
+    """A value as printed in each of `_units`, with their symbols."""
+    pairs = zip(values, _units(dimension), strict=True)
+    first, *others = (f"{value} {unit.symbol}".rstrip() for value, unit in pairs)
+    return f"{first} ({'; '.join(others)})" if others else first
 
 
 def _exact(value: float, dimension: str) -> str:
@@ -457,11 +457,11 @@ def _trimmed(value: float) -> int | None:
 
 def _with_sd(value: float, sd: float, dimension: str) -> str:
     """A value ± sd in each unit, to two digits of the sd."""
-    texts = []
-    for unit in _units(dimension):
-        text = format_with_sd(value / unit.worth, sd / unit.worth) if sd else f"{value:g}"
-        texts.append(f"{text} {unit.symbol}".rstrip())
-    return texts[0] if len(texts) == 1 else f"{texts[0]} ({'; '.join(texts[1:])})"
+    values = (
+        format_with_sd(value / unit.worth, sd / unit.worth) if sd else f"{value:g}"
+        for unit in _units(dimension)
+    )
+    return _side_by_side(values, dimension)
 
 
 def _measured(m: Measured, symbol: str, worth: float = 1.0) -> str:
@@ -471,12 +471,11 @@ def _measured(m: Measured, symbol: str, worth: float = 1.0) -> str:
 def _quantile_row(what: str, quantiles: tuple[float, ...], dimension: str) -> tuple[str, str, str]:
     """What, its median, and between what 95 % of the draws lie."""
     low, middle, high = quantiles
-    ends = [
-        f"{format_value(low / unit.worth, 1)} to {format_value(high / unit.worth, 1)} {unit.symbol}"
+    ends = (
+        f"{format_value(low / unit.worth, 1)} to {format_value(high / unit.worth, 1)}"
         for unit in _units(dimension)
-    ]
-    median = _text(middle, dimension, lambda _: 1)
-    return what, median, f"{ends[0]} ({'; '.join(ends[1:])})"
+    )
+    return what, _text(middle, dimension, lambda _: 1), _side_by_side(ends, dimension)
 
 
 def _per_cent(value: float, error: float) -> str:

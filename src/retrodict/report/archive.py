@@ -102,9 +102,9 @@ def read_archive(path: Path) -> Archive:
     content = path.read_bytes()
     try:
         found = _entries(path, content)
+    except NotArchived:
+        raise
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, ValueError, EOFError) as error:
-        if isinstance(error, NotArchived):
-            raise
         raise NotArchived(f"{path}: no archive that can be read: {error}") from None
     if MANIFEST not in found:
         raise NotArchived(f"{path}: no archive of retrodict: it holds no {MANIFEST}")
