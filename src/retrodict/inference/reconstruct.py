@@ -228,9 +228,8 @@ def compile_ahead(
         np.zeros((ROWS, len(kind.surrogates(structure)))),
     )
     METHODS[method].compile_ahead(programs, warmup, data, transform)
-    if (
-        pictured or kind.by_prior_pilot or structure.unmeasured
-    ):  # a start is sought among its crashes
+    # a start is sought among crashes of the prior
+    if pictured or kind.by_prior_pilot or structure.unmeasured:
         prior = (prior_keys(0), data)
         programs.expect(PRIOR, *prior)
         sites = partial(jax.eval_shape, programs.function(PRIOR), *prior)

@@ -172,9 +172,9 @@ def _listed(path: Path, manifest: bytes) -> dict[str, dict[str, Any]]:
                 f"{path}: of another version of retrodict (schema {read['schema']!r})"
             )
         return {str(entry["name"]): dict(entry) for entry in read["entries"]}
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        if isinstance(error, NotArchived):
-            raise
+    except NotArchived:
+        raise
+    except (ValueError, KeyError, TypeError, RecursionError):
         raise NotArchived(f"{path}: {MANIFEST} was altered: it cannot be read") from None
 
 
