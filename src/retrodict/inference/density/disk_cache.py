@@ -94,7 +94,9 @@ def _ours(facts: os.stat_result) -> bool:
 def _folder() -> Path:
     """Of the programs that this code makes on this machine with these libraries."""
     state = hashlib.sha256()
-    for root in (Path(__file__).parents[1], Path(models.__file__).parent):
+    package = Path(__file__).parents[2]
+    of_package = [package / part for part in ("mechanics", "scene", "inference")]
+    for root in (*of_package, Path(models.__file__).parent):
         for source in sorted(root.rglob("*.py")):
             state.update(source.read_bytes())
     libraries = [version(name) for name in ("jax", "jaxlib", "numpyro")]
