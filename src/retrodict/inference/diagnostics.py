@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +25,7 @@ _LITTLE = 0.1  # share of the prior's crashes that weakly informative evidence l
 _CRASHES = 40.0  # effective ones of the prior, weighted by the evidence: so many can refute draws
 _REFUTED = 5.0  # standard errors between their means
 _OFTEN = 0.01  # share of draws from which on an unusual outcome is flagged
+_NONE = np.zeros(0)
 _ROUNDING = 1e-6  # of the critical mu, where sliding just ends
 
 
@@ -66,7 +68,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
             faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")
         if not tail[name] >= MIN_ESS:
             faults.append(f"tail effective sample size {tail[name]:.0f} is below {MIN_ESS:.0f}")
-        if _nothing_left(name, sd[name], error[name]):
+        if nothing_left(name, sd[name], error[name]):
             faults.append(
                 f"Monte Carlo error {error[name]:.2g} leaves no digit of sd {sd[name]:.2g}"
             )
@@ -93,14 +95,14 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         passed=not found,
         reasons=tuple(found),
         failed=tuple(failed),
-        flags=_flags(idata, scene),
+        flags=flags(idata["posterior"], idata["posterior_predictive"], scene, _weights(idata)),
         imprecise=tuple(
             n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)
         ),
     )
 
 
-def _nothing_left(name: str, sd: float, error: float) -> bool:
+def nothing_left(name: str, sd: float, error: float) -> bool:
     """Whether the standard deviation is printed as zero, in units of either kind."""
     for units in ("si", "us"):
         worth = unit_of(describe(name)[1], units).worth
@@ -113,7 +115,7 @@ def _nothing_left(name: str, sd: float, error: float) -> bool:
 def _weights(idata: xr.DataTree) -> np.ndarray:
     """Weights of crashes of the prior by the evidence; none where they were not drawn."""
     if "sample_stats_prior" not in idata.children:
-        return np.zeros(0)
+        return _NONE
     return np.asarray(idata["sample_stats_prior"]["weight"]).ravel()
 
 
@@ -157,45 +159,58 @@ def _bfmi(energy: np.ndarray) -> float:
     return float(np.min(np.mean(np.diff(energy, axis=1) ** 2, axis=1) / np.var(energy, axis=1)))
 
 
-def _flags(idata: xr.DataTree, scene: Scene) -> tuple[str, ...]:
-    """Findings about the scene: implausible values, odd physics, and what disagrees with the rest."""
-    posterior = idata["posterior"]
-    flags = [*plausibility_warnings(scene)]
-    weights = _weights(idata)
+def flags(
+    posterior: Mapping[str, Any],
+    predicted: Mapping[str, Any],
+    scene: Scene,
+    weights: np.ndarray = _NONE,
+) -> tuple[str, ...]:
+    """Findings about the scene: implausible values, odd physics, and what disagrees with the rest.
+
+    Args:
+        posterior: draws of the unknowns, of the inputs and of what follows from them, by name.
+        predicted: draws of what each item of evidence would be measured as, by name.
+        scene: what was measured.
+        weights: of crashes of the prior by the evidence; none where they were not drawn.
+    """
+
+    def draws(name: str) -> np.ndarray:
+        return np.asarray(posterior[name])
+
+    found = [*plausibility_warnings(scene)]
     if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
-        flags.append(
+        found.append(
             f"the post-impact measurements are weakly informative: they leave {kept:.0%} of crashes "
             "drawn from the priors and inputs, so that the answer is mostly what these assume"
         )
     if "mu" in posterior:
-        share = _draws(idata, "mu") / _draws(idata, "mu_critical")
+        share = draws("mu") / draws("mu_critical")
         reversed_ = float(np.mean(share > 1 + _ROUNDING))
         if reversed_ > _OFTEN:
-            flags.append(
+            found.append(
                 f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
                 "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
             )
     if "energy_lost" in posterior:
-        fed = float(np.mean(_draws(idata, "moment_work") > 0))
+        fed = float(np.mean(draws("moment_work") > 0))
         if fed > _OFTEN:
-            flags.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
-        pulled = float(np.mean(_draws(idata, "normal_impulse") < 0))
+            found.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
+        pulled = float(np.mean(draws("normal_impulse") < 0))
         if pulled > _OFTEN:
-            flags.append(
+            found.append(
                 f"in {pulled:.0%} of the draws the normal impulse holds the vehicles together, as no "
                 "contact can"
             )
-        gained = float(np.mean(_draws(idata, "energy_lost") < 0))
+        gained = float(np.mean(draws("energy_lost") < 0))
         if gained > _OFTEN:
-            flags.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
+            found.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
     items = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]
-    predicted = idata["posterior_predictive"]
     items += [(n, m, predicted[n]) for n, m in scene.evidence().items() if n in predicted]
-    for name, m, draws in items:
-        shift = (float(draws.mean()) - m.value) / m.sd
+    for name, m, each in items:
+        shift = (float(each.mean()) - m.value) / m.sd
         if abs(shift) > _SURPRISE:
-            flags.append(
+            found.append(
                 f"{describe(name)[0]}: what was measured lies {abs(shift):.1f} standard deviations "
                 f"{'below' if shift > 0 else 'above'} what everything else together says"
             )
-    return tuple(flags)
+    return tuple(found)

@@ -112,7 +112,7 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
     def at(scene: Scene, turns: tuple[int, ...]) -> list[Solution]:
         added = dict(zip(unknown, turns, strict=True))
         try:
-            return _on_branches(_turned(scene, added), rung, added)
+            return _on_branches(turned(scene, added), rung, added)
         except Unanswerable:
             return []
 
@@ -140,8 +140,8 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
             evidence(turns)
     found = _probable(solution for some in tried.values() for solution in some)
     if blurred is not scene:
-        turned = dict.fromkeys(tuple(solution.turns.values()) for solution in found)
-        found = _probable(solution for turns in turned for solution in at(scene, turns))
+        counts = dict.fromkeys(tuple(solution.turns.values()) for solution in found)
+        found = _probable(solution for turns in counts for solution in at(scene, turns))
     if not found:
         branches(scene, rung)  # raises the reason
     return found
@@ -472,8 +472,13 @@ def _values_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
     return {name: float(quantities[name][0]) for name in REPORTED if name in quantities}
 
 
-def _turned(scene: Scene, turns: dict[str, int]) -> Scene:
-    """The scene with whole turns added to rest headings."""
+def turned(scene: Scene, turns: dict[str, int]) -> Scene:
+    """The scene with whole turns added to rest headings.
+
+    Args:
+        scene: what was measured.
+        turns: how many to each vehicle's.
+    """
     rest = dict(scene.rest)
     for v, count in turns.items():
         heading = rest[v].heading

@@ -131,7 +131,7 @@ def test_proposals_have_the_density_that_they_are_drawn_from(share: float, taile
     """Against SciPy's; and weighted by it, draws find the volume and the moments of a normal."""
     middle, root = np.array([1.0, -2.0, 0.5]), np.array([[2.0, 0, 0], [0.5, 1, 0], [-1, 0.3, 0.4]])
     _, sd, axes = np.linalg.svd(root.T)
-    proposal = importance._Proposal(middle, axes.T, sd, share, 4.0, tailed)
+    proposal = importance.Proposal(middle, axes.T, sd, share, 4.0, tailed, 100.0)
     w = proposal.draw(20_000, np.random.default_rng(0))
     normal = stats.multivariate_normal(middle, root @ root.T)
     # along the tailed axes wider than the posterior, where it is wider than at its mode

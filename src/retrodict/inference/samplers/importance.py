@@ -10,11 +10,12 @@ this project uses has it, and it is a dozen lines.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import gammaln, logsumexp
+from scipy.special import chdtri, gammaln, logsumexp, ndtri
 
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Task
@@ -156,33 +157,67 @@ def weighted_points(
         w, shape (count, q), the logs of their weights, the quantities there, and how many points all
         rounds evaluated.
     """
-    n = posterior.size
-    proposals = [_Proposal(np.zeros(n), np.eye(n), np.ones(n), *_FIRST, n)]
-    every, log_densities = np.zeros((0, n)), np.zeros(0)
+    found = adapted(
+        posterior, Proposal.first(posterior.size), lambda proposal: proposal.draw(count, rng)
+    )
+    return found.w, found.log_weight, found.quantities, found.evaluations
+
+
+@dataclass(frozen=True)
+class Adapted:
+    """What the last of the proposals gave.
+
+    Args:
+        w: its draws, shape (any, q).
+        log_weight: of each.
+        quantities: there.
+        evaluations: points of all rounds.
+        next: the proposal that its weighted draws, and those before it, suggest.
+    """
+
+    w: np.ndarray
+    log_weight: np.ndarray
+    quantities: dict[str, np.ndarray]
+    evaluations: int
+    next: Proposal
+
+
+def adapted(
+    posterior: Posterior, first: Proposal, draw: Callable[[Proposal], np.ndarray]
+) -> Adapted:
+    """Rounds of draws, each from a proposal by all before it, until their weights are even.
+
+    Args:
+        posterior: whose weights they carry.
+        first: the proposal to begin with.
+        draw: gives the draws of a round.
+    """
+    proposals, evaluations = [first], 0
+    every, log_densities = np.zeros((0, posterior.size)), np.zeros(0)
     with one_blas_thread():  # twice as fast (measured)
         while True:
             last = proposals[-1]
-            w = last.draw(count, rng)
+            w = draw(last)
             heights, quantities = posterior.evaluate(w)
             heights = np.where(np.isfinite(heights), heights, -np.inf)  # nothing lies there
             log_weight = heights - last.log_density(w)
             weights, k = smoothed(log_weight)
-            if len(proposals) == _ROUNDS:
-                return w, log_weight, quantities, len(proposals) * count
-            even = k <= _EVEN and effective(weights) >= _SHARE * count
+            even = k <= _EVEN and effective(weights) >= _SHARE * len(w)
+            evaluations += len(w)
             every, log_densities = np.concatenate([every, w]), np.append(log_densities, heights)
             if len(proposals) > 1:
                 mixture = logsumexp([p.log_density(every) for p in proposals], axis=0)
                 weights, _ = smoothed(log_densities - mixture)
             mean, worth = weights @ every, effective(weights)
             spread = (every - mean).T @ ((every - mean) * weights[:, None])
-            if even and last.outgrown(spread, worth) <= _OUTGROWN:
-                return w, log_weight, quantities, len(proposals) * count
+            fits = even and last.outgrown(spread, worth) <= _OUTGROWN
             proposals.append(last.moved(mean, spread, worth))
+            if fits or len(proposals) > _ROUNDS:
+                return Adapted(w, log_weight, quantities, evaluations, proposals[-1])
 
 
 @dataclass(frozen=True)
-class _Proposal:
+class Proposal:
     """A normal; for a share of the draws a Student-t along the first axes.
 
     Args:
@@ -192,6 +227,7 @@ class _Proposal:
         share: of the draws that have tails.
         freedom: their degrees of freedom.
         tailed: along how many of the axes.
+        worth: effective draws that its axes and sd count for beside new ones.
     """
 
     middle: np.ndarray
@@ -200,6 +236,12 @@ class _Proposal:
     share: float
     freedom: float
     tailed: int
+    worth: float
+
+    @classmethod
+    def first(cls, n: int) -> Proposal:
+        """That of n coordinates in which a posterior is near a standard normal."""
+        return cls(np.zeros(n), np.eye(n), np.ones(n), *_FIRST, n, 2.0 * n)
 
     @property
     def _scale(self) -> np.ndarray:
@@ -208,13 +250,28 @@ class _Proposal:
         return self.sd * np.where(np.arange(self.sd.size) < self.tailed, skewed, 1.0)
 
     def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """So many draws, shape (count, q)."""
         in_tails = rng.permutation(count)[:, None] < self.share * count
         tails = np.sqrt(self.freedom / rng.chisquare(self.freedom, (count, 1)))
-        z = rng.standard_normal((count, self.middle.size))
+        return self._placed(rng.standard_normal((count, self.middle.size)), in_tails, tails)
+
+    def at(self, u: np.ndarray) -> np.ndarray:
+        """Draws from points within the unit cube, of which the last two coordinates make the tails.
+
+        Args:
+            u: shape (any, q + 2).
+        """
+        in_tails = u[:, -1:] < self.share
+        tails = np.sqrt(self.freedom / chdtri(self.freedom, u[:, -2:-1]))
+        return self._placed(ndtri(u[:, :-2]), in_tails, tails)
+
+    def _placed(self, z: np.ndarray, in_tails: np.ndarray, tails: np.ndarray) -> np.ndarray:
+        """Where standard normal draws come to, those in the tails so many times as far out."""
         z[:, : self.tailed] *= np.where(in_tails, tails, 1.0)
         return self.middle + (z * self._scale) @ self.axes.T
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
+        """Log density at points, shape (any,)."""
         n, freedom = self.tailed, self.freedom
         z2 = ((w - self.middle) @ self.axes / self._scale) ** 2
         near, rest = z2[:, :n].sum(axis=1), z2[:, n:].sum(axis=1)
@@ -232,12 +289,13 @@ class _Proposal:
         margin = (1 + np.sqrt(self.sd.size / effective)) ** 2
         return float(np.linalg.eigvalsh(whitened)[-1] / margin)
 
-    def moved(self, mean: np.ndarray, spread: np.ndarray, effective: float) -> _Proposal:
+    def moved(self, mean: np.ndarray, spread: np.ndarray, effective: float) -> Proposal:
         """Towards a mean and a covariance, the further the more effective draws there are."""
-        share = effective / (effective + 2 * self.sd.size)
+        share = effective / (effective + self.worth)
         scale = share * spread + (1 - share) * (self.axes * self.sd**2) @ self.axes.T
         variances, axes = np.linalg.eigh(scale)
+        share = effective / (effective + 2 * self.sd.size)
         middle = share * mean + (1 - share) * self.middle
         widest = slice(None, None, -1)
         sd, axes = np.sqrt(variances[widest]), axes[:, widest]
-        return _Proposal(middle, axes, sd, *_LATER, min(_AXES, sd.size))
+        return Proposal(middle, axes, sd, *_LATER, min(_AXES, sd.size), self.worth)
