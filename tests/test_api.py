@@ -64,11 +64,18 @@ def test_a_scene_shows_itself_and_is_named_after_its_folder() -> None:
     assert "<script" not in page
 
 
+@pytest.mark.parametrize("call", [rd.reconstruct, rd.ladder, rd.calibrate])
+def test_a_path_is_read_as_a_scene_file(call, tmp_path) -> None:
+    for path in (tmp_path / "none.toml", str(tmp_path / "none.toml")):
+        with pytest.raises(rd.SceneError, match="no such file; write the path of a scene file"):
+            call(path)
+
+
 def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path) -> None:
     """Of B no rest is known: numbers are those of its run-out at 8.0 m/s, after which B came at 19.3."""
     (tmp_path / "film.toml").write_text(FILM, encoding="utf-8")
     result = rd.reconstruct(
-        rd.load_scene(tmp_path / "film.toml"),
+        str(tmp_path / "film.toml"),
         model="momentum+spin",
         method="importance",
         draws=1000,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         replay,
         validate,
     )
-    from retrodict.scene import Scene, SceneError, load_scene, parse_scene
+    from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
 
     __version__: str
 
@@ -30,6 +30,7 @@ __all__ = [
     "SceneError",
     "Validation",
     "__version__",
+    "build_scene",
     "calibrate",
     "ladder",
     "load",
@@ -54,6 +55,7 @@ _HOMES = {
     "validate": "retrodict.api",
     "Scene": "retrodict.notebook",
     "SceneError": "retrodict.notebook",
+    "build_scene": "retrodict.notebook",
     "load_scene": "retrodict.notebook",
     "parse_scene": "retrodict.notebook",
 }

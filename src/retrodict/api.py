@@ -15,6 +15,7 @@ from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.result import CHAINS, Result, load
+from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
@@ -79,7 +80,7 @@ def replay(path: str | Path, *, progress: Progress | None = None) -> Reproductio
 
 @shown_in_notebooks
 def reconstruct(
-    scene: Scene,
+    scene: Scene | str | Path,
     *,
     model: str = AUTO,
     method: str = AUTO,
@@ -93,7 +94,7 @@ def reconstruct(
     """The joint posterior of B's approach, e, e_m and mu.
 
     Args:
-        scene: what was measured, from `load_scene`.
+        scene: what was measured, or the path of a scene file.
         model: a rung's name; "auto" for the one that the ladder chooses among those that the
             question and the evidence allow, or the fullest of them where it chooses none.
         method: nuts (the reference), importance, smc, laplace, monte-carlo or linear; "auto" for nuts,
@@ -111,10 +112,12 @@ def reconstruct(
         The result.
 
     Raises:
+        SceneError: the scene file cannot be used.
         ValueError: no model or method has that name, or `resume` is of another run.
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
+    scene = as_scene(scene)
     asked: dict[str, int | str | None] = {"model": model, "method": method, "chains": chains}
     asked |= {"draws": draws, "warmup": warmup, "seed": seed}
     if resume is not None:
@@ -154,7 +157,7 @@ def reconstruct(
 
 @shown_in_notebooks
 def calibrate(
-    scene: Scene | None = None,
+    scene: Scene | str | Path | None = None,
     *,
     model: str = DEFAULT_RUNG,
     method: str = "importance",
@@ -169,7 +172,8 @@ def calibrate(
     Several processes are started; a script calls this under `if __name__ == "__main__":`.
 
     Args:
-        scene: the design, of which the inputs and all errors count; None for the one of the package.
+        scene: the design, of which the inputs and all errors count, or the path of its scene file; None
+            for the one of the package.
         model: a rung's name.
         method: importance, nuts or smc.
         simulations: how many.
@@ -184,13 +188,14 @@ def calibrate(
         the simulations that were finished.
 
     Raises:
+        SceneError: the scene file cannot be used.
         ValueError: no model or method has that name, the scene cannot be simulated, or the file in
             `out` is of another calibration.
         OSError: a file could not be written.
     """
     from retrodict.report.calibration import read_ranks, write_calibration, write_ranks
 
-    scene = scene or _calibration.design()
+    scene = _calibration.design() if scene is None else as_scene(scene)
     asked = Calibration(scene, model, method, seed, simulations)
     folder = None if out is None else Path(out)
     found = _calibration.calibrate(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from retrodict.scene import Scene, SceneError, load_scene, parse_scene
+from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
 
-__all__ = ["Scene", "SceneError", "load_scene", "parse_scene"]
+__all__ = ["Scene", "SceneError", "build_scene", "load_scene", "parse_scene"]
 
 
 def _repr_html_(scene: Scene) -> str:

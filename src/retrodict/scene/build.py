@@ -56,7 +56,7 @@ class Complain(Protocol):
         """
 
 
-def build_scene(entry: SceneEntry, name: str, text: str, complain: Complain) -> Scene:
+def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Scene:
     """The scene that a scene file describes.
 
     Args:

@@ -102,7 +102,7 @@ def _written(value: object, nested: bool) -> str:
             return "{…}"
         case list():
             return "[…]"
-    return str(value)
+    return _escaped(str(value)[: _VALUE_LENGTH + 1])
 
 
 def _escaped(text: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,21 @@ Reader = Callable[[str, str], dict[str, Any]]
 _FILE_BYTES = 100_000
 _LINE_LENGTH = 2_000  # the parser's time grows with the square of a dotted key's length
 _TOO_LONG = f"longer than {_FILE_BYTES} bytes; a scene file is a page of text"
+
+
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """A scene, or that of the scene file at a path.
+
+    Args:
+        scene: what was measured, or the path of a scene file.
+
+    Returns:
+        The scene.
+
+    Raises:
+        SceneError: as of `load_scene`.
+    """
+    return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -37,7 +53,8 @@ def load_scene(path: str | Path) -> Scene:
     stem = Path(path).stem
     name = stem if stem != "scene" else Path(path).resolve().parent.name
     reader = READERS.get(Path(path).suffix.lower(), toml_of)
-    return _parse(read_text(path), name, str(path), reader)
+    text = read_text(path)
+    return scene_from(reader(text, str(path)), name, text, str(path))
 
 
 def read_text(path: str | Path) -> str:
@@ -87,22 +104,36 @@ def parse_scene(text: str, name: str) -> Scene:
     Raises:
         SceneError: something in it is wrong.
     """
-    return _parse(text.removeprefix("\ufeff"), name, name, toml_of)
+    text = text.removeprefix("\ufeff")
+    return scene_from(tables_of(text, name), name, text, name)
 
 
 def _file_error(path: str | Path, fix: str) -> SceneError:
     return SceneError(str(path), [Problem("", "", fix)])
 
 
-def _parse(text: str, name: str, file: str, reader: Reader) -> Scene:
+def scene_from(document: dict[str, Any], name: str, text: str, file: str) -> Scene:
+    """A scene from the tables and keys of a scene file.
+
+    Args:
+        document: its tables and keys, as TOML or another program wrote them.
+        name: short identifier of the scene.
+        text: the file as it was written.
+        file: whose tables they are, for messages.
+
+    Returns:
+        The scene in SI units and radians.
+
+    Raises:
+        SceneError: something in it is wrong.
+    """
     # pydantic takes a while to import; whoever needs only the records does not wait for it
     from pydantic import ValidationError
 
-    from retrodict.scene.build import build_scene
+    from retrodict.scene.build import scene_of
     from retrodict.scene.explain import problems_of
     from retrodict.scene.schema import SceneEntry
 
-    document = reader(text, file)
     try:
         entry = SceneEntry.model_validate(document)
     except ValidationError as error:
@@ -114,7 +145,7 @@ def _parse(text: str, name: str, file: str, reader: Reader) -> Scene:
         written = in_unit_of(raw, amount, dimension)
         problems.append(Problem(key, shown(raw), fix.format(amount=written)))
 
-    scene = build_scene(entry, name, text, complain)
+    scene = scene_of(entry, name, text, complain)
     if problems:
         raise SceneError(file, problems)
     return scene
@@ -156,6 +187,10 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
         value = shown(lines[int(line) - 1].strip()) if line else ""
         problem = Problem(place, value, f"not valid TOML ({shown(reason)[1:-1]}); {fix}")
         raise SceneError(file, [problem]) from None
+
+
+# a text is not read again at each change of its scene; whoever asks alters nothing in it
+tables_of = lru_cache(maxsize=8)(toml_of)
 
 
 # by suffix; a reader of another format is a file of its own and a line here

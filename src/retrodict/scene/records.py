@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from retrodict.scene import discrepancy
 from retrodict.scene.asked import Questions
@@ -13,6 +13,13 @@ from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
 from retrodict.scene.priors import Prior, default_priors
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.figure import Figure
+
+    from retrodict.scene.quantities import Units
 
 VEHICLES = ("a", "b")
 FREEDOM = 4.0
@@ -236,6 +243,18 @@ class Scene:
     robust: bool = False
     approximations: dict[str, Measured] = field(default_factory=dict)
     questions: Questions = field(default_factory=Questions)
+
+    if TYPE_CHECKING:
+        # what needs the schema, or matplotlib, knows this module: it attaches itself (`scene.edit`,
+        # `notebook`)
+        def change(self, changes: Mapping[str, object]) -> Scene:
+            """Another scene, in which some keys of the scene file say something else."""
+
+        def to_toml(self) -> str:
+            """A scene file that says what the scene holds."""
+
+        def plot(self, units: Units = "si") -> Figure:
+            """The scene from above, to scale: what was measured."""
 
     @property
     def rolling(self) -> tuple[str, ...]:

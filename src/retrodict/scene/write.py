@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from retrodict.scene.asked import Avoidance, Questions
 from retrodict.scene.departure import ITEMS
@@ -16,7 +17,11 @@ from retrodict.scene.priors import Prior, prior_keys
 from retrodict.scene.quantities import si_symbol
 from retrodict.scene.records import VEHICLES, WHEELS, Edge, Mark, Measured, Rest, Scene, Vehicle
 
+CANNOT_SAY = "# A scene file cannot say: "
+_MADE = "# Made from "
 _SOURCE = 200  # characters that a source may have
+_LINE = 100  # characters, beyond which a list has a line for each of its items
+_NAMED = ("vehicles", "surfaces", "priors")  # tables of tables
 _LARGEST = 1e-9  # relative difference of two numbers that are the same but for rounding
 _OF_APPROACH = {"speed": "m/s", "direction": "rad", "yaw_rate": "rad/s", "skid": "m"}
 _OF_AVOIDANCE = {
@@ -38,7 +43,7 @@ class SceneText:
     Args:
         text: TOML.
         as_written: whether it is what somebody wrote; else the scene was changed after it was read,
-            or never had a file, and the text was made from its values.
+            or never had a file, and the text was made from what it says.
     """
 
     text: str
@@ -67,7 +72,7 @@ def scene_text(scene: Scene) -> SceneText:
     # questions may be added by an option; they change nothing that was measured
     same = replace(scene, text="", approximations={}, questions=read.questions)
     if _comparable(read, scene) == same:
-        return SceneText(scene.text, True)
+        return SceneText(scene.text, not scene.text.startswith((_MADE, CANNOT_SAY)))
     return SceneText(scene_toml(scene), False)
 
 
@@ -95,10 +100,10 @@ def scene_toml(scene: Scene) -> str:
         and one behind each assumed quantity says what of it was assumed.
     """
     lines = [
-        "# Made from the values that were computed with: the scene was changed after its file was read.",
+        f"{_MADE}the values that were computed with: the scene was changed after its file was read.",
         "schema = 1",
         f"title = {_quoted(scene.title)}",
-        f"notes = [{', '.join(map(_quoted, scene.notes))}]",
+        f"notes = {_value(list(scene.notes))}",
         f"question = [{', '.join(map(_quoted, scene.question))}]",
         f'errors = "{"robust" if scene.robust else "normal"}"',
     ]
@@ -124,7 +129,50 @@ def scene_toml(scene: Scene) -> str:
         lines += ["", "[questions]", *_questions(scene.questions)]
     text = "\n".join(lines) + "\n"
     unsaid = _unsaid(scene, text)
-    return f"# A scene file cannot say: {'; '.join(unsaid)}.\n{text}" if unsaid else text
+    return f"{CANNOT_SAY}{'; '.join(unsaid)}.\n{text}" if unsaid else text
+
+
+def document_toml(document: Mapping[str, Any]) -> str:
+    """A scene file with these tables and keys.
+
+    Args:
+        document: what the schema accepted: text, numbers, lists and tables.
+
+    Returns:
+        TOML that reads as the same tables and keys, every quantity as it was written.
+    """
+    lines = [f"{_MADE}a scene that was built or changed in Python."]
+    tables = {key: table for key, table in document.items() if isinstance(table, dict) and table}
+    lines += [f"{key} = {_value(each)}" for key, each in document.items() if key not in tables]
+    for key, table in tables.items():
+        parts = {f"{key}.{name}": each for name, each in table.items()}
+        for name, each in (parts if key in _NAMED else {key: table}).items():
+            lines += ["", f"[{name}]", *_entries(each)]
+    return "\n".join(lines) + "\n"
+
+
+def _entries(table: Mapping[str, Any], above: str = "") -> Iterator[str]:
+    for key, each in table.items():
+        if isinstance(each, dict) and each and "value" not in each:
+            yield from _entries(each, f"{above}{key}.")
+        else:
+            yield f"{above}{key} = {_value(each)}"
+
+
+def _value(value: Any) -> str:
+    match value:
+        case str():
+            return _quoted(value)
+        case dict():
+            return "{ " + ", ".join(f"{k} = {_value(each)}" for k, each in value.items()) + " }"
+        case list():
+            items = [_value(each) for each in value]
+            if sum(map(len, items)) > _LINE:
+                return "[\n" + "".join(f"  {item},\n" for item in items) + "]"
+            return f"[{', '.join(items)}]"
+        case bool():
+            return str(value).lower()
+    return repr(value)
 
 
 def _vehicle(scene: Scene, v: str) -> Iterator[str]:

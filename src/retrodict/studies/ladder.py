@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from retrodict.models import RUNGS, Rung
 from retrodict.models.arrays import Structure
 from retrodict.models.runouts import roll
 from retrodict.progress import Progress, prefixed, silent
+from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
 from retrodict.studies.comparison import FACTOR, SHARE, Ladder, Reweighted, Step
@@ -29,7 +31,7 @@ _PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of 
 
 
 def ladder(
-    scene: Scene,
+    scene: Scene | str | Path,
     *,
     question: tuple[str, ...] | None = None,
     seed: int = 0,
@@ -50,7 +52,7 @@ def ladder(
     of them could be enough beside it, for how far they miss it is among their own errors.
 
     Args:
-        scene: what was measured.
+        scene: what was measured, or the path of a scene file.
         question: quantities that are asked, of speed_b, e, e_m and mu; None for the scene's.
         seed: of every random number.
         share: of its standard deviation that a fuller rung may move an answer by, above 0.
@@ -63,11 +65,13 @@ def ladder(
         The ladder; when interrupted, with the rungs that were finished.
 
     Raises:
+        SceneError: the scene file cannot be used.
         ValueError: `share` or `factor` is out of range.
         Unanswerable: no rung answers the question from what was measured.
     """
     if not (0 < share < np.inf and 1 < factor < np.inf):
         raise ValueError(f"share is above 0 and factor above 1; not {share:g} and {factor:g}")
+    scene = as_scene(scene)
     progress = progress or silent
     question = question or scene.question
     refused, complete = refusals(scene, question), True

@@ -1,0 +1,189 @@
+"""A scene in Python: built from keyword arguments, changed key by key, by the scene file's schema."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import replace
+from typing import Any
+
+from retrodict.scene.errors import Problem, SceneError, key_path, shown
+from retrodict.scene.load import scene_from, tables_of
+from retrodict.scene.records import Scene
+from retrodict.scene.write import CANNOT_SAY, document_toml, scene_text
+
+_PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"\\]*)"|'([^']*)')|\[([0-9]{1,4})\]""")
+
+Part = str | int  # of a key: the name of a table or key, or the place in a list
+
+
+def build_scene(name: str = "scene", **tables: object) -> Scene:
+    """A scene from keyword arguments: the tables and keys of a scene file.
+
+    Args:
+        name: short identifier, used to name output; it stands for the file in messages.
+        tables: title, vehicles, impact, surfaces and whatever else a scene file has, see
+            docs/scene-file.md; schema may be left out. A quantity is text ("45 ± 2 mph"), a table
+            ({"value": 45, "sd": 2, "unit": "mph"}), a pint quantity or measurement, or a table whose
+            value (and sd) is one; a number where it has no unit. None is as good as not written.
+
+    Returns:
+        The scene in SI units and radians, with the text of a scene file that says the same.
+
+    Raises:
+        SceneError: something in it is wrong; the messages are those of a scene file.
+    """
+    return _scene({"schema": 1} | _plain(tables), name)
+
+
+def change(scene: Scene, changes: Mapping[str, object]) -> Scene:
+    """Another scene, in which some keys of the scene file say something else.
+
+    Args:
+        scene: what was measured.
+        changes: by dotted key as in a scene file ("vehicles.A.approach.speed", "impact.point[0]"),
+            what to write there, as in `build_scene`: a quantity, a word, or a whole table or list. None
+            removes the key. A source that stood beside what is changed goes, unless it is written
+            anew.
+
+    Returns:
+        The scene, with the text of a scene file that says the same; comments of the file are left
+        out, and so are none of the other keys.
+
+    Raises:
+        SceneError: a key cannot be found, or something is wrong with what the scene now says.
+    """
+    found = scene_text(scene)
+    if found.text != scene.text and found.text.startswith(CANNOT_SAY):
+        unsaid = found.text.split("\n")[0].removeprefix(CANNOT_SAY).rstrip(".")
+        fix = f"cannot be changed by key, for a scene file cannot say {unsaid}; change its record"
+        raise SceneError(scene.name, [Problem("", "", fix)])
+    document = deepcopy(tables_of(found.text, scene.name))
+    written = {_parts(scene, key): _plain(value) for key, value in changes.items()}
+    for parts, value in written.items():
+        _write(document, parts, value, written, scene.name)
+    changed = _scene(document, scene.name)
+    if any(parts[0] == "questions" for parts in written):
+        return changed
+    return replace(changed, questions=scene.questions)  # an option may have added some
+
+
+def to_toml(scene: Scene) -> str:
+    """A scene file that says what the scene holds.
+
+    Args:
+        scene: what was measured.
+
+    Returns:
+        TOML: the file as it was written where it still says so, else a text made from the scene. That
+        is the one which reports attach.
+    """
+    return scene_text(scene).text
+
+
+def _scene(document: dict[str, Any], name: str) -> Scene:
+    scene = scene_from(document, name, "", name)
+    return replace(scene, text=document_toml(document))
+
+
+def _parts(scene: Scene, key: object) -> tuple[Part, ...]:
+    """The names of tables and keys, and places in lists, that a dotted key consists of."""
+    parts: list[Part] = []
+    end = 0
+    while isinstance(key, str) and end < len(key):
+        match = _PART.match(key, end)
+        if match is None or (match[4] and not parts):
+            break
+        parts.append(
+            int(match[4]) if match[4] else next(m for m in match.groups() if m is not None)
+        )
+        end = match.end()
+    if not isinstance(key, str) or not key or end < len(key):
+        fix = 'not a key; write it like "vehicles.A.approach.speed" or "impact.point[0]"'
+        raise SceneError(scene.name, [Problem(shown(key), "", fix)])
+    return tuple(parts)
+
+
+def _write(
+    document: dict[str, Any],
+    parts: tuple[Part, ...],
+    value: Any,
+    written: Mapping[tuple[Part, ...], Any],
+    name: str,
+) -> None:
+    """Write a value at a key of a document; None removes the key."""
+
+    def refuse(depth: int, fix: str) -> SceneError:
+        return SceneError(name, [Problem(key_path(parts[: depth + 1]), "", fix)])
+
+    at: Any = document
+    for depth, part in enumerate(parts):
+        above = parts[:depth]
+        if isinstance(part, int):
+            count = len(at) if isinstance(at, list) else 0
+            if part >= count:
+                raise refuse(depth, f"not in the scene, which has {count} there; write all of them")
+        elif not isinstance(at, dict):
+            raise refuse(depth, f"{key_path(above)} is not a table; write all of it")
+        else:
+            _as_spelled(at, above, part)
+            if part != "source" and (*above, "source") not in written:
+                at.pop("source", None)  # it said where the value that goes came from
+        if depth + 1 < len(parts):
+            at = at.setdefault(part, {}) if isinstance(at, dict) else at[part]
+    if value is not None:
+        at[part] = value
+    elif isinstance(at, list) or part in at:
+        del at[part]
+    else:
+        raise refuse(depth, "not written in the scene, so it cannot be removed")
+
+
+def _as_spelled(table: dict[str, Any], above: tuple[Part, ...], part: str) -> None:
+    """Give a vehicle the letter that a key has for it, A or a."""
+    if above == ("vehicles",) and part not in table and part.swapcase() in table:
+        renamed = {part if key == part.swapcase() else key: each for key, each in table.items()}
+        table.clear()
+        table.update(renamed)  # in the same order
+
+
+def _plain(value: Any) -> Any:
+    """A value as TOML has it; what has no such form stays as it is, for the schema to refuse."""
+    if isinstance(value, Mapping):
+        return _plain_table(value)
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    if hasattr(value, "magnitude") and hasattr(
+        value, "units"
+    ):  # pint's, which is not imported here
+        return _of_pint(value)
+    if hasattr(value, "nominal_value") and hasattr(
+        value, "std_dev"
+    ):  # of the package uncertainties
+        return {"value": value.nominal_value, "sd": value.std_dev}
+    if hasattr(value, "tolist"):  # NumPy's
+        return value.tolist()
+    return value
+
+
+def _plain_table(table: Mapping[Any, Any]) -> dict[str, Any]:
+    plain = {str(key): _plain(each) for key, each in table.items() if each is not None}
+    quantity, sd = plain.get("value"), table.get("sd")
+    if isinstance(quantity, dict):  # the value is a quantity of pint; the sd may be one
+        if hasattr(sd, "magnitude"):
+            try:
+                plain["sd"] = _plain(sd.to(table["value"].units).magnitude)
+            except Exception:  # pint's, for units of something else: the schema refuses a text
+                plain["sd"] = str(sd)
+        plain = quantity | {key: each for key, each in plain.items() if key != "value"}
+    return plain
+
+
+def _of_pint(quantity: Any) -> dict[str, Any]:
+    number = _plain(quantity.magnitude)
+    unit = f"{quantity.units:~C}".replace(
+        "g_0", "g"
+    )  # standard gravity, which is "g" in scene files
+    plain = number if isinstance(number, dict) else {"value": number}
+    return plain | ({"unit": unit} if unit else {})
