@@ -18,16 +18,19 @@ if TYPE_CHECKING:
         replay,
         validate,
     )
+    from retrodict.live import Answer, Session, session, sweep
     from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
 
     __version__: str
 
 __all__ = [
+    "Answer",
     "Calibration",
     "Ladder",
     "Result",
     "Scene",
     "SceneError",
+    "Session",
     "Validation",
     "__version__",
     "build_scene",
@@ -38,11 +41,14 @@ __all__ = [
     "parse_scene",
     "reconstruct",
     "replay",
+    "session",
+    "sweep",
     "validate",
 ]
 
 # found when first asked for, so that importing the package, or its --help, does not wait for JAX
 _HOMES = {
+    "Answer": "retrodict.live",
     "Calibration": "retrodict.api",
     "Ladder": "retrodict.studies.comparison",
     "Result": "retrodict.result",
@@ -53,6 +59,9 @@ _HOMES = {
     "reconstruct": "retrodict.api",
     "replay": "retrodict.api",
     "validate": "retrodict.api",
+    "Session": "retrodict.live",
+    "session": "retrodict.live",
+    "sweep": "retrodict.live",
     "Scene": "retrodict.notebook",
     "SceneError": "retrodict.notebook",
     "build_scene": "retrodict.notebook",

@@ -1,0 +1,309 @@
+"""Answers while numbers change: a warm session, and a sweep over variants of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from retrodict.api import AUTO, reconstruct
+from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.inference.outcome import Checks
+from retrodict.inference.warm import Estimate, Warm
+from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
+from retrodict.result import Result
+from retrodict.scene.asked import read_proposition
+from retrodict.scene.edit import change
+from retrodict.scene.load import load_scene
+from retrodict.scene.quantities import Units, describe, unit_of
+from retrodict.scene.records import Scene
+from retrodict.studies.ladder import allowed, ladder
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_LIMITS = np.array([0.025, 0.5, 0.975])
+_INEFFICIENT = 0.2  # effective share of the points below which coordinates are fitted anew, meanwhile
+
+
+@dataclass(frozen=True, repr=False)
+class Answer:
+    """What a scene's posterior says, by weighted points: no chains, no predictions, no figures.
+
+    Args:
+        estimate: the points, their weights and the verdict on them.
+        model: name of the rung.
+    """
+
+    estimate: Estimate
+    model: str
+
+    @property
+    def scene(self) -> Scene:
+        """What was measured."""
+        return self.estimate.scene
+
+    @property
+    def checks(self) -> Checks:
+        """The verdict on the numbers. Other solutions were looked for where coordinates were fitted."""
+        return self.estimate.checks
+
+    @property
+    def seconds(self) -> float:
+        """That the answer took."""
+        return self.estimate.seconds
+
+    @property
+    def draws(self) -> dict[str, np.ndarray]:
+        """Draws of equal weight by name, in SI units and radians, each of shape (draws,)."""
+        return self.estimate.draws
+
+    def summary(self, units: Units = "si") -> pd.DataFrame:
+        """The reported quantities in a table.
+
+        Args:
+            units: "si" or "us".
+
+        Returns:
+            One row a quantity, one column a statistic: mean, sd, median and limits of the central 95 %,
+            the Monte Carlo error of the mean, and the independent draws that would leave the same. Numbers
+            that failed the checks are NaN.
+        """
+        import pandas as pd
+
+        verdict = "passed" if self.checks.passed else "failed"
+        rows = {}
+        for name, found in _statistics(self.estimate).items():
+            unit = unit_of(describe(name)[1], units)
+            scaled = {key: value / unit.worth for key, value in found.items()}
+            same = (found["sd"] / found["mcse_mean"]) ** 2 if found["mcse_mean"] > 0 else np.inf
+            if not self.checks.passed:
+                scaled = dict.fromkeys(scaled, np.nan)
+            rows[name] = {"unit": unit.symbol, **scaled, "as_many_draws": same, "checks": verdict}
+        return pd.DataFrame.from_dict(rows, orient="index")
+
+    def probability(self, proposition: str) -> tuple[float, float]:
+        """How probable a proposition about a reported quantity is, and the Monte Carlo error of that.
+
+        Args:
+            proposition: such as "speed_b > 45 mph", as of `Result.probability`.
+
+        Returns:
+            NaN twice where the checks failed.
+
+        Raises:
+            ValueError: it is no such text, or the model has no such quantity.
+        """
+        asked = read_proposition(proposition)
+        if asked.name not in self.estimate.quantities:
+            raise ValueError(f"the model {self.model} has no {asked.name}")
+        if not self.checks.passed:
+            return np.nan, np.nan
+        values = self.estimate.quantities[asked.name]
+        return self.estimate.weighted.mean(asked.holds(values).astype(float))
+
+    def __repr__(self) -> str:
+        verdict = "passed" if self.checks.passed else "FAILED"
+        return f"<Answer to {self.scene.name!r}: {self.model}, checks {verdict}>"
+
+
+def _statistics(estimate: Estimate) -> dict[str, dict[str, float]]:
+    """Of each reported quantity, by name."""
+    found = {}
+    for name in estimate.scene.reported():
+        if name not in estimate.quantities:
+            continue
+        values, weighted = estimate.quantities[name], estimate.weighted
+        mean, error = weighted.mean(values)
+        low, median, high = weighted.quantiles(values, _LIMITS)[0]
+        found[name] = {
+            "mean": mean,
+            "sd": weighted.sd(values)[0],
+            "median": float(median),
+            "low_95": float(low),
+            "high_95": float(high),
+            "mcse_mean": error,
+        }
+    return found
+
+
+class Session:
+    """A scene kept warm: change its numbers, and its posterior follows in a fraction of a second.
+
+    Compiled programs and coordinates are kept. The density is exact. Where measurements were added or
+    left out, or coordinates no longer do, they are fitted anew, which takes as long as at the beginning.
+
+    Args:
+        scene: what was measured, or the path of a scene file.
+        model: a rung's name; "auto" for the one that the ladder chooses for this scene, and keeps.
+        seed: of all points.
+        progress: as of `reconstruct`.
+
+    Raises:
+        SceneError: the scene file cannot be used.
+        ValueError: no model has that name.
+        Unanswerable: the scene has no posterior that could be sampled.
+    """
+
+    def __init__(
+        self,
+        scene: Scene | str | Path,
+        model: str = AUTO,
+        seed: int = 0,
+        progress: Progress | None = None,
+    ) -> None:
+        self.scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        self.seed = seed
+        self._progress = progress or silent
+        self.model = self._chosen() if model == AUTO else model
+        if self.model not in allowed(self.scene):
+            known = ", ".join(allowed(self.scene))
+            raise ValueError(f"the scene allows the models {known}; not {self.model!r}")
+        self._refitting: Future[Warm] | None = None
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="refit")
+        self._warm = self._fitted(self.scene)
+        self.answer = self._answered(self.scene)
+
+    def update(self, changes: Mapping[str, object] | Scene) -> Answer:
+        """Change the scene, and answer it.
+
+        Args:
+            changes: by dotted key of the scene file what to write there, as of `Scene.change`; or the
+                scene as it is to be.
+
+        Returns:
+            The answer, which `answer` keeps; `scene` is the changed scene.
+
+        Raises:
+            SceneError: a key or value cannot be used; the session stays as it was.
+            Unanswerable: the changed scene has no posterior that could be sampled; likewise.
+        """
+        scene = changes if isinstance(changes, Scene) else change(self.scene, changes)
+        self.answer = self._answered(scene)
+        self.scene = scene
+        return self.answer
+
+    def confirm(self, method: str = "nuts", progress: Progress | None = None) -> Result:
+        """The scene as it now is, reconstructed with all checks, predictions and figures.
+
+        Args:
+            method: as of `reconstruct`.
+            progress: likewise.
+        """
+        return reconstruct(
+            self.scene, model=self.model, method=method, seed=self.seed, progress=progress
+        )
+
+    def _chosen(self) -> str:
+        rungs = allowed(self.scene)
+        if len(rungs) == 1:
+            return rungs[0]
+        found = ladder(self.scene, seed=self.seed, progress=self._progress)
+        if not found.complete:
+            raise Interrupted("stopped before a model was chosen")
+        return found.choice or rungs[-1]
+
+    def _fitted(self, scene: Scene) -> Warm:
+        return Warm(scene, self.model, self.seed, prefixed(self._progress, self.model))
+
+    def _answered(self, scene: Scene) -> Answer:
+        self._take_refitted()
+        refitted = not self._warm.fits(scene)
+        if refitted:
+            self._warm = self._fitted(scene)
+        found = self._warm.estimate(scene)
+        if not found.checks.passed and self._warm.scene != scene:
+            self._warm, refitted = self._fitted(scene), True
+            found = self._warm.estimate(scene)
+        if found.share < _INEFFICIENT and self._warm.scene != scene and not self._refitting:
+            self._refitting = self._worker.submit(Warm, scene, self.model, self.seed)
+        return Answer(replace(found, refitted=refitted), self.model)
+
+    def _take_refitted(self) -> None:
+        """Coordinates that were fitted meanwhile."""
+        if self._refitting is None or not self._refitting.done():
+            return
+        done, self._refitting = self._refitting, None
+        if done.exception() is None:
+            self._warm = done.result()
+
+    def __repr__(self) -> str:
+        return f"<Session of {self.scene.name!r}: {self.model}>"
+
+
+@shown_in_notebooks
+def session(
+    scene: Scene | str | Path,
+    *,
+    model: str = AUTO,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Session:
+    """A scene kept warm; arguments and errors as of `Session`."""
+    return Session(scene, model, seed, progress)
+
+
+@shown_in_notebooks
+def sweep(
+    scene: Scene | str | Path,
+    values: Mapping[str, Iterable[object]],
+    *,
+    model: str = AUTO,
+    units: Units = "si",
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Answers to variants of a scene: every combination of the values of some of its keys.
+
+    Args:
+        scene: what was measured, or the path of a scene file.
+        values: by dotted key of the scene file what to write there in turn.
+        model: as of `session`: one for all variants.
+        units: of the table, "si" or "us".
+        seed: of all points.
+        progress: as of `reconstruct`.
+
+    Returns:
+        One row a variant: the values of its keys, then mean, sd and limits of the central 95 % of each
+        reported quantity, and in `checks` the verdict, or why there is no answer; such numbers are NaN.
+        When interrupted, the variants that were done.
+
+    Raises:
+        SceneError: a variant cannot be used; none was begun.
+        ValueError, Unanswerable: as of `session`.
+    """
+    import pandas as pd
+
+    known = scene if isinstance(scene, Scene) else load_scene(scene)
+    listed = {key: list(each) for key, each in values.items()}
+    variants = [dict(zip(listed, each, strict=True)) for each in product(*listed.values())]
+    scenes = [change(known, variant) for variant in variants]
+    warm = Session(known, model, seed, progress)
+    told = partial(prefixed(progress or silent, warm.model), "variants")
+    rows: list[dict[str, Any]] = []
+    try:
+        for variant, each in zip(variants, scenes, strict=True):
+            told(len(rows), len(variants))
+            rows.append(variant | _row(warm, each, units))
+    except KeyboardInterrupt:
+        pass
+    told(len(rows), len(variants))
+    return pd.DataFrame(rows)
+
+
+def _row(warm: Session, scene: Scene, units: Units) -> dict[str, Any]:
+    try:
+        answer = warm.update(scene)
+    except Unanswerable as refusal:
+        return {"checks": str(refusal)}
+    row: dict[str, Any] = {}
+    for name, found in answer.summary(units).iterrows():
+        row |= {f"{name}_{key}": found[key] for key in ("mean", "sd", "low_95", "high_95")}
+    checks = answer.checks
+    return row | {"checks": "passed" if checks.passed else "; ".join(checks.reasons)}
