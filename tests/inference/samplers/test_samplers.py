@@ -126,13 +126,17 @@ def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
     assert (np.diff(index) >= 0).all()
 
 
+@pytest.mark.parametrize("of_cube", [False, True])
 @pytest.mark.parametrize(("share", "tailed"), [(0.2, 3), (0.5, 2), (1.0, 3)])
-def test_proposals_have_the_density_that_they_are_drawn_from(share: float, tailed: int) -> None:
+def test_proposals_have_the_density_that_they_are_drawn_from(
+    share: float, tailed: int, of_cube: bool
+) -> None:
     """Against SciPy's; and weighted by it, draws find the volume and the moments of a normal."""
     middle, root = np.array([1.0, -2.0, 0.5]), np.array([[2.0, 0, 0], [0.5, 1, 0], [-1, 0.3, 0.4]])
     _, sd, axes = np.linalg.svd(root.T)
     proposal = importance.Proposal(middle, axes.T, sd, share, 4.0, tailed, 100.0)
-    w = proposal.draw(20_000, np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    w = proposal.at(rng.random((20_000, 5))) if of_cube else proposal.draw(20_000, rng)
     normal = stats.multivariate_normal(middle, root @ root.T)
     # along the tailed axes wider than the posterior, where it is wider than at its mode
     wide = sd * np.where(np.arange(3) < tailed, np.clip(np.sqrt(sd), 1, 1.25), 1)

@@ -1,0 +1,104 @@
+"""A warm session and a sweep, as a notebook uses them."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import retrodict as rd
+from retrodict.inference.warm import Warm
+
+SCENE = Path(__file__).parents[1] / "examples" / "brach-1977" / "scene.toml"
+MODEL = "planar-moment+wheels"
+SPEED = "vehicles.A.approach.speed"
+
+
+@pytest.fixture(scope="module")
+def session() -> rd.Session:
+    return rd.session(SCENE, model=MODEL)
+
+
+def test_a_changed_number_changes_the_answer(session: rd.Session) -> None:
+    """A faster A leaves less for B to bring: by the paper's conservation of momentum (eq 19)."""
+    slow, fast = (session.update({SPEED: f"{v} ± 1 mph"}) for v in (42, 50))
+    assert slow.checks.passed, slow.checks.reasons
+    assert fast.checks.passed, fast.checks.reasons
+    assert fast.draws["speed_b"].mean() > slow.draws["speed_b"].mean()
+    assert session.answer is fast
+    assert session.scene.approach["a"].speed.value == pytest.approx(50 * 0.44704)
+    assert "planar-moment+wheels, checks passed" in repr(fast)
+    assert len(repr(fast)) < 120
+
+
+def test_the_summary_is_in_the_units_asked_for(session: rd.Session) -> None:
+    answer = session.update({SPEED: "45 ± 2 mph"})
+    si, us = answer.summary(), answer.summary("us")
+    assert si.loc["speed_b", "unit"] == "m/s"
+    assert us.loc["speed_b", "unit"] == "mph"
+    assert si.loc["speed_b", "mean"] == pytest.approx(0.44704 * us.loc["speed_b", "mean"])
+    assert si.loc["e", "sd"] == pytest.approx(us.loc["e", "sd"])
+    assert (si["as_many_draws"] > 1000).all()
+    assert (si["checks"] == "passed").all()
+    probability, error = answer.probability("speed_b > 43 mph")
+    share = np.mean(answer.draws["speed_b"] > 43 * 0.44704)
+    assert probability == pytest.approx(share, abs=0.01)
+    assert 0 < error < 0.02
+    with pytest.raises(ValueError, match="speed_c"):
+        answer.probability("speed_c > 3 mph")
+
+
+def test_what_cannot_be_used_leaves_the_session_as_it_was(session: rd.Session) -> None:
+    before, answer = session.scene, session.answer
+    with pytest.raises(rd.SceneError, match="speed"):
+        session.update({SPEED: "45 ± 2 kg"})
+    with pytest.raises(rd.SceneError, match="speeed"):
+        session.update({"vehicles.A.approach.speeed": "45 mph"})
+    assert session.scene is before
+    assert session.answer is answer
+
+
+def test_a_model_that_the_scene_does_not_allow_is_named() -> None:
+    with pytest.raises(ValueError, match="planar-moment"):
+        rd.session(SCENE, model="momentum")
+
+
+def test_coordinates_that_no_longer_do_are_fitted_anew(
+    session: rd.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A rest pose forty standard deviations off."""
+    fitted: list[rd.Scene] = []
+    whole = Warm.__init__
+
+    def counted(self: Warm, scene: rd.Scene, *others: object) -> None:
+        fitted.append(scene)
+        whole(self, scene, *others)
+
+    monkeypatch.setattr(Warm, "__init__", counted)
+    answer = session.update({"vehicles.B.rest.position": ["12.0 ± 0.15 m", "-16.0 ± 0.15 m"]})
+    assert fitted == [answer.scene]
+    assert answer.estimate.refitted
+    assert answer.checks.passed, answer.checks.reasons
+
+
+def test_a_sweep_has_a_row_for_every_combination() -> None:
+    told: list[tuple[str, int, int]] = []
+    table = rd.sweep(
+        SCENE,
+        {SPEED: ["43 ± 2 mph", "47 ± 2 mph"], "surfaces.road.friction": ["0.5 ± 0.05"]},
+        model=MODEL,
+        units="us",
+        progress=lambda *stage: told.append(stage),
+    )
+    assert isinstance(table, pd.DataFrame)
+    assert list(table[SPEED]) == ["43 ± 2 mph", "47 ± 2 mph"]
+    assert (table["checks"] == "passed").all()
+    assert table["speed_b_mean"].between(30, 60).all()
+    assert (table["speed_b_low_95"] < table["speed_b_mean"]).all()
+    assert told[-1][1:] == (2, 2)
+
+
+def test_a_sweep_refuses_a_bad_variant_before_it_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("retrodict.live.Session", None)  # would fail if it began
+    with pytest.raises(rd.SceneError, match="speed"):
+        rd.sweep(SCENE, {SPEED: ["43 ± 2 mph", "fast"]})
