@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _LIMITS = np.array([0.025, 0.5, 0.975])
-_INEFFICIENT = 0.2  # effective share of the points below which coordinates are fitted anew, meanwhile
+_INEFFICIENT = (
+    0.2  # effective share of the points below which coordinates are fitted anew, meanwhile
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,8 +74,8 @@ class Answer:
 
         Returns:
             One row a quantity, one column a statistic: mean, sd, median and limits of the central 95 %,
-            the Monte Carlo error of the mean, and the independent draws that would leave the same. Numbers
-            that failed the checks are NaN.
+            the Monte Carlo error of the mean, and the independent draws that would leave the same.
+            Numbers that failed the checks are NaN.
         """
         import pandas as pd
 

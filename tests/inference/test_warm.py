@@ -1,4 +1,4 @@
-"""A changed scene's answer by weighted points is that of a reconstruction from nothing, or is refused."""
+"""A changed scene's answer by weighted points is that of a fresh reconstruction, or is refused."""
 
 from dataclasses import replace
 

@@ -33,10 +33,9 @@ def test_points_fill_each_scrambling_evenly_and_no_face_is_touched() -> None:
 
 
 def test_errors_are_those_that_estimates_have() -> None:
-    """Of a skewed target with a wider normal as proposal: off by their own errors, as Student's t says."""
+    """Of a skewed target, from a wider normal: off by their own errors, as Student's t has it."""
     target = stats.skewnorm(3.0)
     mean, sd = target.mean(), target.std()
-    limits = target.ppf(LEVELS)
     off: dict[str, list[float]] = {"mean": [], "sd": [], "low": [], "median": [], "high": []}
     for seed in range(200):
         x = 1.5 * _normal(seed, 6)
