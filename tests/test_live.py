@@ -42,7 +42,7 @@ def test_the_summary_is_in_the_units_asked_for(session: rd.Session) -> None:
     assert (si["checks"] == "passed").all()
     probability, error = answer.probability("speed_b > 43 mph")
     share = np.mean(answer.draws["speed_b"] > 43 * 0.44704)
-    assert probability == pytest.approx(share, abs=0.01)
+    assert probability == pytest.approx(share, abs=4 * np.sqrt(0.25 / answer.draws["speed_b"].size))
     assert 0 < error < 0.02
     with pytest.raises(ValueError, match="speed_c"):
         answer.probability("speed_c > 3 mph")
@@ -52,8 +52,8 @@ def test_what_cannot_be_used_leaves_the_session_as_it_was(session: rd.Session) -
     before, answer = session.scene, session.answer
     with pytest.raises(rd.SceneError, match="speed"):
         session.update({SPEED: "45 ± 2 kg"})
-    with pytest.raises(rd.SceneError, match="speeed"):
-        session.update({"vehicles.A.approach.speeed": "45 mph"})
+    with pytest.raises(rd.SceneError, match="spead"):
+        session.update({"vehicles.A.approach.spead": "45 mph"})
     assert session.scene is before
     assert session.answer is answer
 
@@ -82,20 +82,20 @@ def test_coordinates_that_no_longer_do_are_fitted_anew(
 
 
 def test_a_sweep_has_a_row_for_every_combination() -> None:
-    told: list[tuple[str, int, int]] = []
+    stages: list[tuple[str, int, int]] = []
     table = rd.sweep(
         SCENE,
         {SPEED: ["43 ± 2 mph", "47 ± 2 mph"], "surfaces.road.friction": ["0.5 ± 0.05"]},
         model=MODEL,
         units="us",
-        progress=lambda *stage: told.append(stage),
+        progress=lambda *stage: stages.append(stage),
     )
     assert isinstance(table, pd.DataFrame)
     assert list(table[SPEED]) == ["43 ± 2 mph", "47 ± 2 mph"]
     assert (table["checks"] == "passed").all()
     assert table["speed_b_mean"].between(30, 60).all()
     assert (table["speed_b_low_95"] < table["speed_b_mean"]).all()
-    assert told[-1][1:] == (2, 2)
+    assert stages[-1][1:] == (2, 2)
 
 
 def test_a_sweep_refuses_a_bad_variant_before_it_begins(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -287,15 +287,15 @@ def sweep(
     variants = [dict(zip(listed, each, strict=True)) for each in product(*listed.values())]
     scenes = [change(known, variant) for variant in variants]
     warm = Session(known, model, seed, progress)
-    told = partial(prefixed(progress or silent, warm.model), "variants")
+    report = partial(prefixed(progress or silent, warm.model), "variants")
     rows: list[dict[str, Any]] = []
     try:
         for variant, each in zip(variants, scenes, strict=True):
-            told(len(rows), len(variants))
+            report(len(rows), len(variants))
             rows.append(variant | _row(warm, each, units))
     except KeyboardInterrupt:
         pass
-    told(len(rows), len(variants))
+    report(len(rows), len(variants))
     return pd.DataFrame(rows)
 
 

@@ -1,4 +1,4 @@
-"""Scrambled Sobol points: their means are right, their errors are told, and small."""
+"""Scrambled Sobol points: their means are right, their errors are reported, and small."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_errors_are_those_that_estimates_have() -> None:
     for name, each in off.items():
         # 5 % lie beyond; of 200 runs 0 to 11 % do, at five standard errors of that share
         assert np.mean(np.abs(each) > beyond) < 0.13, name
-        assert np.mean(np.abs(each)) > 0.4, name  # errors are not told larger than they are
+        assert np.mean(np.abs(each)) > 0.4, name  # errors are not reported larger than they are
 
 
 def test_a_mean_is_surer_than_by_as_many_independent_draws() -> None:
