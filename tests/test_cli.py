@@ -72,6 +72,21 @@ def test_check_accepts_the_example() -> None:
     assert "warning" not in done.stdout
 
 
+def test_check_draws_a_scene_into_the_file_that_is_named(tmp_path: Path) -> None:
+    done = run("check", SCENE, "--plot", tmp_path / "new" / "plan.SVG", "--units", "us")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1].endswith("plan.SVG")
+    assert (tmp_path / "new" / "plan.SVG").read_bytes().startswith(b"<?xml")
+    for file, said in (("plan.gif", "ends in .png, .svg or .pdf"), ("plan", "ends in .png")):
+        done = run("check", SCENE, "--plot", tmp_path / file)
+        assert done.returncode == 2
+        assert said in done.stderr
+        assert not (tmp_path / file).exists()
+    folder = run("check", tmp_path, "--plot", tmp_path / "plan.png")
+    assert folder.returncode == 2
+    assert "name a scene file" in folder.stderr
+
+
 def test_check_warns_of_an_implausible_value_and_accepts_it(tmp_path: Path) -> None:
     file = tmp_path / "odd.toml"
     line = r"(?m)^contact_line = .*"

@@ -13,11 +13,11 @@ from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
+from retrodict.notebook import Scene  # with what it shows of itself
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.result import CHAINS, Result, load
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units
-from retrodict.scene.records import Scene
 from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration

@@ -75,12 +75,18 @@ def check(
         Path,
         typer.Argument(help="the scene file (TOML), or a folder of results", show_default=False),
     ],
+    plot: Annotated[
+        Path | None, typer.Option(help="draw the scene to scale: a .png, .svg or .pdf file")
+    ] = None,
+    units: Annotated[UnitChoice, typer.Option(help="units of the drawing")] = UnitChoice.si,
 ) -> None:
     """Validate a scene file and warn of implausible values; or see that results are of one run."""
     from retrodict.scene.plausibility import plausibility_warnings
     from retrodict.scene.quantities import describe
 
     if scene.is_dir():
+        if plot:
+            _fail(f"--plot {plot}: {scene} is a folder of results; name a scene file")
         _check_results(scene)
         return
     found = _load(scene)
@@ -94,6 +100,25 @@ def check(
     typer.echo(printable(line))
     for warning in plausibility_warnings(found):
         typer.echo(printable(f"  warning: {warning}"))
+    if plot:
+        _draw(found, plot, units)
+
+
+def _draw(scene: Scene, file: Path, units: UnitChoice) -> None:
+    """Write a picture of a scene."""
+    from retrodict.report.drawing import IMAGES
+    from retrodict.report.figure_scene import plan_figure
+    from retrodict.report.files import write_whole
+
+    image = IMAGES.get(file.suffix.lower())
+    if image is None:
+        *most, last = IMAGES
+        _fail(f"--plot {file}: write a file that ends in {', '.join(most)} or {last}")
+    try:
+        write_whole(file, image(plan_figure(scene, units.value)))
+    except OSError as error:
+        _fail(f"--plot {file}: cannot write the picture: {error}", 1)
+    typer.echo(printable(str(file)))
 
 
 def _check_results(folder: Path) -> None:

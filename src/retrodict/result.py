@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from retrodict.inference.outcome import Checks, Outcome
+from retrodict.notebook import Scene  # with what it shows of itself
 from retrodict.scene.asked import read_proposition
 from retrodict.scene.quantities import Units
-from retrodict.scene.records import Scene
 from retrodict.studies.comparison import Ladder
 
 if TYPE_CHECKING:

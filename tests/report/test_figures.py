@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 from xml.etree.ElementTree import fromstring
 
 import matplotlib.image
@@ -8,15 +9,18 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.collections import LineCollection
-from matplotlib.patches import Wedge
+from matplotlib.patches import Ellipse, Polygon, Wedge
 from matplotlib.text import Text
 
 from retrodict import findings
 from retrodict.findings.run_outs import motions
 from retrodict.report import figures, files
-from retrodict.report.figure_scene import half_plane, impact_pose, outline
+from retrodict.report.drawing import IMAGES
+from retrodict.report.figure_scene import half_plane, impact_pose, outline, plan_figure
 from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
+from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
+from tests.shared.scene_file import SCENE, stripped
 
 NEEDS = (
     ("scene", "trajectories"),
@@ -277,3 +281,56 @@ def test_the_tornado_s_longest_bar_is_the_largest_effect(outcome):
     widths = [bar.get_width() * 0.44704 for bar in axes.patches[::2]]
     assert widths == pytest.approx([each.moved for each in effects[: len(widths)]])
     assert axes.yaxis_inverted()  # the first is at the top
+
+
+@pytest.mark.parametrize(("units", "symbol"), [("si", "m"), ("us", "ft")])
+def test_a_plan_shows_what_was_measured_before_any_run(units, symbol):
+    scene = parse_scene(SCENE, "bend")
+    plan = plan_figure(scene, units)
+    for label in ("A impact", "B impact", "A rest", "B rest", "A1", "A2", f"x ({symbol})", " berm",
+                  "contact line (Γ)", "± 2 sd", "end of rotation, measured"):  # fmt: skip
+        assert label in words(plan).split("\n")
+    assert "draw" not in words(plan)
+    (axes,) = plan.axes
+    size = 1 if units == "si" else 0.3048
+    centres = [e for e in axes.patches if isinstance(e, Ellipse)]
+    (rest,) = [e for e in centres if e.center == pytest.approx((-5.1 / size, 1.9 / size))]
+    sd = scene.evidence()["rest_x_a"].sd
+    assert rest.width == pytest.approx(4 * sd / size)
+    corners = outline(scene.vehicles["b"], impact_pose(scene, "b"))[:4] / size
+    outlines = [
+        p.get_xy()[:4] for p in axes.patches if isinstance(p, Polygon) and len(p.get_xy()) == 5
+    ]
+    assert any(np.allclose(corners, each) for each in outlines)
+
+
+def test_a_plan_needs_no_measured_rest():
+    scene = parse_scene(stripped("departure = { speed = '5 ± 1 m/s' }"), "bare")
+    plan_figure(scene).draw_without_rendering()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
+)
+def test_a_picture_is_of_its_suffix_and_alike_byte_for_byte(suffix, start):
+    scene = parse_scene(SCENE, "bend")
+    first, second = (IMAGES[suffix](plan_figure(scene)) for _ in range(2))
+    assert first.startswith(start)
+    assert first == second
+
+
+def test_a_plan_waits_for_no_library_of_inference():
+    code = (
+        "import sys, retrodict as rd; rd.load_scene('examples/brach-1977/scene.toml').plot();"
+        "assert not {'jax', 'xarray', 'arviz_stats', 'scipy.stats'} & set(sys.modules)"
+    )
+    root = Path(__file__).parents[2]
+    subprocess.run([sys.executable, "-c", code], cwd=root, check=True)
+
+
+def test_the_scene_of_a_loaded_result_can_be_drawn():
+    code = (
+        "from retrodict.result import load; from retrodict.scene.records import Scene; "
+        "assert Scene.plot and Scene._repr_html_"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

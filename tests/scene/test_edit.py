@@ -127,7 +127,7 @@ def test_a_source_goes_with_the_value_that_it_is_of() -> None:
         ("vehicles.A.mass", "1800", 'vehicles.A.mass = "1800": no unit; write "1800 kg" (or in lb)'),
         ("vehicles.a.mass", "1 kg", 'vehicles.a.mass = "1 kg": not plausible; write a mass between '),
         ("vehicles.A.approach.speed", "50 mph", "needs an uncertainty (one standard deviation)"),
-        ("vehicles.A.aproach.speed", "50 ± 2 mph", 'vehicles.A.aproach = {speed = "50 ± 2 mph"}: unkn'),
+        ("vehicles.A.motion.speed", "50 ± 2 mph", 'vehicles.A.motion = {speed = "50 ± 2 mph"}: unkn'),
         ("impact.point[0]", "1 kg", 'impact.point[0] = "1 kg": "kg" does not measure a length'),
         ("impact.point[2]", "1 m", "impact.point[2]: not in the scene, which has 2 there; write all"),
         ("vehicles.A.rest.rotation", "200 deg", "the two headings differ by"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib import patheffects
 from matplotlib.axes import Axes
@@ -13,7 +14,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Rectangle, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from retrodict.findings.run_outs import motions
 from retrodict.report import drawing
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES, Edge, Measured, Scene, Vehicle
@@ -57,8 +57,26 @@ def scene_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> F
     Returns:
         The figure.
     """
-    scene, unit = findings.scene, unit_of("length", units)
-    paths = _paths(outcome, unit.worth)
+    return _from_above(findings.scene, units, outcome)
+
+
+def plan_figure(scene: Scene, units: Units = "si") -> Figure:
+    """Scaled top view of what was measured, before any run: surfaces, impact, measured poses.
+
+    Args:
+        scene: what was measured.
+        units: "si" or "us".
+
+    Returns:
+        The figure.
+    """
+    with mpl.rc_context(drawing.STYLE):
+        return _from_above(scene, units)
+
+
+def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> Figure:
+    unit = unit_of("length", units)
+    paths = _paths(outcome, unit.worth) if outcome else {}
     view = _view(scene, paths, unit.worth)
     width, height = view[1] - view[0], view[3] - view[2]
     figure = drawing.new_figure(7.2, float(np.clip(6.4 * height / width, 2.6, 7.4)) + 1.5)
@@ -68,7 +86,7 @@ def scene_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> F
     axes.set_ylim(view[2], view[3])
     handles = _surfaces(axes, scene, view, unit.worth)
     handles += _run_outs(axes, scene, paths, unit.worth)
-    handles += _one_motion(axes, scene, outcome, unit.worth)
+    handles += _one_motion(axes, scene, outcome, unit.worth) if outcome else []
     handles += _vehicles(axes, scene, unit.worth)
     handles += _directions(axes, scene, unit.worth)
     handles += _marks(axes, scene, unit.worth)
@@ -221,6 +239,8 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
 
 def _one_motion(axes: Axes, scene: Scene, outcome: Outcome, worth: float) -> list[Artist]:
     """Outlines and wheels of the median draw on its way."""
+    from retrodict.findings.run_outs import motions  # a plan does not wait for it
+
     found = motions(outcome, 1)
     if not found:
         return []

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
-import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.image import imsave
 
 from retrodict.report import (
     figure_delta_v,
@@ -23,7 +18,7 @@ from retrodict.report import (
     figure_timeline,
     figure_tornado,
 )
-from retrodict.report.drawing import DPI
+from retrodict.report.drawing import to_png, to_svg
 from retrodict.report.figure_delta_v import delta_v_figure
 from retrodict.report.figure_pair import pair_figure
 from retrodict.report.figure_posterior import posterior_figure
@@ -58,7 +53,6 @@ __all__ = [
 ]
 
 _ALL = slice(None)
-_MARGIN = 16  # pixels of white about what is drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,33 +105,6 @@ def figures_of(findings: Findings) -> dict[str, Registered]:
     """The figures of a report: `FIGURES`, and those that its questions ask for."""
     asked = {each.figure for each in findings.questions}
     return FIGURES | {name: figure for name, figure in ASKED.items() if name in asked}
-
-
-def to_png(figure: Figure) -> bytes:
-    """A figure as a PNG image, with a narrow margin about what is drawn."""
-    # savefig's tight box does the same, but lays out and draws every figure twice
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    pixels = np.asarray(canvas.buffer_rgba())
-    drawn = pixels.view(np.uint32)[..., 0] != np.uint32(0xFFFFFFFF)  # not white
-    for axis in (0, 1):
-        found = np.flatnonzero(drawn.any(axis=1 - axis))
-        if found.size:
-            pixels = pixels.take(range(found[0], found[-1] + 1), axis=axis)
-    margin = ((_MARGIN, _MARGIN), (_MARGIN, _MARGIN), (0, 0))
-    pixels = np.pad(pixels, margin, constant_values=255)
-    buffer = io.BytesIO()
-    # level 3 is twice as fast as the default, for images a tenth larger
-    imsave(buffer, pixels, format="png", dpi=DPI, pil_kwargs={"compress_level": 3})
-    return buffer.getvalue()
-
-
-def to_svg(figure: Figure) -> bytes:
-    """A figure as an SVG drawing; what is drawn alike is so byte for byte."""
-    buffer = io.BytesIO()
-    with mpl.rc_context({"svg.hashsalt": "retrodict"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()
 
 
 def images(

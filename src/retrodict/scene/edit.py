@@ -134,7 +134,7 @@ def _write(
             at = at.setdefault(part, {}) if isinstance(at, dict) else at[part]
     if value is not None:
         at[part] = value
-    elif isinstance(at, list) or part in at:
+    elif isinstance(part, int) or part in at:
         del at[part]
     else:
         raise refuse(depth, "not written in the scene, so it cannot be removed")
@@ -169,7 +169,7 @@ def _plain(value: Any) -> Any:
 
 def _plain_table(table: Mapping[Any, Any]) -> dict[str, Any]:
     plain = {str(key): _plain(each) for key, each in table.items() if each is not None}
-    quantity, sd = plain.get("value"), table.get("sd")
+    quantity, sd = plain.get("value"), table.get("sd", 0.0)
     if isinstance(quantity, dict):  # the value is a quantity of pint; the sd may be one
         if hasattr(sd, "magnitude"):
             try:
