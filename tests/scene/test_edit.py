@@ -6,6 +6,7 @@ import math
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pint
 import pytest
@@ -190,6 +191,16 @@ def test_quantities_of_pint_are_those_of_the_text() -> None:
     # what does not fit is not dropped
     speed["sd"] = quantity(2, "kg")
     assert "write a number" in refusal(scene, "vehicles.A.approach.speed", speed)
+
+
+def test_a_measurement_of_pint_has_its_uncertainty() -> None:
+    """Of the package uncertainties, which is not installed here, only what is asked of it."""
+    number = SimpleNamespace(nominal_value=50.0, std_dev=2.0)
+    measurement = SimpleNamespace(magnitude=number, units=UNITS.mph)
+    scene = load_scene(PAPER)
+    changed = scene.change({"vehicles.A.approach.speed": measurement})
+    written = scene.change({"vehicles.A.approach.speed": "50 ± 2 mph"})
+    assert untold(changed) == untold(written)
 
 
 def test_a_record_that_was_replaced_is_what_is_changed() -> None:
