@@ -14,7 +14,7 @@ import json
 import sys
 from pathlib import Path
 
-from benchmarks import page
+from benchmarks import how_wrong, page
 from benchmarks.__main__ import DOCS
 from retrodict.api import calibrate
 from retrodict.inference.reconstruct import DEFAULT_RUNG
@@ -97,6 +97,7 @@ def main(simulations: int, rungs: list[str]) -> None:
             break
     done = sorted(file.parent for file in FOLDERS.glob("*/calibration.json"))
     page.refresh(DOCS / "calibration.md", table(done))
+    how_wrong.refresh()
 
 
 RUNGS = ["momentum+slide", "planar+spin", "planar-moment+wheels"]

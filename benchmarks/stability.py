@@ -196,9 +196,10 @@ def main() -> None:
     for part in asked.parts or PARTS:
         PARTS[part](charts, share)
         if not asked.trial:
-            from benchmarks import page
+            from benchmarks import how_wrong, page
 
             page.refresh(CHARTS.parent / "atlas.md", page.of_atlas(CHARTS))
+            how_wrong.refresh()
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from benchmarks import page
+from benchmarks import how_wrong, page
 from benchmarks.__main__ import DOCS
 from retrodict.api import validate
 from retrodict.report.validation import remark_lines, table_lines
@@ -27,6 +27,7 @@ def main(folder: Path = DOCS.parent / "examples") -> None:
     )
     parts = {"table": table_lines(found), "remarks": remark_lines(found)}
     page.refresh(DOCS / "validation.md", parts)
+    how_wrong.refresh()
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from benchmarks import page
+from benchmarks import how_wrong, page
 from benchmarks.__main__ import DOCS
 from benchmarks.rolling import scenes, scores
 from benchmarks.rolling.runs import COLUMNS, Row, run
@@ -47,6 +47,7 @@ def main(indices: Iterable[int] = range(NUMBER), folder: Path | None = None) -> 
     scores.draw(rows, charts / "rolling.png")
     if folder is None:
         page.refresh(DOCS / "rolling.md", parts)
+        how_wrong.refresh()
     print("\n".join(line for lines in parts.values() for line in [*lines, ""]))
 
 

@@ -1,6 +1,6 @@
 """What really happens in a synthetic crash: NumPy and SciPy, without JAX or `retrodict.mechanics`.
 
-The impact is a linear system (SAE 770014, eqs 19-24 with the two corrections of the README). The
+The impact is a linear system (SAE 770014, eqs 19-24 with the two corrections of docs/model.md). The
 run-out is that of `tests.shared.reference`: a rigid body on four wheels, followed over time by DOP853
 at a tolerance of 1e-12 until a millionth of the motion is left.
 """
@@ -46,7 +46,7 @@ def separation(before: Array, impact: Impact, e: float, mu: float, e_m: float) -
         The same after the impact.
 
     Source:
-        SAE 770014, eqs 19-24; eqs 21 and 24 as corrected in the README.
+        SAE 770014, eqs 19-24; eqs 21 and 24 as corrected in docs/model.md.
     """
     P_a, normal, tangent = _impulse_on_a(impact), *_axes(impact)
     friction = (tangent - mu * normal) @ P_a  # eq 23: P_t - mu P_n = 0
