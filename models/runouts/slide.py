@@ -21,7 +21,8 @@ def rest_poses(
     """Rest positions of both vehicles for velocities after the impact."""
     return parts.each_vehicle(
         lambda start, velocity, car, on: (
-            start + velocity * jnp.hypot(*velocity) / (2 * GRAVITY * on.coefficients[0])
+            start
+            + velocity * jnp.hypot(*velocity) / (2 * GRAVITY * jnp.asarray(on.coefficients)[0])
         ),
         *(parts.impact_poses(x)[:, :2], after.reshape(2, 2)),
         car=parts.cars(structure, x),

@@ -55,7 +55,7 @@ def _both[T](
     for i, v in enumerate(VEHICLES):
         rolls = v in structure.rolling
         car = jax.tree.map(lambda own: own[i], parts.cars(structure, x))  # noqa: B023
-        ground = on._replace(coefficients=on.coefficients[i])
+        ground = on._replace(coefficients=jnp.asarray(on.coefficients)[i])
         car = car if rolls else car._replace(wheels=None)
         ends.append(follow(where[0][i], where[1][i], car, ground, steps=paced if rolls else steps))
     return jax.tree.map(lambda *own: jnp.stack(own), *ends)

@@ -6,13 +6,16 @@ lever arms are those of SAE 770014, eqs 15-18.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 Scalar = Float[Array, ""] | float
 State = Float[Array, "6"]  # (x, y, spin) of A, then of B: m/s, rad/s
+SixNumbers = State | Float[np.ndarray, "6"] | Sequence[float]  # the same, as it may be given
 
 
 class Bodies(NamedTuple):
@@ -83,7 +86,7 @@ def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
     return jnp.stack([c, s]), jnp.stack([-s, c])
 
 
-def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
+def contact_velocity(state: SixNumbers, bodies: Bodies) -> Float[Array, "2"]:
     """Velocity of A relative to B at the impact centre (the brackets of eq 22), m/s.
 
     Args:
@@ -98,7 +101,7 @@ def contact_velocity(state: State, bodies: Bodies) -> Float[Array, "2"]:
     return jnp.stack([v_ax + d3 * w_a - v_bx + d1 * w_b, v_ay - d4 * w_a - v_by - d2 * w_b])
 
 
-def closing_speed(approach: State, bodies: Bodies) -> Float[Array, ""]:
+def closing_speed(approach: SixNumbers, bodies: Bodies) -> Float[Array, ""]:
     """Closing speed along the normal, each vehicle on its own side of the contact.
 
     Args:

@@ -20,7 +20,14 @@ from typing import Literal, NamedTuple, get_args
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from retrodict.mechanics.contact import Bodies, Scalar, State, axes, contact_velocity
+from retrodict.mechanics.contact import (
+    Bodies,
+    Scalar,
+    SixNumbers,
+    State,
+    axes,
+    contact_velocity,
+)
 
 MomentEquation = Literal["corrected", "as-printed"]
 
@@ -87,7 +94,7 @@ def printed_e_m(e_m: Scalar) -> Scalar:
 
 
 def separation(
-    approach: State,
+    approach: SixNumbers,
     bodies: Bodies,
     coefficients: Coefficients,
     moment_equation: MomentEquation = "corrected",
@@ -113,7 +120,7 @@ def separation(
     P, M = impulse(approach, bodies, coefficients)
     f_a, f_b = _force_moments(P, bodies)
     m_a, m_b, I_a, I_b = bodies[:4]
-    return approach + jnp.stack(
+    return jnp.asarray(approach) + jnp.stack(
         [
             P[0] / m_a,  # eq 9
             P[1] / m_a,  # eq 10
@@ -126,7 +133,7 @@ def separation(
 
 
 def impulse(
-    approach: State, bodies: Bodies, coefficients: Coefficients
+    approach: SixNumbers, bodies: Bodies, coefficients: Coefficients
 ) -> tuple[Float[Array, "2"], Scalar]:
     """Force impulse P on A (N s) and moment impulse M on A (N m s), in closed form.
 
@@ -301,7 +308,7 @@ def normal_impulse(e: Scalar, kept: Scalar, approach: State, bodies: Bodies, e_m
     return push / (response.nn - by_friction * response.nt)
 
 
-def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scalar:
+def critical_mu(approach: SixNumbers, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scalar:
     """The mu at which sliding along the contact line just ends (the caution at eq 23).
 
     Args:
@@ -333,7 +340,7 @@ def critical_mu(approach: State, bodies: Bodies, e: Scalar, e_m: Scalar) -> Scal
 
 
 def capped(
-    approach: State,
+    approach: SixNumbers,
     bodies: Bodies,
     e: Scalar,
     mu: Scalar | Literal["critical"],
@@ -411,7 +418,9 @@ def _is_printed(moment_equation: MomentEquation) -> bool:
     return moment_equation == "as-printed"
 
 
-def _without_force(approach: State, bodies: Bodies, response: _Response) -> tuple[Scalar, Scalar]:
+def _without_force(
+    approach: SixNumbers, bodies: Bodies, response: _Response
+) -> tuple[Scalar, Scalar]:
     """Normal contact velocity before the impact, and its change by the moment impulse alone."""
     u_n = contact_velocity(approach, bodies) @ axes(bodies)[0]
     return u_n, response.shed * (approach[5] - approach[2]) * response.turn_n

@@ -140,6 +140,7 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
         car: its yaw inertia, axles, track and wheels.
         ground: friction of the surfaces and where they lie.
     """
+    start = jnp.asarray(start)
     places = jnp.concatenate([jnp.zeros((1, 2)), jnp.asarray(way.points) - start[:2]])
     legs = jnp.diff(places, axis=0)
     lengths = jnp.sqrt(jnp.sum(legs**2, axis=1) + _TINY)
@@ -216,7 +217,7 @@ def rolled(
     )
     turned = MEAN_YAW_RATE * Omega * 2 * length / jnp.sqrt(speed2) * taken.share
     angle = _heading(at, taken.share, turned, taken.turned_after)
-    return start + jnp.stack([c * x - s * y, s * x + c * y, angle], axis=1)
+    return jnp.asarray(start) + jnp.stack([c * x - s * y, s * x + c * y, angle], axis=1)
 
 
 def rolled_back(end: Pose, start: Pose, taken: WayTaken) -> Velocity:
@@ -227,7 +228,7 @@ def rolled_back(end: Pose, start: Pose, taken: WayTaken) -> Velocity:
         start: at the impact.
         taken: the measured way.
     """
-    x, y, turned = end - start
+    x, y, turned = jnp.asarray(end) - jnp.asarray(start)
     chord_x, chord_y = taken.places[-1]
     length = taken.length * jnp.sqrt((x**2 + y**2 + _TINY) / (chord_x**2 + chord_y**2 + _TINY))
     speed = jnp.sqrt(2 * GRAVITY * taken.drag * length)

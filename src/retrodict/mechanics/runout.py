@@ -7,7 +7,7 @@ neither an event nor a regularised stop, each of which distorts the rest pose or
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from retrodict.mechanics.rotation import cos_sin
-from retrodict.mechanics.surface import Polygon, Zone, friction
+from retrodict.mechanics.surface import NO_ZONES, Coefficients, Polygon, Zone, friction
 from retrodict.mechanics.tyre import SLIP, SLOW, Wheels, force
 
 GRAVITY = 9.80665  # m/s²
@@ -47,6 +47,7 @@ _MOST_PACED = 6000  # of them: a car that rolls 700 m on the least drag takes 11
 
 Pose = Float[Array, "3"]  # x, y, heading: m, rad
 Velocity = Float[Array, "3"]  # Vx, Vy, Omega: m/s, rad/s
+ThreeNumbers = Float[Array | np.ndarray, "3"] | Sequence[float]  # either, as it may be given
 
 
 class Car(NamedTuple):
@@ -73,11 +74,19 @@ class Car(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """Surfaces and where they lie, as `surface.friction` takes them."""
+    """Surfaces and where they lie, as `surface.friction` takes them; `Ground(0.7)` is one everywhere.
 
-    coefficients: Float[Array, " surfaces"]
-    speed_dependence: Float[Array, " surfaces"] | None
-    zones: Zone
+    Args:
+        coefficients: friction f of the surface that lies everywhere, then of each zone, then of each
+            polygon; a number where there is no other.
+        speed_dependence: c, s/m, of f exp(-c v), likewise; None where f does not depend on speed.
+        zones: half-planes.
+        polygons: corners of each, m, shape (corners, 2).
+    """
+
+    coefficients: Coefficients
+    speed_dependence: Coefficients | None = None
+    zones: Zone = NO_ZONES
     polygons: tuple[Polygon, ...] = ()
 
 
@@ -118,6 +127,10 @@ class Path(NamedTuple):
     velocity: Float[Array, "steps 3"]
     time: Float[Array, " steps"]
 
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {np.shape(value)}" for name, value in self._asdict().items())
+        return f"<Path: {shapes}>"
+
 
 def fixed_steps(count: int) -> Steps:
     """`count` fixed steps for `rest`, 1 to 3072."""
@@ -128,8 +141,8 @@ def fixed_steps(count: int) -> Steps:
 
 
 def rest(
-    pose: Pose,
-    velocity: Velocity,
+    pose: ThreeNumbers,
+    velocity: ThreeNumbers,
     car: Car,
     ground: Ground,
     steps: int | Steps | Paced | None = None,
@@ -150,6 +163,10 @@ def rest(
         x, y and heading at rest; the heading is not wrapped, so turns can be counted. NaN
         where the integration did not reach rest.
 
+    Raises:
+        TypeError: differentiated in forward mode without a number of steps; the message says what to
+            do. Where it is compiled first, as in `jax.jacfwd(jax.jit(rest))`, JAX's own is raised.
+
     Source:
         Rigid body on four wheels in the spirit of Ellis, Vehicle Dynamics (1969), which
         SAE 770014 cites for its run-out.
@@ -165,7 +182,9 @@ def rest(
     return jnp.stack(_halt(end, start, car, ground, last)[:3])
 
 
-def step_error(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: int) -> Pose:
+def step_error(
+    pose: ThreeNumbers, velocity: ThreeNumbers, car: Car, ground: Ground, steps: int
+) -> Pose:
     """Estimated error of a rest pose by fixed steps: its change when the number of steps is doubled.
 
     It detects all but one in fifty of the rest poses with errors above 1 cm (docs/atlas.md).
@@ -185,8 +204,8 @@ def step_error(pose: Pose, velocity: Velocity, car: Car, ground: Ground, steps: 
 
 
 def run_out(
-    pose: Pose,
-    velocity: Velocity,
+    pose: ThreeNumbers,
+    velocity: ThreeNumbers,
     car: Car,
     ground: Ground,
     steps: int | Paced | None = None,
@@ -209,7 +228,9 @@ def run_out(
     return Path(jnp.stack(rows[:3], axis=1), jnp.stack(rows[3:6], axis=1), rows[6])
 
 
-def wheel_paths(pose: Float[Array, "*any 3"], car: Car) -> Float[Array, "*any 4 2"]:
+def wheel_paths(
+    pose: Float[Array | np.ndarray, "*any 3"] | Sequence[float], car: Car
+) -> Float[Array, "*any 4 2"]:
     """Wheel positions (front left, front right, rear left, rear right), as skid marks show them.
 
     Args:
@@ -219,6 +240,7 @@ def wheel_paths(pose: Float[Array, "*any 3"], car: Car) -> Float[Array, "*any 4 
     Returns:
         x and y of each wheel, m.
     """
+    pose = jnp.asarray(pose)
     u, v = wheel_places(car)
     c, s = (a[..., None] for a in cos_sin(pose[..., 2]))
     arms = jnp.stack([c * u - s * v, s * u + c * v], axis=-1)
@@ -229,9 +251,9 @@ def wheel_paths(pose: Float[Array, "*any 3"], car: Car) -> Float[Array, "*any 4 
 State = tuple[Float[Array, "*any"], ...]
 
 
-def _start(pose: Pose, velocity: Velocity) -> State:
+def _start(pose: ThreeNumbers, velocity: ThreeNumbers) -> State:
     """Initial state in double precision; a vehicle at rest is given the speed `_STANDS`."""
-    pose, velocity = pose.astype(float), velocity.astype(float)
+    pose, velocity = jnp.asarray(pose, float), jnp.asarray(velocity, float)
     stands = (velocity**2).sum() <= _STANDS**2
     velocity = jnp.where(stands, jnp.array([_STANDS, 0.0, 0.0]), velocity)
     return (*pose, *velocity, jnp.zeros(()))
@@ -313,20 +335,29 @@ def _adaptive(
     levels = _levels(rows, last)[1:]
     rate = _slope_of_loss(start, car, ground)
     W_0 = _speed(start[3:6], car.k2)
-    solution = diffrax.diffeqsolve(
-        diffrax.ODETerm(lambda _, state, args: rate(state)),
-        diffrax.Dopri8(),
-        0.0,
-        levels[-1],
-        1e-3,
-        start,
-        saveat=diffrax.SaveAt(ts=jnp.asarray(levels[:-1]), t1=True),
-        stepsize_controller=diffrax.PIDController(rtol=_TOLERANCE, atol=0.1 * _TOLERANCE * W_0),
-        # every step kept: with fewer checkpoints derivatives came out wrong by up to a tenth
-        adjoint=diffrax.RecursiveCheckpointAdjoint(checkpoints=MOST_STEPS),
-        max_steps=MOST_STEPS,
-        throw=False,
-    )
+    try:
+        solution = diffrax.diffeqsolve(
+            diffrax.ODETerm(lambda _, state, args: rate(state)),
+            diffrax.Dopri8(),
+            0.0,
+            levels[-1],
+            1e-3,
+            start,
+            saveat=diffrax.SaveAt(ts=jnp.asarray(levels[:-1]), t1=True),
+            stepsize_controller=diffrax.PIDController(rtol=_TOLERANCE, atol=0.1 * _TOLERANCE * W_0),
+            # every step kept: with fewer checkpoints derivatives came out wrong by up to a tenth
+            adjoint=diffrax.RecursiveCheckpointAdjoint(checkpoints=MOST_STEPS),
+            max_steps=MOST_STEPS,
+            throw=False,
+        )
+    except TypeError as error:
+        if "forward-mode" not in str(error):
+            raise
+        raise TypeError(
+            "a run-out by adaptive steps has derivatives in reverse mode only: take jax.jacrev or "
+            "jax.grad in place of jax.jacfwd, jax.jvp or jax.hessian, or give a number of steps, such "
+            "as steps=200, which has both"
+        ) from None
     arrived = solution.result == diffrax.RESULTS.successful
     return tuple(jnp.where(arrived, v, jnp.nan) for v in solution.ys)
 
@@ -383,10 +414,10 @@ def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
     """Largest time step at a state with this dW/dt, s."""
     wheel_u, wheel_v = wheel_places(car)
     assert car.wheels is not None, "only where a wheel rolls do steps have to be paced"
-    steer = cos_sin(car.wheels.steer)
+    steer, drag = cos_sin(jnp.asarray(car.wheels.steer)), jnp.asarray(car.wheels.drag)
     # friction times how much of it a rolling wheel has for sideways forces; in yaw it acts on k²
     grip = GRAVITY * jnp.asarray(ground.coefficients).max()
-    grip *= jnp.sqrt(jnp.clip(1 - car.wheels.drag**2, 0.0))
+    grip *= jnp.sqrt(jnp.clip(1 - drag**2, 0.0))
     grip *= jnp.maximum(1.0, car.front_axle * car.rear_axle / car.k2)
 
     def longest(state: State, dW: Array) -> Array:

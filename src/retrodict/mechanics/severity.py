@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from retrodict.mechanics.contact import Bodies, Scalar, State, axes, contact_velocity
+from retrodict.mechanics.contact import (
+    Bodies,
+    Scalar,
+    SixNumbers,
+    State,
+    axes,
+    contact_velocity,
+)
 from retrodict.mechanics.impact import Coefficients, critical_mu, impulse, separation
 
 REVERSAL = 1e-9  # by which |mu| may exceed |mu_c|, relative: the rounding of mu_c
@@ -53,7 +61,7 @@ class Severity(NamedTuple):
     pulls: Bool[Array, ""]
 
 
-def audit(approach: State, bodies: Bodies, coefficients: Coefficients) -> Audit:
+def audit(approach: SixNumbers, bodies: Bodies, coefficients: Coefficients) -> Audit:
     """The energy audit of an impact.
 
     Args:
@@ -66,6 +74,7 @@ def audit(approach: State, bodies: Bodies, coefficients: Coefficients) -> Audit:
         velocities before and after, which is exact. Work is negative where energy is lost. A body
         of infinite mass counts no kinetic energy: let it stand still for the balance to close.
     """
+    approach = jnp.asarray(approach)
     after = separation(approach, bodies, coefficients)
     P, M = impulse(approach, bodies, coefficients)
     normal, tangent = axes(bodies)
@@ -109,7 +118,10 @@ def feeding_term(energy: Audit) -> str | None:
 
 
 def severity(
-    approach: State, bodies: Bodies, coefficients: Coefficients, headings: Float[Array, "2"]
+    approach: SixNumbers,
+    bodies: Bodies,
+    coefficients: Coefficients,
+    headings: Float[Array, "2"] | Sequence[float],
 ) -> Severity:
     """Delta-V, principal direction of force, closing speed and energy of an impact.
 
@@ -123,6 +135,7 @@ def severity(
         The record. `clock` turns its directions into hours, `feeding_term` names the work that
         feeds an outcome which gains energy.
     """
+    approach, headings = jnp.asarray(approach), jnp.asarray(headings)
     after = separation(approach, bodies, coefficients)
     change = (after - approach).reshape(2, 3)[:, :2]
     size = jnp.hypot(change[:, 0], change[:, 1])
@@ -145,7 +158,7 @@ def severity(
 
 
 def reverses_sliding(
-    approach: State, bodies: Bodies, coefficients: Coefficients
+    approach: SixNumbers, bodies: Bodies, coefficients: Coefficients
 ) -> Bool[Array, ""]:
     """Whether friction reverses the sliding, or accelerates it.
 
@@ -164,7 +177,7 @@ def reverses_sliding(
     return jnp.logical_or(exceeds, mu * critical < 0)
 
 
-def pulls(approach: State, bodies: Bodies, coefficients: Coefficients) -> Bool[Array, ""]:
+def pulls(approach: SixNumbers, bodies: Bodies, coefficients: Coefficients) -> Bool[Array, ""]:
     """Whether the normal impulse is tensile, which no contact can transmit.
 
     Eq 22 asks for it where the moment alone would part the contact points faster than e allows: at
@@ -183,7 +196,7 @@ def pulls(approach: State, bodies: Bodies, coefficients: Coefficients) -> Bool[A
     return (P @ normal) * (contact_velocity(approach, bodies) @ normal) > 0
 
 
-def clock(pdof: Float[Array, "*any"]) -> Int[Array, "*any"]:
+def clock(pdof: Float[Array, "*any"] | Sequence[float] | float) -> Int[Array, "*any"]:
     """A direction of force as the hour of a clock laid on the vehicle, 12 straight ahead.
 
     Args:
@@ -192,7 +205,7 @@ def clock(pdof: Float[Array, "*any"]) -> Int[Array, "*any"]:
     Returns:
         The nearest hour, 1 to 12; 0 for NaN, where there is no force.
     """
-    hour = jnp.mod(jnp.round(pdof * 6 / jnp.pi) - 1, 12) + 1
+    hour = jnp.mod(jnp.round(jnp.asarray(pdof) * 6 / jnp.pi) - 1, 12) + 1
     return jnp.nan_to_num(hour).astype(int)
 
 

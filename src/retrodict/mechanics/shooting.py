@@ -10,7 +10,7 @@ iterations it needs twenty lines, and the run-out and its Jacobian come from one
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -68,8 +68,8 @@ class Departures(NamedTuple):
 
 
 def departures(
-    start: Float[Array | np.ndarray, "*#grid 3"],
-    rest_pose: Float[Array | np.ndarray, "*#grid 3"],
+    start: Float[Array | np.ndarray, "*#grid 3"] | Sequence[float],
+    rest_pose: Float[Array | np.ndarray, "*#grid 3"] | Sequence[float],
     car: Car,
     ground: Ground,
     turns: Iterable[int] | None = TURNS,
@@ -102,7 +102,7 @@ def departures(
     poses = [np.asarray(start, float), np.asarray(rest_pose, float)]
     numbers = [np.asarray(v, float)[..., None] for v in car[:4]]
     wheels = [] if car.wheels is None else [np.asarray(v, float) for v in car.wheels]
-    grips = [np.asarray(v, float) for v in ground[:2] if v is not None]
+    grips = [np.atleast_1d(np.asarray(v, float)) for v in ground[:2] if v is not None]
     arrays = [*poses, *numbers, *wheels, *grips]
     grid = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
     flat = [np.broadcast_to(a, (*grid, a.shape[-1])).reshape(-1, a.shape[-1]) for a in arrays]
@@ -239,9 +239,10 @@ def _guesses(
     chord = jnp.where((way**2).sum() > 0, jnp.arctan2(way[1], way[0] + 1e-300), 0.0)
     wheels = jnp.hypot((car.front_axle + car.rear_axle) / 2, car.track / 2)
     to_stop = jnp.stack([2 * far, 2 * jnp.abs(rotation) * car.k2 / wheels]) / GRAVITY  # T² f
-    shortest = jnp.sqrt(to_stop.max() / ground.coefficients.max()) * 0.9
+    grip = jnp.asarray(ground.coefficients)
+    shortest = jnp.sqrt(to_stop.max() / grip.max()) * 0.9
     drag = 1.0 if car.wheels is None else car.wheels.drag.mean().clip(0.02, 1.0)
-    longest = jnp.sqrt(to_stop.sum() / (drag * ground.coefficients.min())) * 1.3
+    longest = jnp.sqrt(to_stop.sum() / (drag * grip.min())) * 1.3
     T = shortest * (longest / shortest) ** _TIMES
     T, c, spin, angle = jnp.broadcast_arrays(
         T[:, None, None, None],

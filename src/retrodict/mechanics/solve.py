@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
 
 import jax
@@ -50,8 +51,11 @@ class NotDetermined(ValueError):
         self.rank, self.trade_off, self.contradicts = rank, trade_off, contradicts
         free = "can trade off" if trade_off[1:] else "has no effect"
         also = "; moreover the known values contradict one another" if contradicts else ""
-        message = f"eqs 19-24 determine {rank} of 6 unknowns: {', '.join(trade_off)} {free}{also}"
-        super().__init__(message)
+        of_these = "one of these" if trade_off[1:] else "it"
+        super().__init__(
+            f"eqs 19-24 determine {rank} of 6 unknowns: {', '.join(trade_off)} {free}{also}; give "
+            f"{of_these} a value, and take another quantity for unknown in its place"
+        )
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,7 @@ class Solution:
 def solve(
     known: Mapping[str, float],
     bodies: Bodies,
-    unknown: Iterable[str] | None = None,
+    unknown: Iterable[str] | str | None = None,
     moment_equation: MomentEquation = "corrected",
 ) -> Solution:
     """Any six of the fifteen quantities of eqs 19-24 from the other nine.
@@ -83,8 +87,8 @@ def solve(
         known: values by name, m/s, rad/s and coefficients. Names are v_ax, v_ay, omega_a, v_bx,
             v_by, omega_b before, V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b after, e, mu, e_m.
         bodies: masses, inertias, lever arms and Gamma; one body's mass and inertia may be infinite.
-        unknown: the six to solve for; by default those not in `known`, and what `known` says of
-            them is disregarded.
+        unknown: the six to solve for, names in a list or in one text; by default those not in
+            `known`, and what `known` says of them is disregarded.
         moment_equation: eq 24 "corrected" or "as-printed".
 
     Returns:
@@ -92,17 +96,15 @@ def solve(
 
     Raises:
         NotDetermined: the unknowns are not determined; says the rank and which trade off.
-        ValueError: names or their number are wrong, a known value is not finite, or both bodies
-            are infinite.
+        ValueError: names or their number are wrong, a known value is no finite number, or both bodies
+            are infinite; the message says what to give.
 
     Source:
         SAE 770014, eqs 19-24, eqs 21 and 24 corrected.
     """
     free = _indices_of_unknowns(known, unknown)
-    values = np.array([0.0 if i in free else known[name] for i, name in enumerate(NAMES)])
+    values = np.array([0.0 if i in free else _number(known, name) for i, name in enumerate(NAMES)])
     row, column = _scales(bodies)
-    if not np.isfinite(values).all():
-        raise ValueError("known values must be finite")
 
     def linearise(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         misfit, jacobian = _linearise(values, bodies, moment_equation)
@@ -136,16 +138,45 @@ def solve(
     )
 
 
-def _indices_of_unknowns(known: Mapping[str, float], unknown: Iterable[str] | None) -> list[int]:
+def _indices_of_unknowns(
+    known: Mapping[str, float], unknown: Iterable[str] | str | None
+) -> list[int]:
+    if isinstance(unknown, str):
+        unknown = unknown.replace(",", " ").split()
     names = set(NAMES) - set(known) if unknown is None else set(unknown)
-    strange = (names | set(known)) - set(NAMES)
-    missing = set(NAMES) - set(known) - names
-    if strange or missing or len(names) != 6:
+    for name in sorted((names | set(known)) - set(NAMES)):
+        close = get_close_matches(name, NAMES, 1)
+        meant = f"; did you mean {close[0]}?" if close else ""
+        raise ValueError(f"{name!r} is none of {', '.join(NAMES)}{meant}")
+    if missing := set(NAMES) - set(known) - names:
+        raise ValueError(f"neither known nor unknown: {_listed(missing)}; give each a value")
+    if len(names) > 6:
         raise ValueError(
-            f"six of {', '.join(NAMES)} must be unknown and the rest known; unknown are "
-            f"{len(names)}, without a value {sorted(missing)}, not of these {sorted(strange)}"
+            f"{len(names)} quantities are unknown, and six equations determine six: give a value to "
+            f"{len(names) - 6} of {_listed(names)}"
+        )
+    if len(names) < 6:
+        raise ValueError(
+            f"{len(names)} quantities are unknown; six must be: leave out {6 - len(names)} more of "
+            f"{_listed(set(NAMES) - names)}, or name the six with unknown="
         )
     return [i for i, name in enumerate(NAMES) if name in names]
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Names in the order of `NAMES`."""
+    return ", ".join(sorted(names, key=NAMES.index))
+
+
+def _number(known: Mapping[str, float], name: str) -> float:
+    try:
+        value = float(known[name])
+    except (TypeError, ValueError):
+        value = np.nan
+    if not np.isfinite(value):
+        unit = "rad/s" if "mega" in name else "m/s" if name in NAMES[:12] else "no unit"
+        raise ValueError(f"{name} is {known[name]!r}: give a finite number ({unit})")
+    return value
 
 
 def _scales(bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:

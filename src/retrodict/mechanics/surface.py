@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -16,6 +17,8 @@ TYRE_WIDTH = 0.2
 _TINY = 1e-18  # m²: a point on the outline has a derivative too
 
 Polygon = Float[Array | np.ndarray, "corners 2"]
+# of every surface in order; a number where there is but one
+Coefficients = Float[Array | np.ndarray, " surfaces"] | Sequence[float] | float
 
 
 class Zone(NamedTuple):
@@ -30,12 +33,15 @@ class Zone(NamedTuple):
     inward: Float[Array | np.ndarray, "zones 2"]
 
 
+NO_ZONES = Zone(np.zeros((0, 2)), np.zeros((0, 2)))
+
+
 def friction(
     x: Float[Array, " wheels"],
     y: Float[Array, " wheels"],
     speed: Float[Array, " wheels"],
-    coefficients: Float[Array, " surfaces"],
-    speed_dependence: Float[Array, " surfaces"] | None,
+    coefficients: Coefficients,
+    speed_dependence: Coefficients | None,
     zones: Zone,
     polygons: tuple[Polygon, ...] = (),
 ) -> Float[Array, " wheels"]:
@@ -46,7 +52,7 @@ def friction(
         y: likewise.
         speed: of their slip, m/s.
         coefficients: f of the surface that lies everywhere, then of each zone, then of each
-            polygon; later ones cover.
+            polygon; later ones cover. A number where there is no other.
         speed_dependence: c, s/m, likewise; None where friction does not depend on speed.
         zones: half-planes.
         polygons: corners of each, m.
@@ -55,10 +61,11 @@ def friction(
         Friction of each wheel, passing smoothly over a tyre's width at an edge.
     """
 
+    f = jnp.atleast_1d(jnp.asarray(coefficients))
+    c = None if speed_dependence is None else jnp.atleast_1d(jnp.asarray(speed_dependence))
+
     def of_surface(i: int) -> Array:
-        if speed_dependence is None:
-            return coefficients[i]
-        return coefficients[i] * jnp.exp(-speed_dependence[i] * speed)
+        return f[i] if c is None else f[i] * jnp.exp(-c[i] * speed)
 
     depths = [(x - px) * nx + (y - py) * ny for (px, py), (nx, ny) in zip(*zones, strict=True)] + [
         depth_in(polygon, x, y) for polygon in polygons
@@ -74,8 +81,8 @@ def depth_in(
     polygon: Polygon, x: Float[Array, " points"], y: Float[Array, " points"]
 ) -> Float[Array, " points"]:
     """Distance of each point to the polygon's outline, m; negative outside."""
-    x, y = x[:, None], y[:, None]
-    (from_x, from_y), (to_x, to_y) = jnp.asarray(polygon).T, jnp.roll(polygon, -1, axis=0).T
+    x, y, polygon = x[:, None], y[:, None], jnp.asarray(polygon)
+    (from_x, from_y), (to_x, to_y) = polygon.T, jnp.roll(polygon, -1, axis=0).T
     side_x, side_y = to_x - from_x, to_y - from_y
     along = ((x - from_x) * side_x + (y - from_y) * side_y) / (side_x**2 + side_y**2)
     along = jnp.clip(along, 0.0, 1.0)

@@ -45,13 +45,14 @@ def force(
     Returns:
         Its parts along and across the vehicle, of size 1 at most together.
     """
-    c, s = jnp.cos(wheels.steer), jnp.sin(wheels.steer)
+    drag, steer = jnp.asarray(wheels.drag), jnp.asarray(wheels.steer)
+    c, s = jnp.cos(steer), jnp.sin(steer)
     along, across = c * slip[0] + s * slip[1], c * slip[1] - s * slip[0]
     speed2 = along**2 + across**2 + patch2
-    rolling = 1 - wheels.drag**2
+    rolling = 1 - drag**2
     side = across**2 + patch2
     rise = jnp.sqrt((side + rolling * along**2) / (side + rolling * SLIP**2 * (along**2 + SLOW**2)))
     # never beyond the ellipse: softening only lowers it
     per_speed = 1 / jnp.sqrt(speed2)
-    forward, sideways = -wheels.drag * along * per_speed, -across * per_speed * rise
+    forward, sideways = -drag * along * per_speed, -across * per_speed * rise
     return jnp.stack([c * forward - s * sideways, s * forward + c * sideways])
