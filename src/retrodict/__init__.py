@@ -14,11 +14,13 @@ if TYPE_CHECKING:
         calibrate,
         ladder,
         load,
+        load_result,
         reconstruct,
         replay,
         validate,
     )
     from retrodict.live import Answer, Session, session, sweep
+    from retrodict.report.figure_path import plot_path
     from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
 
     __version__: str
@@ -37,8 +39,10 @@ __all__ = [
     "calibrate",
     "ladder",
     "load",
+    "load_result",
     "load_scene",
     "parse_scene",
+    "plot_path",
     "reconstruct",
     "replay",
     "session",
@@ -56,6 +60,8 @@ _HOMES = {
     "calibrate": "retrodict.api",
     "ladder": "retrodict.api",
     "load": "retrodict.result",
+    "load_result": "retrodict.result",
+    "plot_path": "retrodict.report.figure_path",
     "reconstruct": "retrodict.api",
     "replay": "retrodict.api",
     "validate": "retrodict.api",

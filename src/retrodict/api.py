@@ -15,7 +15,7 @@ from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
 from retrodict.notebook import Scene  # with what it shows of itself
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
-from retrodict.result import CHAINS, Result, load
+from retrodict.result import CHAINS, Result, load, load_result
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units
 from retrodict.studies import calibration as _calibration
@@ -39,6 +39,7 @@ __all__ = [
     "calibrate",
     "ladder",
     "load",
+    "load_result",
     "reconstruct",
     "replay",
     "validate",

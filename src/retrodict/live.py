@@ -20,7 +20,7 @@ from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.result import Result
 from retrodict.scene.asked import read_proposition
 from retrodict.scene.edit import change
-from retrodict.scene.load import load_scene
+from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units, describe, unit_of
 from retrodict.scene.records import Scene
 from retrodict.studies.ladder import allowed, ladder
@@ -160,7 +160,7 @@ class Session:
         seed: int = 0,
         progress: Progress | None = None,
     ) -> None:
-        self.scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        self.scene = as_scene(scene)
         self.seed = seed
         self._progress = progress or silent
         self.model = self._chosen() if model == AUTO else model
@@ -282,7 +282,7 @@ def sweep(
     """
     import pandas as pd
 
-    known = scene if isinstance(scene, Scene) else load_scene(scene)
+    known = as_scene(scene)
     listed = {key: list(each) for key, each in values.items()}
     variants = [dict(zip(listed, each, strict=True)) for each in product(*listed.values())]
     scenes = [change(known, variant) for variant in variants]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from retrodict.findings import Findings
+    from retrodict.findings.differences import Differences
     from retrodict.findings.questions import Answered
     from retrodict.report.drawing_process import DrawingProcess
     from retrodict.scene.case import Case
@@ -61,18 +62,48 @@ class Result:
         return findings.compute(self.outcome, self.ladder)
 
     def summary(self, units: Units = "si") -> pd.DataFrame:
-        """The reported quantities in a table.
+        """The reported quantities, and what follows from them, in a table.
 
         Args:
             units: "si" or "us".
 
         Returns:
-            One row a quantity, one column a statistic; quantities that failed a check of their own
-            are NaN, and the column `checks` says so.
+            One row a quantity, delta-v and the principal direction of force (PDOF) among them, one
+            column a statistic; quantities that failed a check of their own, or follow from one that
+            did, are NaN, and the column `checks` says so.
         """
         from retrodict.findings.summary import summary_frame
 
         return summary_frame(self.findings, units)
+
+    @cached_property
+    def pointwise(self) -> xr.DataTree:
+        """The draws with the whole evidence in one variable, as ArviZ's `loo` and predictive checks want it.
+
+        Groups posterior, log_likelihood, posterior_predictive and observed_data; the variable `evidence`
+        has the dimension `item`, in standard deviations of each measurement about its mean prediction.
+        """
+        from retrodict.inference.pointwise import pointwise
+
+        return pointwise(self.idata)
+
+    def compare(self, other: Result) -> Differences:
+        """This result beside another, of the same scene or a changed one, by the same model or another.
+
+        Args:
+            other: with which it is compared.
+
+        Returns:
+            `verdict`, a few sentences; `table(units)`, a pandas table of means and standard deviations of
+            both, the difference, and that in standard deviations and in Monte Carlo errors; `changes()`,
+            a table of the keys of the scene file and of the run that differ. A notebook shows all.
+
+        Raises:
+            NothingInCommon: there is no quantity of which both have numbers.
+        """
+        from retrodict.findings.differences import differences
+
+        return differences(self.findings, other.findings)
 
     def probability(self, proposition: str) -> Answered:
         """How probable a proposition about a reported quantity is, given the evidence.
@@ -271,18 +302,29 @@ class Result:
         return findings_html(self.findings)
 
 
-def load(folder: str | Path) -> Result:
-    """The result that was saved in a folder.
+def load_result(path: str | Path) -> Result:
+    """The result that was saved in a folder or an archive.
 
     Args:
-        folder: that `Result.save`, or `retrodict reconstruct`, wrote to.
+        path: of the folder that `Result.save`, or `retrodict reconstruct`, wrote to, or of the archive
+            that `Result.archive`, or `retrodict archive`, wrote.
 
     Returns:
         The result, as it was; of an interrupted run without what it would go on from.
 
     Raises:
-        NotStored: the folder holds no result that this version reads; the message says what to do.
+        NotStored: there is no result that this version reads; the message says what to do.
+        NotArchived: the file is no archive, or was altered.
     """
-    from retrodict.findings.stored import load as read
+    from retrodict.findings.stored import load as from_folder
+    from retrodict.findings.stored import of_files
 
-    return Result(*read(Path(folder)))
+    path = Path(path)
+    if not path.is_file():
+        return Result(*from_folder(path))
+    from retrodict.report.archive import read_archive
+
+    return Result(*of_files(read_archive(path).files, path))
+
+
+load = load_result  # its former name

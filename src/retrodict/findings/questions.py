@@ -98,6 +98,9 @@ class Answered:
     quantity: str | None = None
     numbers: Numbers | None = None
 
+    def __repr__(self) -> str:
+        return f"<Answered: {' '.join([f'{self.title}:', *self.sentences[:1]])}>"
+
 
 def answers_to(
     outcome: Outcome,

@@ -108,6 +108,10 @@ class Findings:
     ladder: Ladder | None = None
     schema: Literal[1] = SCHEMA
 
+    def __repr__(self) -> str:
+        counted = f"{len(self.quantities)} quantities, {len(self.derived)} derived"
+        return f"<Findings of {self.scene.name!r}: {counted}; {self.verdict}>"
+
 
 def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     """Compute what a reconstruction comes to.

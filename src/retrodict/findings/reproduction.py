@@ -70,6 +70,10 @@ class Reproduction:
     draws: dict[str, bool]
     versions: dict[str, tuple[str, str]]
 
+    def __repr__(self) -> str:
+        verdict = "reproduced" if self.reproduced else "NOT REPRODUCED"
+        return f"<Reproduction of {self.title!r}: {len(self.numbers)} numbers, {verdict}>"
+
     @property
     def reproduced(self) -> bool:
         """Whether every number came out the same, at least to the digits that are printed."""

@@ -1,8 +1,9 @@
-"""A reconstruction in a folder of results, and read from there: plain data, nothing that runs."""
+"""A reconstruction as files, and read from them: plain data, nothing that runs."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,7 @@ _SCHEMA = 1  # of run.json; raised when a reader has to change
 
 
 class NotStored(ValueError):
-    """A folder holds no result that can be read; the message names it and says what to do."""
+    """There is no result that can be read; the message names the place and says what to do."""
 
 
 def stored(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, bytes]:
@@ -58,8 +59,6 @@ def load(folder: Path) -> tuple[Outcome, Ladder | None]:
         NotStored: there is no result, a file is not of the run that the summary is of, or it was
             saved by a version that this one does not read.
     """
-    from pydantic import ValidationError
-
     if not folder.is_dir():
         raise NotStored(f"{folder}: no such folder; give the folder of a result, like out/NAME")
     if (summary := read_summary(folder)) is None:
@@ -71,13 +70,33 @@ def load(folder: Path) -> tuple[Outcome, Ladder | None]:
             f"{folder}: not of the run that {SUMMARY} is of: {', '.join(sorted(other))}; "
             "reconstruct the scene again"
         )
+    return of_files({name: (folder / name).read_bytes() for name in (DRAWS, RUN)}, folder)
+
+
+def of_files(files: Mapping[str, bytes], place: Path) -> tuple[Outcome, Ladder | None]:
+    """A reconstruction from what its files hold.
+
+    Args:
+        files: as of `stored`, and any others, by name.
+        place: where they are from, for messages.
+
+    Returns:
+        As of `load`.
+
+    Raises:
+        NotStored: a file is missing, or was saved by a version that this one does not read.
+    """
+    from pydantic import ValidationError
+
+    if missing := [name for name in (DRAWS, RUN) if name not in files]:
+        raise NotStored(f"{place}: holds no result: {', '.join(missing)} is missing")
     try:
-        record = dict(_reader().validate_json((folder / RUN).read_bytes()))
+        record = dict(_reader().validate_json(files[RUN]))
     except ValidationError:
         raise NotStored(
-            f"{folder / RUN}: saved by another version; reconstruct the scene again"
+            f"{place / RUN}: saved by another version; reconstruct the scene again"
         ) from None
-    idata = draws_of((folder / DRAWS).read_bytes())
+    idata = draws_of(files[DRAWS])
     del record["schema"]
     ladder = record.pop("ladder")
     return Outcome(idata=idata, **record), ladder

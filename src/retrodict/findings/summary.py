@@ -245,22 +245,24 @@ def summary_json(findings: Findings, files: Mapping[str, bytes]) -> bytes:
 
 
 def summary_frame(findings: Findings, units: Units = "si") -> pd.DataFrame:
-    """The reported quantities in a table of numbers.
+    """The reported quantities, and what follows from the same draws, in a table of numbers.
 
     Args:
         findings: of the reconstruction.
         units: "si" or "us".
 
     Returns:
-        One row a quantity, one column a statistic. The column `checks` says what to make of the
-        row; numbers of a quantity that failed a check of its own are NaN, its diagnostics are not.
+        One row a quantity, delta-v and PDOF among them, one column a statistic. The column `checks`
+        says what to make of the row; numbers of a quantity that failed a check of its own, or follows
+        from one that did, are NaN, its diagnostics are not.
     """
     import pandas as pd
 
     verdict = "passed" if findings.checks.passed else NOT_TO_BE_RELIED_ON
     rows = {}
-    for name, found in findings.quantities.items():
+    for name, found in (findings.quantities | findings.derived).items():
         unit = found.precision[units].unit
+        usable = found.passed and not found.withheld
         row: dict[str, Any] = {"unit": unit.symbol}
         for key in ("mean", "sd", "median"):
             row[key] = scaled(getattr(found, key), unit.worth)
@@ -268,10 +270,10 @@ def summary_frame(findings: Findings, units: Units = "si") -> pd.DataFrame:
             low, high = scaled_interval(bounds, unit.worth)
             row |= {f"hdi_{level}_low": low, f"hdi_{level}_high": high}
         row["mcse_mean"] = scaled(found.mcse_mean, unit.worth)
-        if not found.passed:
+        if not usable:
             row = dict.fromkeys(row) | {"unit": unit.symbol}
         row |= {key: getattr(found, key) for key in ("ess_bulk", "ess_tail", "rhat")}
-        rows[name] = row | {"checks": verdict if found.passed else "failed"}
+        rows[name] = row | {"checks": verdict if usable else "failed"}
     frame = pd.DataFrame.from_dict(rows, orient="index")
     numbers = frame.columns.drop(["unit", "checks"])
     return frame.astype(dict.fromkeys(numbers, float))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from retrodict.scene.records import Scene
+from retrodict.scene.write import scene_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
     from retrodict.models.description import Description
 
 
-__all__ = ["Checks", "Mode", "Outcome"]
+__all__ = ["Checks", "Mode", "Outcome", "attributes_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,7 @@ class Outcome:
     Args:
         scene: what was measured.
         description: the model, in words.
-        idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
+        idata: attributes as of `attributes_of`; groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
             sample_stats, observed_data, constant_data and trajectories; each variable has
             attributes `unit` (SI) and `label`. trajectories/path has dimensions
             (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws; `time` (s
@@ -105,3 +107,35 @@ class Outcome:
     notes: tuple[str, ...] = field(default=())
     unfinished: bytes | None = field(default=None, repr=False)
     modes: tuple[Mode, ...] = ()
+
+    def __repr__(self) -> str:
+        verdict = "passed" if self.checks.passed else "FAILED"
+        groups = ", ".join(self.idata.children)
+        return (
+            f"<Outcome of {self.scene.name!r}: {self.description.name}, seed {self.seed}, checks "
+            f"{verdict}; groups {groups}>"
+        )
+
+
+def attributes_of(outcome: Outcome) -> dict[str, str | int]:
+    """What the draws are of and how they were made, as attributes of their DataTree.
+
+    Args:
+        outcome: the reconstruction.
+
+    Returns:
+        Texts and whole numbers, which netCDF keeps: scene, its SHA-256 (of the scene file's text),
+        model, method, seed, chains, draws and warmup, versions as JSON, and whether the run was
+        complete (1) or interrupted (0).
+    """
+    versions = outcome.versions
+    return {
+        "created_by": f"retrodict {versions.get('retrodict', '')}".rstrip(),
+        "scene": outcome.scene.name,
+        "scene_sha256": scene_text(outcome.scene).sha256,
+        "model": outcome.description.name,
+        **outcome.settings,
+        "seed": int(outcome.seed),
+        "complete": int(outcome.complete),
+        "versions": json.dumps(versions, ensure_ascii=False),
+    }

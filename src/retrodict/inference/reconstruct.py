@@ -28,7 +28,7 @@ from retrodict.inference.density.kernels import (
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting import rolling
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
-from retrodict.inference.outcome import Outcome
+from retrodict.inference.outcome import Outcome, attributes_of
 from retrodict.inference.retry import Run, Sampling, has_failed
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.transforms.choice import transform_of
@@ -163,7 +163,7 @@ def reconstruct(
         title = METHODS[run.method].title
         notes.append(f"{title}: an approximation; compare it with the method nuts")
     report("predicting", 1, 1)
-    return Outcome(
+    outcome = Outcome(
         scene=found[0].scene,
         description=rung.description(found[0].scene),
         idata=run.idata,
@@ -182,6 +182,8 @@ def reconstruct(
         unfinished=run.unfinished,
         modes=run.modes,
     )
+    outcome.idata.attrs.update(attributes_of(outcome))
+    return outcome
 
 
 def _several_modes_note(found: list[Solution]) -> str:

@@ -44,6 +44,9 @@ class Archive:
     files: dict[str, bytes]
     link: str
 
+    def __repr__(self) -> str:
+        return f"<Archive of {', '.join(self.files)}; link {self.link[:16]}…>"
+
 
 def archive_bytes(files: Mapping[str, bytes]) -> bytes:
     """Files as an archive.

@@ -357,6 +357,10 @@ class Scene:
         left_out |= {f"initial_speed_{v}" for v in VEHICLES if self.approach[v].skid is None}
         return tuple(name for name in REPORTED if name not in left_out)
 
+    def __repr__(self) -> str:
+        counted = f"{len(self.inputs())} inputs, {len(self.evidence())} items of evidence"
+        return f"<Scene {self.name!r}: {self.title!r}, {counted}>"
+
 
 _APPROACH_NAMES = {"yaw_rate": "omega"}
 _WHEEL_NAMES = {wheel: f"drag_{wheel}" for wheel in WHEELS} | {"factor": "drag_factor"}

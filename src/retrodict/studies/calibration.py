@@ -90,6 +90,10 @@ class Calibration:
     simulations: int
     rows: tuple[Row, ...] = ()
 
+    def __repr__(self) -> str:
+        done = f"{len(self.rows)} of {self.simulations} simulations, {len(self.ranked)} ranked"
+        return f"<Calibration of {self.model} by {self.method}: {done}>"
+
     @property
     def complete(self) -> bool:
         """Whether all that were asked for are done."""

@@ -92,6 +92,10 @@ class Ladder:
     share: float = SHARE
     factor: float = FACTOR
 
+    def __repr__(self) -> str:
+        counted = f"{len(self.steps)} models"
+        return f"<Ladder of {self.scene.name!r}: {counted}, choice {self.choice or 'none'}>"
+
     def step(self, name: str) -> Step:
         """What a rung says."""
         return next(step for step in self.steps if step.name == name)

@@ -106,6 +106,12 @@ class Validation:
     faults: tuple[str, ...] = ()
     complete: bool = True
 
+    def __repr__(self) -> str:
+        counted = (
+            f"{len(self.scores)} speeds, {sum(score.counts for score in self.scores)} answered"
+        )
+        return f"<Validation of {self.model} by {self.method}: {counted}>"
+
     def coverage(self, level: int) -> Coverage:
         """How many shortest intervals of so many per cent hold the truth, of answers that count."""
         from scipy.stats import binomtest

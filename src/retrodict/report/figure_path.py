@@ -1,0 +1,83 @@
+"""One run-out from above: the path of the centre of gravity, the wheels, and outlines on the way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from retrodict.mechanics.runout import wheel_paths
+from retrodict.report import drawing
+from retrodict.scene.quantities import Units, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.figure import Figure
+
+    from retrodict.mechanics.runout import Car, Path
+
+_OUTLINES = 6  # between the start and rest, at most
+_INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between them
+_AROUND = (0, 1, 3, 2)  # wheels in the order of an outline
+
+
+def plot_path(path: Path, car: Car | None = None, units: Units = "si") -> Figure:
+    """Draw a run-out from above, to scale.
+
+    Args:
+        path: from `retrodict.mechanics.run_out`, of one vehicle.
+        car: its axles and track, for the paths of its wheels and its outlines, which join the wheels;
+            None for the path of the centre of gravity alone.
+        units: "si" or "us".
+
+    Returns:
+        The figure.
+
+    Raises:
+        ValueError: the path is of several run-outs, or did not reach rest.
+    """
+    pose, time = np.asarray(path.pose, float), np.asarray(path.time, float)
+    if pose.ndim != 2:
+        raise ValueError(f"a path of one run-out is drawn, of shape (steps, 3); not {pose.shape}")
+    if not np.isfinite(pose).all():
+        raise ValueError("the run-out did not reach rest: its path has no last pose to draw")
+    unit = unit_of("length", units)
+    x, y = pose[:, :2].T / unit.worth
+    with mpl.rc_context(drawing.STYLE):
+        figure = drawing.new_figure(6.0, 4.2)
+        axes = figure.add_subplot()
+        axes.set_aspect("equal", adjustable="datalim")
+        handles: list[Artist] = []
+        if car is not None:
+            wheels = np.asarray(wheel_paths(pose, car)) / unit.worth
+            axes.plot(*wheels.transpose(2, 0, 1), color=drawing.INK, ls=(0, (1, 1.6)), lw=0.7)
+            handles.append(Line2D([], [], color=drawing.INK, ls=(0, (1, 1.6)), label="wheels"))
+            interval, at = _times(float(time[-1]))
+            shown = np.stack([np.interp(at, time, column) for column in pose.T], axis=1)
+            corners = np.asarray(wheel_paths(shown, car))[:, _AROUND] / unit.worth
+            axes.add_collection(PolyCollection(list(corners), fc="none", ec=drawing.BLUE, lw=1.0))
+            front = corners[:, :2].transpose(2, 1, 0)
+            axes.plot(*front, color=drawing.BLUE, lw=2.4, solid_capstyle="butt")
+            label = f"the wheels' outline every {interval:.2g} s, front in bold"
+            handles.append(Patch(fill=False, ec=drawing.BLUE, label=label))
+        axes.plot(x, y, color=drawing.ORANGE, lw=1.6)
+        axes.plot(x[0], y[0], "o", color=drawing.ORANGE, mfc="white", ms=5)
+        axes.plot(x[-1], y[-1], "o", color=drawing.ORANGE, ms=5)
+        way = float(np.hypot(np.diff(x), np.diff(y)).sum())
+        label = f"centre of gravity: {way:.3g} {unit.symbol} to rest (dot), in {time[-1]:.3g} s"
+        handles.insert(0, Line2D([], [], color=drawing.ORANGE, lw=1.6, label=label))
+        axes.set_xlabel(f"x ({unit.symbol})")
+        axes.set_ylabel(f"y ({unit.symbol})")
+        figure.legend(handles=handles, loc="outside lower center", ncols=1)
+    return figure
+
+
+def _times(last: float) -> tuple[float, np.ndarray]:
+    """An interval, and times of outlines from the start to rest, s."""
+    wanted = (each for each in _INTERVALS if last / each <= _OUTLINES + 1)
+    interval = next(wanted, last / (_OUTLINES + 1))
+    return interval, np.append(np.arange(0.0, last - interval / 4, interval), last)
