@@ -121,8 +121,25 @@ def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> No
 
 def test_a_result_names_itself_in_a_line() -> None:
     """The draws, the scene and its text are tens of kilobytes."""
-    said = repr(api.Result(make_outcome()))
-    assert said == "<Result of 'made-up': planar-moment+wheels, seed 20, checks passed>"
+    result = api.Result(make_outcome())
+    assert repr(result) == "<Result of 'made-up': planar-moment+wheels, seed 20, checks passed>"
+    scene, ladder = result.scene, ladder_of(step("low", 19.0), step("full", 19.1))
+    records = [
+        result.outcome,
+        scene,
+        result.findings,
+        result.probability("speed_b > 45 mph"),
+        ladder,
+        rd.Calibration(scene, "planar+spin", "nuts", 0, 1000),
+        rd.Validation((), "auto", "nuts"),
+        result.compare(result),
+    ]
+    for each in records:
+        said = repr(each)
+        assert len(said) < 400, said
+        assert "\n" not in said
+    assert repr(scene).startswith("<Scene 'made-up': 'Two cars on a made-up road', ")
+    assert repr(ladder) == "<Ladder of 'made-up': 2 models, choice low>"
 
 
 def test_a_report_is_written_by_suffix_with_its_case(tmp_path, monkeypatch) -> None:

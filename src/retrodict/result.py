@@ -78,10 +78,11 @@ class Result:
 
     @cached_property
     def pointwise(self) -> xr.DataTree:
-        """The draws with the whole evidence in one variable, as ArviZ's `loo` and predictive checks want it.
+        """The draws with all evidence in one variable, as ArviZ's `loo` and predictive checks want it.
 
-        Groups posterior, log_likelihood, posterior_predictive and observed_data; the variable `evidence`
-        has the dimension `item`, in standard deviations of each measurement about its mean prediction.
+        Groups posterior, log_likelihood, posterior_predictive and observed_data; the variable
+        `evidence` has the dimension `item`, in standard deviations of each measurement about its mean
+        prediction.
         """
         from retrodict.inference.pointwise import pointwise
 
@@ -94,9 +95,10 @@ class Result:
             other: with which it is compared.
 
         Returns:
-            `verdict`, a few sentences; `table(units)`, a pandas table of means and standard deviations of
-            both, the difference, and that in standard deviations and in Monte Carlo errors; `changes()`,
-            a table of the keys of the scene file and of the run that differ. A notebook shows all.
+            The record: `verdict`, a few sentences; `table(units)`, a pandas table of means and standard
+            deviations of both, the difference, and that in standard deviations and in Monte Carlo
+            errors; `changes()`, a table of the keys of the scene file and of the run that differ. A
+            notebook shows all.
 
         Raises:
             NothingInCommon: there is no quantity of which both have numbers.

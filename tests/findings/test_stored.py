@@ -11,6 +11,7 @@ from retrodict import findings
 from retrodict.findings.stored import NotStored, load, stored
 from retrodict.findings.summary import SUMMARY, summarise, summary_json
 from retrodict.report import figures
+from retrodict.report.archive import NotArchived, archive_bytes
 from retrodict.result import Result
 from tests.studies.made_up import ladder_of, step
 
@@ -32,6 +33,19 @@ def test_what_is_loaded_is_what_was_saved(which, request, tmp_path):
             assert getattr(again.outcome, field.name) == getattr(outcome, field.name), field.name
     assert set(again.idata.children) == set(outcome.idata.children)
     assert summarise(again.findings) == summarise(findings.compute(outcome))
+
+
+def test_an_archive_is_read_as_its_folder_is(outcome, tmp_path):
+    result = Result(outcome)
+    again = retrodict.load_result(result.archive(tmp_path / "x.retrodict.zip"))
+    assert summarise(again.findings) == summarise(result.findings)
+    assert retrodict.load is retrodict.load_result
+    (tmp_path / "posterior.nc").write_bytes(b"not an archive")
+    with pytest.raises(NotArchived, match="no archive that can be read"):
+        retrodict.load_result(tmp_path / "posterior.nc")
+    (tmp_path / "other.zip").write_bytes(archive_bytes({"about.json": b"{}"}))
+    with pytest.raises(NotStored, match=r"posterior\.nc, run\.json is missing"):
+        retrodict.load_result(tmp_path / "other.zip")
 
 
 def test_the_ladder_and_what_is_not_finite_are_kept(outcome, tmp_path):

@@ -18,6 +18,7 @@ from retrodict.findings.summary import (
 )
 from retrodict.inference.outcome import Checks
 from retrodict.report.results import result_rows
+from retrodict.scene.quantities import DERIVED
 
 NAMES = ["speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b"]
 STATISTICS = {
@@ -82,7 +83,10 @@ def test_summary_survives_without_a_posterior(outcome, drop):
 
 def test_frame_has_numbers_in_the_units_asked_for(outcome):
     si, us = summary_frame(compute(outcome)), summary_frame(compute(outcome), "us")
-    assert list(si.index) == NAMES
+    derived = [name for name in DERIVED if name in outcome.idata["posterior"] or "pdof" in name]
+    assert list(si.index) == [*NAMES, *derived]
+    assert {"delta_v_a", "delta_v_b", "pdof_a", "pdof_b"} < set(si.index)
+    assert us.loc["pdof_a", "unit"] == "deg"
     assert us.loc["speed_b", "unit"] == "mph"
     assert us.loc["speed_b", "hdi_95_high"] * 0.44704 == pytest.approx(
         si.loc["speed_b", "hdi_95_high"]
@@ -97,6 +101,8 @@ def test_frame_of_a_failed_run_says_so_and_hides_what_failed(failing):
     assert frame.loc["e_m", ["mean", "sd", "median", "hdi_50_low", "hdi_95_high"]].isna().all()
     assert frame.loc["e_m", "rhat"] > 0
     assert frame.loc["speed_b", "checks"] == "NOT TO BE RELIED ON"
+    assert frame.loc["delta_v_b", "checks"] == "failed"  # follows from what failed
+    assert frame.loc["delta_v_b", ["mean", "sd"]].isna().all()
 
 
 def test_a_file_of_another_run_shows(outcome, tmp_path):

@@ -147,7 +147,7 @@ def test_refusal_names_what_trades_off(unknown: str, rank: int, trade_off: set[s
     assert problem.value.rank == rank
     assert set(problem.value.trade_off) == trade_off
     assert f"{rank} of 6" in str(problem.value)
-    assert "trade off" in str(problem.value)
+    assert "can trade off; give one of these a value" in str(problem.value)
 
 
 def test_known_values_that_contradict_are_said_to() -> None:
@@ -220,15 +220,30 @@ def test_a_barrier_does_not_determine_what_hit_it() -> None:
 @pytest.mark.parametrize(
     ("change", "unknown", "says"),
     [
-        ({}, NAMES[:5], "unknown are 5"),
-        ({}, (*NAMES[:5], "E"), "'E'"),
-        ({"V_bx": math.nan}, NAMES[:6], "finite"),
+        ({}, NAMES[:5], "5 quantities are unknown; six must be: leave out 1 more of omega_b, V_ax"),
+        ({}, NAMES[:8], "give a value to 2 of v_ax, v_ay"),
+        ({}, (*NAMES[:5], "E"), "'E' is none of"),
+        ({}, (*NAMES[:5], "omega_B"), "did you mean omega_b"),
+        ({"V_bx": math.nan}, NAMES[:6], r"V_bx is nan: give a finite number \(m/s\)"),
+        ({"Omega_b": "fast"}, NAMES[:6], r"Omega_b is 'fast': give a finite number \(rad/s\)"),
     ],
 )
 def test_bad_questions_are_refused(change: dict, unknown: tuple, says: str) -> None:
     true, bodies = collision(np.random.default_rng(5))
     with pytest.raises(ValueError, match=says):
         solve(true | change, bodies, unknown)
+
+
+def test_what_is_neither_known_nor_unknown_is_named() -> None:
+    true, bodies = collision(np.random.default_rng(5))
+    del true["V_by"]
+    with pytest.raises(ValueError, match="neither known nor unknown: V_by; give"):
+        solve(true, bodies, NAMES[:6])
+
+
+def test_unknowns_may_be_one_text() -> None:
+    true, bodies = collision(np.random.default_rng(5))
+    assert solve(true, bodies, "v_bx, v_by omega_b e mu e_m").values == pytest.approx(true)
 
 
 def test_two_infinite_bodies_are_refused() -> None:

@@ -1,4 +1,4 @@
-"""Two results beside each other: what of the answer differs, by how much, and what was done otherwise."""
+"""Two results beside each other: what differs in the answer, by how much, and what was changed."""
 
 from __future__ import annotations
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from retrodict.scene.records import Scene
-from retrodict.scene.write import scene_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,11 +74,12 @@ class Outcome:
     Args:
         scene: what was measured.
         description: the model, in words.
-        idata: attributes as of `attributes_of`; groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
+        idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
             sample_stats, observed_data, constant_data and trajectories; each variable has
             attributes `unit` (SI) and `label`. trajectories/path has dimensions
             (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws; `time` (s
             after the impact) and `before` (velocity before it, axis = x, y) are of the same draws.
+            Its own attributes are those of `attributes_of`.
         checks: the verdict on the draws.
         seconds: total, compile and sample.
         versions: of retrodict, Python and the libraries that made the numbers.
@@ -128,6 +128,8 @@ def attributes_of(outcome: Outcome) -> dict[str, str | int]:
         model, method, seed, chains, draws and warmup, versions as JSON, and whether the run was
         complete (1) or interrupted (0).
     """
+    from retrodict.scene.write import scene_text  # which brings the schema
+
     versions = outcome.versions
     return {
         "created_by": f"retrodict {versions.get('retrodict', '')}".rstrip(),
