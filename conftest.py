@@ -1,8 +1,8 @@
 """Code blocks of README.md and docs/ are tests: each page's run in order, in one folder.
 
-Python runs as written. A block of `sh` has its `retrodict` commands run; one with a command that takes long is
-a slow test. A block of `toml` is read; where its first line is a comment with a name, it is that file.
-The folder has `examples` and, in `out/brach-1977`, a result of the paper's scene. To be quick,
+Python runs as written. A block of `sh` has its `retrodict` commands run; one with a command that takes
+long is a slow test. A block of `toml` is read; where its first line is a comment with a name, it is
+that file. The folder has `examples` and, in `out/brach-1977`, a result of the paper's scene. To be quick,
 `rd.reconstruct` runs `QUICK` where a block does not say otherwise. `<!-- skip: next -->` before a block
 leaves it out.
 """
@@ -41,6 +41,7 @@ class ShellParser(CodeBlockParser):
     language = "sh"
 
     def evaluate(self, example: Example) -> None:
+        """Run them."""
         for arguments in commands(example.parsed):
             name = arguments[0]
             if name in LONG:  # these start processes of their own
@@ -59,6 +60,7 @@ class TomlParser(CodeBlockParser):
     language = "toml"
 
     def evaluate(self, example: Example) -> None:
+        """Read it."""
         tomllib.loads(example.parsed)
 
 
@@ -108,7 +110,9 @@ def page_folders(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Path], P
     def folder(page: Path) -> Path:
         made = tmp_path_factory.mktemp(page.stem)
         (made / "examples").symlink_to(ROOT / "examples")
-        for block in re.finditer(r"```toml\n(# (\S+\.toml)\n.*?)```", page.read_text("utf-8"), re.S):
+        for block in re.finditer(
+            r"```toml\n(# (\S+\.toml)\n.*?)```", page.read_text("utf-8"), re.S
+        ):
             (made / block[2]).write_text(block[1], "utf-8")
         return made
 

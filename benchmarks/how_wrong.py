@@ -1,6 +1,6 @@
 """Writes the known error rates of docs/how-wrong.md, from the tables in docs/charts.
 
-`python3 -m uv run --group bench python -m benchmarks.how_wrong`, after a benchmark that changed one of them.
+`python3 -m uv run --group bench python -m benchmarks.how_wrong`, after a benchmark that changed one.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ LEVELS = ("50", "90", "95")
 def parts(charts: Path) -> page.Parts:
     """What stands between the markers of docs/how-wrong.md."""
     return {
-        "staged": _staged(json.loads((charts / "validation" / "validation.json").read_text("utf-8"))),
+        "staged": _staged(
+            json.loads((charts / "validation" / "validation.json").read_text("utf-8"))
+        ),
         "calibration": page.table(
             ["model", "method", "crashes", "withheld", *(f"{x} % interval" for x in LEVELS)],
             [_calibrated(file) for file in sorted(charts.glob("calibration/*/calibration.json"))],

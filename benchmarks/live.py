@@ -28,7 +28,7 @@ from benchmarks.__main__ import DOCS
 from benchmarks.machine import machine
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.samplers.quasi import Weighted, scrambled
-from retrodict.inference.warm import SCRAMBLINGS, Warm
+from retrodict.inference.warm import SCRAMBLINGS, WarmPoints
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 MODEL = "planar-moment+wheels"
@@ -110,7 +110,7 @@ def _worst(answer: rd.Answer, fresh: rd.Result) -> float:
 
 def errors(name: str) -> Iterator[tuple[str, str, int, float, float]]:
     """(scene, points, their number, median seconds, root mean square error of the worst mean)."""
-    warm = Warm(rd.load_scene(EXAMPLES / SCENES[name] / "scene.toml"), MODEL)
+    warm = WarmPoints(rd.load_scene(EXAMPLES / SCENES[name] / "scene.toml"), MODEL)
     posterior, proposal = warm.fitted[0].solution.posterior, warm.fitted[0].proposal
     size = proposal.middle.size + 2
 

@@ -1,4 +1,4 @@
-"""How Sphinx builds the site: `python3 -m uv run --group docs sphinx-build -W --keep-going -b html docs out/site`."""
+"""How Sphinx builds the site; CONTRIBUTING.md has the command."""
 
 from __future__ import annotations
 

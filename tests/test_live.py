@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import retrodict as rd
-from retrodict.inference.warm import Warm
+from retrodict.inference.warm import WarmPoints
 
 SCENE = Path(__file__).parents[1] / "examples" / "brach-1977" / "scene.toml"
 MODEL = "planar-moment+wheels"
@@ -68,13 +68,13 @@ def test_coordinates_that_no_longer_do_are_fitted_anew(
 ) -> None:
     """A rest pose forty standard deviations off."""
     fitted: list[rd.Scene] = []
-    whole = Warm.__init__
+    whole = WarmPoints.__init__
 
-    def counted(self: Warm, scene: rd.Scene, *others: object) -> None:
+    def counted(self: WarmPoints, scene: rd.Scene, *others: object) -> None:
         fitted.append(scene)
         whole(self, scene, *others)
 
-    monkeypatch.setattr(Warm, "__init__", counted)
+    monkeypatch.setattr(WarmPoints, "__init__", counted)
     answer = session.update({"vehicles.B.rest.position": ["12.0 ± 0.15 m", "-16.0 ± 0.15 m"]})
     assert fitted == [answer.scene]
     assert answer.estimate.refitted

@@ -16,6 +16,7 @@ from retrodict.api import AUTO, reconstruct
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Checks
 from retrodict.inference.warm import Estimate, Warm
+from retrodict.inference.warm_particles import warm
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.result import Result
 from retrodict.scene.asked import read_proposition
@@ -212,7 +213,7 @@ class Session:
         return found.choice or rungs[-1]
 
     def _fitted(self, scene: Scene) -> Warm:
-        return Warm(scene, self.model, self.seed, prefixed(self._progress, self.model))
+        return warm(scene, self.model, self.seed, prefixed(self._progress, self.model))
 
     def _answered(self, scene: Scene) -> Answer:
         self._take_refitted()
@@ -224,7 +225,7 @@ class Session:
             self._warm, refitted = self._fitted(scene), True
             found = self._warm.estimate(scene)
         if found.share < _INEFFICIENT and self._warm.scene != scene and not self._refitting:
-            self._refitting = self._worker.submit(Warm, scene, self.model, self.seed)
+            self._refitting = self._worker.submit(warm, scene, self.model, self.seed)
         return Answer(replace(found, refitted=refitted), self.model)
 
     def _take_refitted(self) -> None:
@@ -286,22 +287,22 @@ def sweep(
     listed = {key: list(each) for key, each in values.items()}
     variants = [dict(zip(listed, each, strict=True)) for each in product(*listed.values())]
     scenes = [change(known, variant) for variant in variants]
-    warm = Session(known, model, seed, progress)
-    report = partial(prefixed(progress or silent, warm.model), "variants")
+    kept = Session(known, model, seed, progress)
+    report = partial(prefixed(progress or silent, kept.model), "variants")
     rows: list[dict[str, Any]] = []
     try:
         for variant, each in zip(variants, scenes, strict=True):
             report(len(rows), len(variants))
-            rows.append(variant | _row(warm, each, units))
+            rows.append(variant | _row(kept, each, units))
     except KeyboardInterrupt:
         pass
     report(len(rows), len(variants))
     return pd.DataFrame(rows)
 
 
-def _row(warm: Session, scene: Scene, units: Units) -> dict[str, Any]:
+def _row(kept: Session, scene: Scene, units: Units) -> dict[str, Any]:
     try:
-        answer = warm.update(scene)
+        answer = kept.update(scene)
     except Unanswerable as refusal:
         return {"checks": str(refusal)}
     row: dict[str, Any] = {}

@@ -95,7 +95,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         passed=not found,
         reasons=tuple(found),
         failed=tuple(failed),
-        flags=flags(idata["posterior"], idata["posterior_predictive"], scene, _weights(idata)),
+        flags=flags(everything, idata["posterior_predictive"].to_dataset(), scene, _weights(idata)),
         imprecise=tuple(
             n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)
         ),
@@ -160,8 +160,8 @@ def _bfmi(energy: np.ndarray) -> float:
 
 
 def flags(
-    posterior: Mapping[str, Any],
-    predicted: Mapping[str, Any],
+    posterior: Mapping[Any, Any],
+    predicted: Mapping[Any, Any],
     scene: Scene,
     weights: np.ndarray = _NONE,
 ) -> tuple[str, ...]:

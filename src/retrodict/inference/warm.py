@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Protocol
 
 import numpy as np
 
@@ -104,8 +105,20 @@ class Estimate:
     refitted: bool = False
 
 
-class Warm:
-    """A rung's posterior of a scene, ready to be asked of scenes that differ in numbers.
+class Warm(Protocol):
+    """A rung's posterior of a scene, ready to be asked of scenes that differ in numbers."""
+
+    scene: Scene
+
+    def fits(self, scene: Scene) -> bool:
+        """Whether a scene is of the same structure, so that its numbers alone differ."""
+
+    def estimate(self, scene: Scene) -> Estimate:
+        """The posterior of a scene that this one `fits`; its checks say whether it can be relied on."""
+
+
+class WarmPoints:
+    """The same by importance sampling.
 
     Args:
         scene: that coordinates are fitted to.
@@ -189,7 +202,7 @@ class Warm:
 
     def _rebased(self, fitted: Fitted, scene: Scene) -> Posterior:
         _, data = RUNGS[self.rung].of_scene(turned(scene, fitted.solution.turns))
-        return rebased(fitted.solution.posterior, fitted.constrained, data)
+        return rebased(fitted.solution.posterior, data, fitted.constrained)
 
     def _moved(self, posterior: Posterior, proposal: Proposal) -> Proposal:
         """The proposal, moved to where a posterior lies now."""
@@ -227,42 +240,72 @@ class Warm:
                         "rest poses are sharper than the steps of their run-outs resolve: "
                         f"{posterior.unresolved:.2f} standard deviations, {RESOLVED} is asked"
                     )
-        weighted = Weighted(_side_by_side(weights), SCRAMBLINGS)
         quantities = {
             name: _side_by_side([each.quantities[name] for each in drawn])
             for name in drawn[0].quantities
         }
-        names = [name for name in scene.reported() if name in quantities]
-        bulk, tail, imprecise, faults = _precision(weighted, quantities, names)
-        reasons += faults
-        draws = _equally_weighted(weighted, quantities)
-        predicted = {
-            name.removeprefix("predicted/"): values
-            for name, values in draws.items()
-            if name.startswith("predicted/")
-        }
-        checks = Checks(
-            divergences=None,
-            max_rhat=np.nan,
-            min_ess_bulk=bulk,
-            min_ess_tail=tail,
-            passed=not reasons,
-            reasons=tuple(reasons),
-            failed=tuple(names) if reasons else (),
-            flags=diagnostics.flags(draws, predicted, scene),
-            pareto_k=max(k, default=np.inf),
-            imprecise=imprecise,
+        return estimated(
+            scene,
+            quantities,
+            Weighted(_side_by_side(weights), SCRAMBLINGS),
+            tuple(reasons),
+            sum(each.evaluations for each in drawn),
+            begin,
+            max(k, default=np.inf),
         )
-        return Estimate(
-            scene=scene,
-            quantities=quantities,
-            draws=draws,
-            weighted=weighted,
-            checks=checks,
-            share=effective(weighted.weights) / weighted.weights.size,
-            evaluations=sum(each.evaluations for each in drawn),
-            seconds=time.perf_counter() - begin,
-        )
+
+
+def estimated(
+    scene: Scene,
+    quantities: dict[str, np.ndarray],
+    weighted: Weighted,
+    faults: tuple[str, ...],
+    evaluations: int,
+    begin: float,
+    pareto_k: float | None = None,
+) -> Estimate:
+    """Weighted points with the verdict on them.
+
+    Args:
+        scene: what was measured.
+        quantities: at each point, by name.
+        weighted: their weights.
+        faults: for which they are not to be relied on.
+        evaluations: of the density.
+        begin: when the work began, by `time.perf_counter`.
+        pareto_k: of the importance weights, where they are.
+    """
+    names = [name for name in scene.reported() if name in quantities]
+    bulk, tail, imprecise, short = _precision(weighted, quantities, names)
+    reasons = faults + short
+    draws = _equally_weighted(weighted, quantities)
+    predicted = {
+        name.removeprefix("predicted/"): values
+        for name, values in draws.items()
+        if name.startswith("predicted/")
+    }
+    checks = Checks(
+        divergences=None,
+        max_rhat=np.nan,
+        min_ess_bulk=bulk,
+        min_ess_tail=tail,
+        passed=not reasons,
+        reasons=reasons,
+        failed=tuple(names) if reasons else (),
+        flags=diagnostics.flags(draws, predicted, scene),
+        pareto_k=pareto_k,
+        imprecise=imprecise,
+    )
+    return Estimate(
+        scene=scene,
+        quantities=quantities,
+        draws=draws,
+        weighted=weighted,
+        checks=checks,
+        share=effective(weighted.weights) / weighted.weights.size,
+        evaluations=evaluations,
+        seconds=time.perf_counter() - begin,
+    )
 
 
 def _equally_weighted(

@@ -23,8 +23,7 @@ def fitted() -> Posterior:
 
 
 def _taken_over(fitted: Posterior, scene: Scene) -> Posterior:
-    constrained = fitted.constrained(np.zeros(fitted.size))
-    return rebased(fitted, constrained, RUNGS[DEFAULT_RUNG].of_scene(scene)[1])
+    return rebased(fitted, RUNGS[DEFAULT_RUNG].of_scene(scene)[1])
 
 
 def _with_rest(x: float, sd: float = 0.15) -> Scene:

@@ -20,13 +20,15 @@ from retrodict.models.arrays import Data, Structure
 from retrodict.scene.records import VEHICLES
 
 
-def rebased(posterior: Posterior, constrained: Float[np.ndarray, " q"], data: Data) -> Posterior:
+def rebased(
+    posterior: Posterior, data: Data, constrained: Float[np.ndarray, " q"] | None = None
+) -> Posterior:
     """A posterior of other numbers, in the coordinates of one that was fitted.
 
     Args:
         posterior: as it was fitted.
-        constrained: where constraints take its centre.
         data: the other numbers, of the same structure.
+        constrained: where constraints take its centre; None where that is not known yet.
 
     Returns:
         The posterior; its log evidence is unknown. How well it is resolved is what the fitted one was,
@@ -39,22 +41,24 @@ def rebased(posterior: Posterior, constrained: Float[np.ndarray, " q"], data: Da
         posterior,
         data=data,
         log_evidence=-np.inf,
-        unresolved=posterior.unresolved * max(1.0, *sharper),
+        unresolved=posterior.unresolved * float(np.max([1.0, *sharper])),
     )
-    if not transform_of(structure).by_regressions:
-        return found
     transform = posterior.transform
+    if not transform.regressions[0].constant.size:
+        return found
     for_a, for_b = (
         _rebased(structure, before, data, v, regression)
         for v, regression in zip(VEHICLES, transform.regressions, strict=True)
     )
+    if not transform_of(structure).by_regressions:
+        return replace(found, transform=transform._replace(regressions=(for_a, for_b)))
     about = whitened_about(
         posterior.programs,
         data,
         (for_a, for_b),
         np.asarray(transform.centre),
         np.asarray(transform.spread),
-        constrained,
+        posterior.constrained(np.zeros(posterior.size)) if constrained is None else constrained,
         np.asarray(transform.constraints.side),
         float(transform.constraints.kept),
     )

@@ -34,6 +34,7 @@ _SWEEPS = 4  # of moves at a temperature, after which coordinates are whitened a
 # more than chance takes them after 6; tests/data/sideswipe.toml has them off by 0.2 sd then, by 0.1
 # after 18), and before each further one
 _SETTLING, _LAST = 18, 3
+_SETTLING_AGAIN = 3  # where they come from a posterior that differs a little
 # Steps far and near; the far ones go farthest in the mean, and the near ones are rarely refused.
 _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
@@ -56,6 +57,28 @@ def draw(task: Task) -> Draws:
         Interrupted: stopped before any draws were kept.
     """
     populations = _Populations.spread(task, min(_PARTICLES, task.draws))
+    try:
+        with one_blas_thread():
+            populations.temper()
+    except KeyboardInterrupt:
+        raise Interrupted("stopped before any draws were kept") from None
+    return _kept(task, populations, 1)
+
+
+def draw_again(task: Task, before: Posterior, w: Points) -> Draws:
+    """Draw from a posterior by populations that were drawn from one that differs a little.
+
+    Tempered from that posterior instead of from a wide normal: as a rule in a few stages.
+
+    Args:
+        task: what is asked for.
+        before: the other posterior, in coordinates of the same number.
+        w: its draws, a population for each chain.
+
+    Raises:
+        Interrupted: stopped before any draws were kept.
+    """
+    populations = _Populations.of(task, before, w)
     try:
         with one_blas_thread():
             populations.temper()
@@ -131,6 +154,8 @@ class _Populations:
         height: log density of the posterior there.
         log_evidence: of the posterior by each population, once the temperature is one.
         transform: coordinates in which they have no correlation.
+        before: the posterior that they start from; None for a normal.
+        settling: rounds of moves before the first draw that is kept.
         temperature: power of the density over that of the start.
         evaluations: of the density.
         kept: where they were at the posterior, after each round of moves.
@@ -143,6 +168,8 @@ class _Populations:
     height: Values
     log_evidence: Float[np.ndarray, " chains"]
     transform: _Whitened
+    before: Posterior | None = None
+    settling: int = _SETTLING
     temperature: float = 0.0
     evaluations: int = 0
     kept: list[Points] = field(default_factory=list)
@@ -155,6 +182,20 @@ class _Populations:
         w = rng.standard_normal((task.chains, count, len(wide))) * wide
         transform, none = _Whitened(np.zeros(len(wide)), np.diag(wide)), np.zeros(task.chains)
         self = cls(task.posterior, rng, task.progress, w, np.zeros(w.shape[:2]), none, transform)
+        self.height = self._density(w)
+        return self
+
+    @classmethod
+    def of(cls, task: Task, before: Posterior, w: Points) -> _Populations:
+        """Populations of another posterior."""
+        rng = np.random.default_rng([task.seed, *w.shape[:2]])
+        even = np.full(w.shape[0] * w.shape[1], 1 / (w.shape[0] * w.shape[1]))
+        transform = _Whitened.by(w.reshape(-1, w.shape[2]), even, task.posterior.reach)
+        none = np.zeros(len(w))
+        self = cls(
+            task.posterior, rng, task.progress, w.copy(), np.zeros(w.shape[:2]), none, transform,
+            before, _SETTLING_AGAIN,
+        )  # fmt: skip
         self.height = self._density(w)
         return self
 
@@ -171,7 +212,7 @@ class _Populations:
         """Move the particles until so many draws of each chain are kept in all."""
         rounds = ceil(count / self.w.shape[1])
         while len(self.kept) < rounds:
-            for _ in range(_LAST if self.kept else _SETTLING):
+            for _ in range(_LAST if self.kept else self.settling):
                 self._move()
             self.kept.append(self.w)
             self._tell(0.8 + 0.2 * len(self.kept) / rounds)
@@ -183,12 +224,19 @@ class _Populations:
         return last.reshape(chains, -1, n)[:, :count]
 
     def _density(self, w: Points) -> Values:
+        return self._density_of(self.posterior, w)
+
+    def _density_of(self, posterior: Posterior, w: Points) -> Values:
         self.evaluations += w.shape[0] * w.shape[1]
-        found = self.posterior.log_density(w.reshape(-1, w.shape[2])).reshape(w.shape[:2])
+        found = posterior.log_density(w.reshape(-1, w.shape[2])).reshape(w.shape[:2])
         return np.where(np.isfinite(found), found, _NOWHERE)
 
     def _start(self, w: Points) -> Values:
-        """Log density of the normal that particles start from."""
+        """Log density of what particles start from; of no account at the posterior."""
+        if self.before is not None:
+            return (
+                self._density_of(self.before, w) if self.temperature < 1 else np.zeros(w.shape[:2])
+            )
         wide = self.posterior.reach
         return -np.sum((w / wide) ** 2 / 2 + np.log(wide) + np.log(2 * np.pi) / 2, axis=2)
 
