@@ -161,6 +161,16 @@ def test_keywords_are_refused_as_keys_of_a_file_are() -> None:
     assert any(line.startswith("mine: impact: missing; write impact = ") for line in lines)
 
 
+def test_what_could_not_be_read_again_is_refused() -> None:
+    scene = load_scene(PAPER)
+    marks = [{"point": ["1 m", "1 m"], "speed": {"value": 3, "sd": 1, "unit": "m/s"}}] * 50
+    for mark in marks:
+        mark["speed"] = mark["speed"] | {"source": '"' * 200}
+    long = {"notes": ["é" * 1000] * 50, "vehicles.A.marks": marks, "vehicles.B.marks": marks}
+    with pytest.raises(SceneError, match="longer than 100000 bytes"):
+        scene.change(long)
+
+
 def test_quantities_of_pint_are_those_of_the_text() -> None:
     scene, quantity = load_scene(PAPER), UNITS.Quantity
     speed = {"value": quantity(50, "mph"), "sd": quantity(2.9333333333333333, "ft/s")}

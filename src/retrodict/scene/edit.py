@@ -84,7 +84,9 @@ def to_toml(scene: Scene) -> str:
 
 def _scene(document: dict[str, Any], name: str) -> Scene:
     scene = scene_from(document, name, "", name)
-    return replace(scene, text=document_toml(document))
+    text = document_toml(document)
+    tables_of(text, name)  # refuses what is too long to be read again
+    return replace(scene, text=text)
 
 
 def _parts(scene: Scene, key: object) -> tuple[Part, ...]:
