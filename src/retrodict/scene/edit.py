@@ -48,8 +48,8 @@ def change(scene: Scene, changes: Mapping[str, object]) -> Scene:
             anew.
 
     Returns:
-        The scene, with the text of a scene file that says the same; comments of the file are left
-        out, and so are none of the other keys.
+        The scene, with the text of a scene file that says the same: all other keys as they were
+        written, without the file's comments.
 
     Raises:
         SceneError: a key cannot be found, or something is wrong with what the scene now says.
