@@ -48,6 +48,7 @@ def test_tempering_agrees_with_importance_sampling_over_both_branches(
             assert below == pytest.approx(level, abs=0.06), (quantity, level)
 
 
+@pytest.mark.slow
 def test_a_low_closing_speed_is_answered_from_both_branches() -> None:
     """True e_m 0.30: the branch with it below 0 has little weight; the values are of weighted draws."""
     found = reconstruct(load_scene(SCENES / "low-closing.toml"), pictured=False)

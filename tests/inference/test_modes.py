@@ -57,6 +57,7 @@ def _simulated(number: int) -> tuple[Scene, dict]:
     return scene, {k: v[i] for k, v in sites.items()}
 
 
+@pytest.mark.slow
 def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() -> None:
     """Simulation 1: where all is as measured e_m lies below 0, a part of negligible weight."""
     scene, truth = _simulated(1)

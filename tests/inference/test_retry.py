@@ -39,6 +39,7 @@ def test_a_method_that_fails_hands_over_to_another_and_says_so(
     assert "the first sampler, nuts, was not accepted (nuts is stuck)" in found.notes[0]
 
 
+@pytest.mark.slow
 def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("nuts", "importance", "smc"):
         monkeypatch.setitem(METHODS, name, _failing(name))

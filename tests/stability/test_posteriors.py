@@ -112,6 +112,7 @@ def test_an_outlier_is_believed() -> None:
     assert speeds[1] - speeds[0] == pytest.approx(ahead, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_contact_line_that_parts_no_vehicles_leaves_open_how_they_close_in() -> None:
     """Turned by 60 deg, both centres lie on one side of it: only the motion can decide."""
     scene, truth = made(speed=1.0, turn=-np.pi / 3)

@@ -68,6 +68,7 @@ def test_the_most_narrowing_comes_first() -> None:
     assert sds == sorted(sds)
 
 
+@pytest.mark.slow
 def test_running_again_with_it_known_says_the_same() -> None:
     """A's speed in SAE 770014's example, known exactly, at its posterior mean."""
     scene = collision()

@@ -35,7 +35,14 @@ def rolling() -> Posterior:
     return prepare(rolls(collision(share=0.0), "b", (0.9, 0.3, 0.2, 0.2)), RUNG)
 
 
-@pytest.mark.parametrize(("named", "near"), [("posterior", 0.05), ("wide", 0.05), ("rolling", 0.1)])
+@pytest.mark.parametrize(
+    ("named", "near"),
+    [
+        ("posterior", 0.05),
+        pytest.param("wide", 0.05, marks=pytest.mark.slow),
+        pytest.param("rolling", 0.1, marks=pytest.mark.slow),
+    ],
+)
 def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
     named: str, near: float, request: pytest.FixtureRequest
 ) -> None:
@@ -66,7 +73,9 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
     "rest",
     [
         {"a": (-17.735, 1.225, 1.705), "b": (-33.768, 20.485, -7.207)},
-        {"a": (-13.992, 2.054, 3.736), "b": (-18.869, -2.354, -0.233)},
+        pytest.param(
+            {"a": (-13.992, 2.054, 3.736), "b": (-18.869, -2.354, -0.233)}, marks=pytest.mark.slow
+        ),
     ],
 )
 def test_the_gradient_holds_where_the_closing_speed_vanishes(

@@ -51,7 +51,13 @@ def guessed(posterior: Posterior) -> Posterior:
     ],
 )
 @pytest.mark.parametrize(
-    "scene", [ROLLING, SPIN_KNOWN, UNCOUNTED], ids=["regression", "spun", "turns"]
+    "scene",
+    [
+        ROLLING,
+        pytest.param(SPIN_KNOWN, marks=pytest.mark.slow),
+        pytest.param(UNCOUNTED, marks=pytest.mark.slow),
+    ],
+    ids=["regression", "spun", "turns"],
 )
 def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
     posterior = guessed(rolling.prepare(scene, rung))
@@ -80,6 +86,7 @@ def test_log_determinant_is_that_of_the_map(scene: Scene, rung: str) -> None:
     pytest.fail("no point lies within bounds")
 
 
+@pytest.mark.slow
 def test_regressions_stay_where_they_fit_and_no_other_velocity_ends() -> None:
     sharp, free = (rolling.prepare(scene, "planar-moment+wheels") for scene in (ROLLING, FREELY))
     assert sharp.regression_error.max() < 0.5

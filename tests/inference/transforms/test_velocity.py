@@ -81,7 +81,14 @@ def test_log_determinant_is_that_of_the_map(rung: str, which: str) -> None:
     )
 
 
-@pytest.mark.parametrize("rung", ["momentum+spin", "planar-common+spin", "planar-moment+spin"])
+@pytest.mark.parametrize(
+    "rung",
+    [
+        "momentum+spin",
+        "planar-common+spin",
+        pytest.param("planar-moment+spin", marks=pytest.mark.slow),
+    ],
+)
 def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> None:
     """By the model itself, forward, wherever e lies well inside its bounds."""
     scene = departed()
