@@ -34,8 +34,8 @@ _SWEEPS = 4  # of moves at a temperature, after which coordinates are whitened a
 # more than chance takes them after 6; tests/data/sideswipe.toml has them off by 0.2 sd then, by 0.1
 # after 18), and before each further one
 _SETTLING, _LAST = 18, 3
-# Where they come from a posterior that differs a little. (After 2, 4 and 8 rounds means of a rolling crash
-# with A's speed changed by 2 sd agree with those of particles from nothing within 0.03 sd.)
+# Where they come from a posterior that differs a little. (After 2, 4 and 8 rounds means of a rolling
+# crash, A's speed changed by 2 sd, agree with those of particles from nothing within 0.03 sd.)
 _SETTLING_AGAIN = 3
 # Steps far and near; the far ones go farthest in the mean, and the near ones are rarely refused.
 _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
