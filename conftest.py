@@ -1,10 +1,10 @@
 """Code blocks of README.md and docs/ are tests: each page's run in order, in one folder.
 
-Python runs as written. A block of `sh` has its `retrodict` commands run; one with a command that takes
-long is a slow test. A block of `toml` is read; where its first line is a comment with a name, it is
-that file. The folder has `examples` and, in `out/brach-1977`, a result of the paper's scene. To be
-quick, `rd.reconstruct` runs `QUICK` where a block does not say otherwise. `<!-- skip: next -->` before a
-block leaves it out.
+Python runs as written. Of a block of `sh` the `retrodict` commands are run; one with a command that takes
+long is a slow test. A block of `toml` is read; where its first line is a comment with a name, it is that
+file. The folder has `examples` and, in `out/brach-1977`, a result of the paper's scene. To be quick,
+`rd.reconstruct` runs `QUICK` where a block does not say otherwise. `<!-- skip: next -->` before a block
+leaves it out.
 """
 
 from __future__ import annotations
@@ -35,37 +35,31 @@ QUICK = {"model": "planar-moment+wheels", "method": "importance"}
 FEWER = {"calibrate": ["--simulations", "4"]}  # than a page asks for
 
 
-class ShellParser(CodeBlockParser):
-    """Runs the commands of a block of shell."""
+def run_commands(example: Example) -> None:
+    """Run the commands of a block of shell."""
+    from retrodict.cli import app
 
-    language = "sh"
-
-    def evaluate(self, example: Example) -> None:
-        """Run them."""
-        for arguments in commands(example.parsed):
-            name = arguments[0]
-            if name in LONG:  # these start processes of their own
-                command = [sys.executable, "-m", "retrodict", *arguments, *FEWER.get(name, [])]
-                subprocess.run(command, check=True)
-                continue
-            from retrodict.cli import app
-
-            done = CliRunner().invoke(app, arguments)
-            assert done.exit_code == 0, (arguments, done.output)
+    for name, *arguments in commands(example.parsed):
+        if name in LONG:  # these start processes of their own
+            command = [sys.executable, "-m", "retrodict", name, *arguments, *FEWER.get(name, [])]
+            subprocess.run(command, check=True)
+        else:
+            done = CliRunner().invoke(app, [name, *arguments])
+            assert done.exit_code == 0, (name, arguments, done.output)
 
 
-class TomlParser(CodeBlockParser):
-    """Reads a block of TOML."""
-
-    language = "toml"
-
-    def evaluate(self, example: Example) -> None:
-        """Read it."""
-        tomllib.loads(example.parsed)
+def read_toml(example: Example) -> None:
+    """See that a block is TOML."""
+    tomllib.loads(example.parsed)
 
 
 pytest_collect_file = Sybil(
-    [PythonCodeBlockParser(), ShellParser(), TomlParser(), SkipParser()],
+    [
+        PythonCodeBlockParser(),
+        CodeBlockParser("sh", run_commands),
+        CodeBlockParser("toml", read_toml),
+        SkipParser(),
+    ],
     patterns=["README.md", "docs/*.md", "docs/*/*.md"],
     fixtures=["in_a_folder_of_its_page"],
 ).pytest()
@@ -74,13 +68,10 @@ pytest_collect_file = Sybil(
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark blocks with commands that take long."""
     for item in items:
-        if isinstance(item, SybilItem) and any(c[0] in LONG for c in _commands_of(item.example)):
+        if not isinstance(item, SybilItem) or item.example.region.evaluator is not run_commands:
+            continue
+        if any(name in LONG for name, *_ in commands(item.example.parsed)):
             item.add_marker(pytest.mark.slow)
-
-
-def _commands_of(example: Example) -> list[list[str]]:
-    shell = isinstance(getattr(example.region.evaluator, "__self__", None), ShellParser)
-    return [*commands(example.parsed)] if shell else []
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,8 @@
 """Writes the known error rates of docs/how-wrong.md, from the tables in docs/charts.
 
-`python3 -m uv run --group bench python -m benchmarks.how_wrong`, after a benchmark that changed one.
+python3 -m uv run --group bench python -m benchmarks.how_wrong
+
+Benchmarks that change one of these tables do it too.
 """
 
 from __future__ import annotations

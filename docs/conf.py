@@ -1,4 +1,7 @@
-"""How Sphinx builds the site; CONTRIBUTING.md has the command."""
+"""How Sphinx builds the site.
+
+python3 -m uv run --group docs sphinx-build -W --keep-going -b html docs out/site
+"""
 
 from __future__ import annotations
 
@@ -29,6 +32,8 @@ napoleon_use_rtype = False
 
 html_theme = "furo"
 html_title = "retrodict"
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
 

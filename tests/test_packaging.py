@@ -1,4 +1,4 @@
-"""What pyproject.toml says of the package is all that the source tree holds: a wheel lacks nothing."""
+"""pyproject.toml lists all that the source tree holds: nothing is left out of a wheel."""
 
 from __future__ import annotations
 

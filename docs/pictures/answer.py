@@ -1,6 +1,6 @@
 """Draws answer.png, the picture in README.md, from the figures of the paper's collision.
 
-python3 -m uv run retrodict reconstruct examples/brach-1977/scene.toml --units us
+python3 -m uv run retrodict reconstruct examples/brach-1977/scene.toml
 python3 -m uv run python docs/pictures/answer.py out/brach-1977
 """
 
