@@ -1,10 +1,10 @@
 """Code blocks of README.md and docs/ are tests: each page's run in order, in one folder.
 
 Python runs as written. Of a block of `sh` the `retrodict` commands are run; one with a command that
-takes long is a slow test. A block of `toml` is read; where its first line is a comment with a name, it is
-that file. The folder has `examples` and, in `out/brach-1977`, a result of the paper's scene. To be quick,
-`rd.reconstruct` runs `QUICK` where a block does not say otherwise. `<!-- skip: next -->` before a block
-leaves it out.
+takes long is a slow test. A block of `toml` is read; where its first line is a comment with a name, it
+is that file. The folder has `examples` and, in `out/brach-1977`, a result of the paper's scene. To be
+quick, `rd.reconstruct` runs `QUICK` where a block does not say otherwise. `<!-- skip: next -->` before
+a block leaves it out.
 """
 
 from __future__ import annotations
