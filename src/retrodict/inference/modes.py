@@ -308,14 +308,15 @@ class UnsampledMode:
         w = before.posterior.converted_to(after.posterior, self.w[None])[0]
         return replace(self, w=w)
 
-    def reached(self, draws: np.ndarray) -> bool:
+    def reached(self, draws: np.ndarray, weights: np.ndarray | None = None) -> bool:
         """Whether draws of the solution hold it.
 
         Args:
             draws: in the solution's coordinates, shape (any, q).
+            weights: of the draws; None where all count the same.
         """
         nearer = np.linalg.norm(draws - self.w, axis=1) < np.linalg.norm(draws, axis=1)
-        return float(nearer.mean()) > _REACHED * self.odds / (1 + self.odds)
+        return float(np.average(nearer, weights=weights)) > _REACHED * self.odds / (1 + self.odds)
 
 
 @dataclass(frozen=True)

@@ -10,17 +10,24 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
 from retrodict.inference import diagnostics
 from retrodict.inference.digits import decimals_of
-from retrodict.inference.fitting.posterior import IMPROBABLE, Posterior
+from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
 from retrodict.inference.fitting.rebase import rebased
 from retrodict.inference.fitting.steps import RESOLVED
-from retrodict.inference.modes import SLIGHT, Solution, shares, solutions, turned
+from retrodict.inference.modes import (
+    SLIGHT,
+    Solution,
+    UnsampledMode,
+    shares,
+    solutions,
+    turned,
+)
 from retrodict.inference.outcome import Checks
 from retrodict.inference.samplers.importance import Proposal, adapted
 from retrodict.inference.samplers.psis import (
@@ -61,17 +68,20 @@ class Fitted:
         solution: with its posterior.
         constrained: where constraints take the centre of its coordinates, shape (q,).
         proposal: that its draws suggest.
+        others: other modes of its posterior, which draws should reach.
     """
 
     solution: Solution
     constrained: np.ndarray
     proposal: Proposal
+    others: tuple[UnsampledMode, ...]
 
 
 @dataclass(frozen=True)
 class _Drawn:
-    """Points of a solution: the logs of their weights, and what they are known by."""
+    """Points of a solution, the logs of their weights, and what they are known by."""
 
+    w: np.ndarray
     log_weight: np.ndarray
     quantities: dict[str, np.ndarray]
     evaluations: int
@@ -139,28 +149,13 @@ class WarmPoints:
         searching = partial(progress or silent, "finding where the posterior lies")
         found = solutions(scene, rung, searching)
         fitted = [_fitted(solution, seed) for solution in found]
-        evidence = np.array([value for _, value in fitted])
-        self.fitted = [
-            each for each, value in fitted if value > evidence.max() - min(_USELESS, IMPROBABLE)
-        ]
-
-    @cached_property
-    def _pilot(self) -> dict[int, np.ndarray]:
-        return {size: scrambled(size, _PILOT, 1, self.seed + 1) for size in self._sizes}
-
-    @cached_property
-    def _points(self) -> dict[int, np.ndarray]:
-        """Of each scrambling, shape (scramblings, points, size); the first of them are even too."""
-        return {
-            size: scrambled(size, _MOST * _POINTS, SCRAMBLINGS, self.seed).reshape(
-                SCRAMBLINGS, -1, size
-            )
-            for size in self._sizes
-        }
-
-    @property
-    def _sizes(self) -> set[int]:
-        return {each.proposal.middle.size + 2 for each in self.fitted}
+        most = max(value for _, value in fitted)
+        self.fitted = [each for each, value in fitted if value > most - _USELESS]
+        size = self.fitted[0].proposal.middle.size + 2
+        self._pilot = scrambled(size, _PILOT, 1, seed + 1)
+        # of each scrambling in a row; the first of them are even too
+        points = scrambled(size, _MOST * _POINTS, SCRAMBLINGS, seed)
+        self._points = points.reshape(SCRAMBLINGS, -1, size)
 
     def fits(self, scene: Scene) -> bool:
         """Whether a scene is of the same structure, so that its numbers alone differ."""
@@ -206,18 +201,17 @@ class WarmPoints:
 
     def _moved(self, posterior: Posterior, proposal: Proposal) -> Proposal:
         """The proposal, moved to where a posterior lies now."""
-        pilot = self._pilot[posterior.size + 2]
-        return adapted(posterior, proposal, lambda at: at.at(pilot)).next
+        return adapted(posterior, proposal, lambda at: at.at(self._pilot)).next
 
     def _drawn(self, posterior: Posterior, proposal: Proposal, first: int, last: int) -> _Drawn:
         """Points of every scrambling, from so many times `_POINTS` on."""
-        points = self._points[posterior.size + 2][:, first * _POINTS : last * _POINTS]
+        points = self._points[:, first * _POINTS : last * _POINTS]
         with one_blas_thread():
-            w = proposal.at(points.reshape(-1, posterior.size + 2))
+            w = proposal.at(points.reshape(-1, points.shape[2]))
             heights, quantities = posterior.evaluate(w)
             heights = np.where(np.isfinite(heights), heights, -np.inf)
             log_weight = heights - proposal.log_density(w)
-        return _Drawn(log_weight, quantities, len(w))
+        return _Drawn(w, log_weight, quantities, len(w))
 
     def _judged(
         self, scene: Scene, posteriors: list[Posterior], drawn: list[_Drawn], begin: float
@@ -229,9 +223,17 @@ class WarmPoints:
         )
         reasons: list[str] = []
         weights, k = [], []
-        for share, each, posterior in zip(parts, drawn, posteriors, strict=True):
+        for share, each, posterior, fitted in zip(
+            parts, drawn, posteriors, self.fitted, strict=True
+        ):
             own, shape = smoothed(each.log_weight)
             weights.append(share * own)
+            reasons += [
+                f"the evidence fits another solution (weight {other.odds * share:.1%}) that was not "
+                "sampled: confirm the answer by a full run"
+                for other in fitted.others
+                if other.odds * share > LEAST_WEIGHT and not other.reached(each.w, own)
+            ]
             if share >= SLIGHT:
                 k.append(shape)
                 reasons += judged(shape)["faults"]
@@ -333,6 +335,7 @@ def _fitted(solution: Solution, seed: int) -> tuple[Fitted, float]:
 def _joined(one: _Drawn, other: _Drawn) -> _Drawn:
     """More points of every scrambling, beside those before."""
     return _Drawn(
+        _side_by_side([one.w, other.w]),
         _side_by_side([one.log_weight, other.log_weight]),
         {k: _side_by_side([v, other.quantities[k]]) for k, v in one.quantities.items()},
         one.evaluations + other.evaluations,
