@@ -133,6 +133,7 @@ def test_a_result_names_itself_in_a_line() -> None:
         rd.Calibration(scene, "planar+spin", "nuts", 0, 1000),
         rd.Validation((), "auto", "nuts"),
         result.compare(result),
+        result.findings.quantities["speed_b"],
     ]
     for each in records:
         said = repr(each)

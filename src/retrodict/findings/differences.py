@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from retrodict.scene.quantities import Units
 
 _ERRORS = 4  # Monte Carlo errors that two runs of the same may differ by
+_FOUR = "{:.4g}".format  # digits
 _MOST = 3  # keys of the scene that the verdict lists
 
 
@@ -135,11 +136,12 @@ class Differences:
         return f"<Differences of {len(self.quantities)} quantities: {self.verdict}>"
 
     def __str__(self) -> str:
-        return f"{self.verdict}\n\n{self.table().round(4).to_string()}"
+        return f"{self.verdict}\n\n{self.table().to_string(float_format=_FOUR, na_rep=NOTHING)}"
 
     def _repr_html_(self) -> str:
+        table = self.table().to_html(float_format=_FOUR, na_rep=NOTHING)
         changes = self.changes().to_html() if self.scene or self.run else ""
-        return f"<p>{html.escape(self.verdict)}</p>{self.table().to_html()}{changes}"
+        return f"<p>{html.escape(self.verdict)}</p>{table}{changes}"
 
 
 def differences(one: Findings, other: Findings) -> Differences:

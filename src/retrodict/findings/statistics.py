@@ -82,6 +82,15 @@ class Quantity:
     withheld: bool
     precision: dict[Units, Precision]
 
+    def __repr__(self) -> str:
+        if self.withheld:
+            numbers = "withheld"
+        elif self.mean is None or self.sd is None:
+            numbers = "no numbers"
+        else:
+            numbers = f"mean {self.mean:.4g}, sd {self.sd:.2g} {self.unit}".rstrip()
+        return f"<Quantity {self.name}: {numbers}>"
+
 
 def reported(outcome: Outcome, names: Iterable[str] | None = None) -> tuple[str, ...]:
     """The quantities that a model has draws of: a simpler one has fewer.
