@@ -90,7 +90,7 @@ def load_case(path: str | Path) -> Case:
     """A case from a case file.
 
     Args:
-        path: a TOML file; its keys are described in docs/case-file.md. Attachments lie in its folder.
+        path: a TOML file; its keys are described in docs/reports.md. Attachments lie in its folder.
 
     Returns:
         The case, with the SHA-256 of each attachment.
