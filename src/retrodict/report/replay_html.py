@@ -14,7 +14,8 @@ from markupsafe import Markup
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.run_outs import Motion, motions
-from retrodict.report.figure_scene import half_plane, impact_pose, outline
+from retrodict.report.figure_scene import impact_pose, outline
+from retrodict.report.plan import Plan, View
 from retrodict.report.templates import template
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import VEHICLES, Scene
@@ -27,9 +28,6 @@ _DRAWS = 9  # to pick from: odd, so that the median is among them
 _ROWS = 33  # of each way: between them it is straight to a centimetre or so
 _BEFORE = 1.0  # s of approach that are shown
 _GHOSTS = 4  # outlines of the still picture between impact and rest
-_SIZE = 720.0  # units of the drawing's longer side
-
-View = tuple[float, float, float, float]
 
 
 def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -> str:
@@ -50,21 +48,16 @@ def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -
     if not found:
         return ""
     scene, median = findings.scene, found[len(found) // 2]
-    view = _view(scene, found)
-    scale = _SIZE / max(view[1] - view[0], view[3] - view[2])
-
-    def at(points: np.ndarray) -> str:
-        placed = (np.atleast_2d(points)[:, :2] - [view[0], view[3]]) * [scale, -scale]
-        return " ".join(f"{x:.1f},{y:.1f}" for x, y in placed)
-
+    plan = Plan(_view(scene, found))
+    at = plan.at
     speed = unit_of("speed", units)
     content: dict[str, Any] = {
         "passed": findings.checks.passed,
-        "width": (view[1] - view[0]) * scale,
-        "height": (view[3] - view[2]) * scale,
-        "surfaces": _surfaces(scene, view, at),
+        "width": plan.width,
+        "height": plan.height,
+        "surfaces": plan.surfaces(scene),
         "impact": at(np.array([scene.contact.x.value, scene.contact.y.value])).split(","),
-        "bar": _scale_bar(view, scale, units),
+        "bar": plan.scale_bar(units),
         "vehicles": [
             {
                 "name": v,
@@ -75,14 +68,14 @@ def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -
                 "label": at(median.pose[v][-1]).split(","),
                 "rest": at(_rest(scene, v)) if v in scene.rest else "",
                 # the moving outline, about its centre of gravity and heading to the right
-                "body": _body(scene, v, scale),
+                "body": _body(scene, v, plan.scale),
             }
             for v in VEHICLES
         ],
         "draws": [_in_words(m, units) for m in found],
         "chosen": len(found) // 2,
         "before": _BEFORE,
-        "data": _data(found, view, scale, speed.worth, speed.symbol),
+        "data": _data(found, plan.view, plan.scale, speed.worth, speed.symbol),
         "script": Markup(_script()),
     }
     return template("replay.html.j2").render(content)
@@ -165,22 +158,6 @@ def _body(scene: Scene, v: str, scale: float) -> dict[str, str]:
     corners = outline(scene.vehicles[v], (0.0, 0.0, 0.0)) * [scale, -scale]
     texts = [f"{x:.1f},{y:.1f}" for x, y in corners]
     return {"box": " ".join(texts[:4]), "front": " ".join(texts[4:])}
-
-
-def _surfaces(scene: Scene, view: View, at: Any) -> list[dict[str, str]]:
-    return [
-        {"name": surface.name, "area": at(corners)}
-        for surface in scene.surfaces[1:]
-        if surface.edge is not None and len(corners := half_plane(surface.edge, view)) >= 3
-    ]
-
-
-def _scale_bar(view: View, scale: float, units: Units) -> dict[str, Any]:
-    unit = unit_of("length", units)
-    width = (view[1] - view[0]) / unit.worth
-    fits = [s * 10.0**k for k in range(-1, 5) for s in (1, 2, 5) if s * 10.0**k < width / 4]
-    length = max(fits, default=1.0)
-    return {"length": length * unit.worth * scale, "text": f"{length:g} {unit.symbol}"}
 
 
 @cache

@@ -1,0 +1,165 @@
+"""An answer as the page prints it: rounded, and marked or withheld as the checks demand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from retrodict.findings.rounding import format_range, format_value
+from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON, WITHHELD
+from retrodict.inference.digits import decimals_of
+from retrodict.report.drawing import density
+from retrodict.scene.quantities import UNKNOWNS, Units, describe, label_and_unit
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from retrodict.inference.outcome import Checks
+    from retrodict.scene.records import Scene
+
+_CURVE = 96  # points of a marginal density
+_DOTS = 400  # of a joint posterior
+
+
+class Answer(Protocol):
+    """What a session answers, as far as the page reads it."""
+
+    @property
+    def scene(self) -> Scene:
+        """That was asked about."""
+
+    @property
+    def checks(self) -> Checks:
+        """The verdict on the draws."""
+
+    @property
+    def draws(self) -> Mapping[str, np.ndarray]:
+        """Of equal weight, by name, SI units and radians."""
+
+    @property
+    def seconds(self) -> float:
+        """That it took."""
+
+    def summary(self, units: Units = "si") -> pd.DataFrame:
+        """The reported quantities, a row each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A quantity's printed answer.
+
+    Args:
+        name: its flat name.
+        label: in words.
+        unit: symbol.
+        median: text, marked or withheld.
+        interval: likewise, the limits of 95 %.
+        verdict: of the checks, in a word or two.
+        passed: whether it may be relied on.
+        asked: whether the scene's question asks it.
+    """
+
+    name: str
+    label: str
+    unit: str
+    median: str
+    interval: str
+    verdict: str
+    passed: bool
+    asked: bool
+
+
+def rows(answer: Answer, units: Units) -> list[Row]:
+    """An answer as it is printed.
+
+    Args:
+        answer: of a session.
+        units: "si" or "us".
+
+    Returns:
+        One row for each reported quantity, those that are asked first.
+    """
+    asked = answer.scene.question
+    found = [
+        _row(answer, str(name), numbers, str(name) in asked)
+        for name, numbers in answer.summary(units).iterrows()
+    ]
+    return sorted(found, key=lambda row: not row.asked)
+
+
+def _row(answer: Answer, name: str, numbers: Mapping[str, Any], asked: bool) -> Row:
+    passed = answer.checks.passed
+    mark = "" if passed else MARK
+    withheld = name in answer.checks.failed or numbers["checks"] == "failed"
+    sd, error = float(numbers["sd"]), float(numbers["mcse_mean"])
+    limits = (float(numbers["hdi_95_low"]), float(numbers["hdi_95_high"]))
+    # one digit of limits, whose own errors are larger than that of the mean
+    median = format_value(float(numbers["median"]), decimals_of(sd, error=error))
+    interval = format_range(limits, decimals_of(sd, digits=1, error=error))
+    return Row(
+        name=name,
+        label=describe(name)[0],
+        unit=str(numbers["unit"]),
+        median=WITHHELD if withheld else median + mark,
+        interval=WITHHELD if withheld else interval + mark,
+        verdict=WITHHELD if withheld else "checks passed" if passed else NOT_TO_BE_RELIED_ON,
+        passed=passed and not withheld,
+        asked=asked,
+    )
+
+
+def drawn(answer: Answer) -> tuple[str, ...]:
+    """The quantities whose marginals are shown: unknowns that are reported and may be."""
+    names = answer.scene.reported()
+    return tuple(
+        name
+        for name in UNKNOWNS
+        if name in names and name in answer.draws and name not in answer.checks.failed
+    )
+
+
+def curve(answer: Answer, name: str, units: Units) -> list[list[float]]:
+    """The marginal density of a quantity: pairs of its value and the density, in the printed unit.
+
+    Args:
+        answer: of a session.
+        name: of the quantity.
+        units: "si" or "us".
+
+    Returns:
+        Some hundred pairs; none where the draws do not vary.
+    """
+    _, unit = label_and_unit(name, units)
+    found = density(_finite(answer.draws[name]) / unit.worth)
+    if found is None:
+        return []
+    grid, height = found
+    pick = np.linspace(0, grid.size - 1, min(_CURVE, grid.size)).astype(int)
+    return np.stack([grid[pick], height[pick]], axis=-1).tolist()
+
+
+def dots(answer: Answer, one: str, other: str, units: Units) -> list[list[float]]:
+    """Draws of two quantities, thinned: pairs in the printed units.
+
+    Args:
+        answer: of a session.
+        one: name of the first quantity.
+        other: of the second.
+        units: "si" or "us".
+
+    Returns:
+        A few hundred pairs.
+    """
+    worth = [label_and_unit(name, units)[1].worth for name in (one, other)]
+    pairs = np.stack([np.ravel(answer.draws[name]) for name in (one, other)], axis=-1) / worth
+    pairs = pairs[np.isfinite(pairs).all(axis=1)]
+    pick = np.linspace(0, len(pairs) - 1, min(_DOTS, len(pairs))).astype(int)
+    return pairs[pick].tolist()
+
+
+def _finite(draws: np.ndarray) -> np.ndarray:
+    values = np.ravel(draws)
+    return values[np.isfinite(values)]

@@ -1,0 +1,249 @@
+"""What the page stands for: the scene as changed so far, its newest answer, and the work under way."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from retrodict.explore.answers import Answer
+from retrodict.progress import Progress, Tracker
+from retrodict.report.files import write_whole
+from retrodict.scene.errors import Problem, SceneError
+from retrodict.scene.quantities import Units
+from retrodict.scene.records import Scene
+
+
+class Saved(Protocol):
+    """A result that can be written."""
+
+    def save(self, directory: Path, units: Units = "si") -> Path:
+        """Write it."""
+
+
+class Session(Protocol):
+    """A warm posterior of one model."""
+
+    @property
+    def answer(self) -> Answer:
+        """The present one."""
+
+    def update(self, changes: Mapping[str, object]) -> Answer:
+        """Change keys of its scene, and answer."""
+
+    def confirm(self) -> Saved:
+        """The result by NUTS."""
+
+
+# scene, a model's name or "auto", and what is called with progress -> a session
+Open = Callable[[Scene, str, Progress], Session]
+
+
+class View(Protocol):
+    """A page that shows what an explorer knows."""
+
+    def working(self, busy: bool) -> None:
+        """Say whether an answer is being computed."""
+
+    def answered(self, answer: Answer) -> None:
+        """Show an answer."""
+
+    def failed(self, why: str) -> None:
+        """Say why there is no answer."""
+
+    def superseded(self) -> None:
+        """Say that another page has taken over."""
+
+
+class Explorer:
+    """A scene that is changed, and asked again as soon as the answer before has come.
+
+    All methods belong to one event loop. Work is done in a thread, one piece at a time; changes that
+    arrive meanwhile are answered together, so that no answer is computed that nobody waits for.
+
+    Args:
+        scene: as its file has it.
+        open_session: makes a session of a scene and a model.
+        model: a rung's name, or "auto".
+    """
+
+    def __init__(self, scene: Scene, open_session: Open, model: str = "auto") -> None:
+        self.original = self.scene = scene
+        self.model = model
+        self.texts: dict[str, str] = {}  # of what was changed, by key
+        self.answer: Answer | None = None
+        self.fault = ""
+        self._open = open_session
+        self._session: Session | None = None
+        self._pending: dict[str, object] = {}
+        self._reopen = True  # whether the session is of another model or scene
+        self._asked = False  # whether anything waits since the last attempt
+        self._tracker: Tracker | None = None
+        self._view: View | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._busy = asyncio.Lock()
+
+    def show_in(self, view: View) -> None:
+        """Show in this view from now on, and in no other; the work begins where it has not."""
+        if self._view is not None:
+            self._view.superseded()
+        self._view = view
+        self._ask()
+
+    def shown_in(self, view: View) -> bool:
+        """Whether this view is the one that is shown in."""
+        return self._view is view
+
+    def change(self, key: str, text: str, changes: Mapping[str, object]) -> None:
+        """Change the scene, and ask about it.
+
+        Args:
+            key: of the quantity.
+            text: that stands for it on the page; the file's own removes it from `texts`.
+            changes: as `Scene.change` takes them.
+
+        Raises:
+            SceneError: the scene would be wrong; it stays as it was.
+        """
+        self.scene = self.scene.change(changes)
+        self.texts[key] = text
+        self._pending |= changes
+        self._ask()
+
+    def reset(self) -> None:
+        """Go back to the scene as its file has it."""
+        self.scene, self.texts = self.original, {}
+        self._pending, self._reopen = {}, True
+        self._ask()
+
+    def choose(self, model: str) -> None:
+        """Ask another model.
+
+        Args:
+            model: a rung's name, or "auto".
+        """
+        self.model = model
+        self._pending, self._reopen = {}, True
+        self._ask()
+
+    async def confirm(self, directory: Path, units: Units) -> Path:
+        """Reconstruct the scene as it is now by NUTS, and write the result.
+
+        Args:
+            directory: that it is written to, as `Result.save` does.
+            units: "si" or "us".
+
+        Returns:
+            The report's path.
+
+        Raises:
+            RuntimeError: there is no session to confirm.
+            OSError: it could not be written.
+        """
+        if self._task is not None:
+            await self._task
+        async with self._busy:
+            if self._session is None or self.answer is None:
+                raise RuntimeError(self.fault or "there is no answer to confirm")
+            result = await self._run(self._session.confirm)
+            await self._run(result.save, directory, units)
+        return directory / "report.html"
+
+    def save(self, directory: Path, name: str, replace: bool = False) -> Path:
+        """Write the scene as it is now.
+
+        Args:
+            directory: of the file.
+            name: of the file; a suffix .toml is added where it has none.
+            replace: whether a file of that name may be replaced.
+
+        Returns:
+            Its path.
+
+        Raises:
+            SceneError: the name is none, or is taken.
+            OSError: it could not be written.
+        """
+        plain = name.strip()
+        if not plain.strip(".") or Path(plain).name != plain or "\\" in plain:
+            raise SceneError(name, [Problem("", "", "write the name of a file, without a folder")])
+        path = directory / (plain if plain.endswith(".toml") else f"{plain}.toml")
+        if path.exists() and not replace:
+            fix = 'there is such a file; choose another name, or tick "replace it"'
+            raise SceneError(path.name, [Problem("", "", fix)])
+        return write_whole(path, self.scene.to_toml().encode())
+
+    @property
+    def doing(self) -> str:
+        """How far the present piece of work is, in words; empty where nothing is worked at."""
+        tracker = self._tracker
+        return "" if tracker is None else tracker.now().line.removeprefix("retrodict: ")
+
+    def _ask(self) -> None:
+        self._asked = True
+        if self._task is None or self._task.done():
+            self._task = asyncio.get_running_loop().create_task(self._work())
+
+    async def _work(self) -> None:
+        """Answer until nothing waits."""
+        async with self._busy:
+            while self._asked:
+                self._asked = False
+                if self._view:
+                    self._view.working(True)
+                await self._answer()
+        if self._view:
+            self._view.working(False)
+
+    async def _answer(self) -> None:
+        changes, self._pending = self._pending, {}
+        reopen, self._reopen = self._reopen, False
+        try:
+            if reopen:
+                self._session = await self._run(self._open, self.scene, self.model, self._record)
+                self.answer = self._session.answer
+            elif self._session and changes:
+                self.answer = await self._run(self._session.update, changes)
+            self.fault = ""
+        except Exception as error:  # any is shown where the answer would stand
+            # what was not answered is asked once more with the next change
+            self._reopen |= reopen
+            self._pending = changes | self._pending
+            self.answer, self.fault = None, str(error) or type(error).__name__
+        if self._view and self.answer:
+            self._view.answered(self.answer)
+        elif self._view:
+            self._view.failed(self.fault)
+
+    async def _run[T](self, work: Callable[..., T], *args: Any) -> T:
+        """Do a piece of work in a thread, with its progress in `doing`.
+
+        The thread is a daemon: the command can end while a library computes.
+        """
+        loop, self._tracker = asyncio.get_running_loop(), Tracker()
+        done: asyncio.Future[T] = loop.create_future()
+
+        def settle(settled: Callable[[Any], None], value: object) -> None:
+            if not done.done():
+                settled(value)
+
+        def run() -> None:
+            try:
+                settled, value = done.set_result, work(*args)
+            except BaseException as error:
+                settled, value = done.set_exception, error
+            with suppress(RuntimeError):  # where the loop has been closed
+                loop.call_soon_threadsafe(settle, settled, value)
+
+        threading.Thread(target=run, daemon=True).start()
+        try:
+            return await done
+        finally:
+            self._tracker = None
+
+    def _record(self, stage: str, done: int, total: int) -> None:
+        if self._tracker is not None:
+            self._tracker.record(stage, done, total)

@@ -1,0 +1,127 @@
+"""The measured scene from above as a small SVG, quick enough to follow a slider."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from retrodict.report.figure_scene import impact_pose, outline
+from retrodict.report.plan import Plan, View
+from retrodict.report.templates import template
+from retrodict.scene.quantities import Units
+from retrodict.scene.records import VEHICLES, Scene
+
+_MARGIN = 1.5  # m about what is drawn
+_ARROW = (
+    1.3,
+    0.6,
+)  # vehicle's lengths behind its centre of gravity: both ends of a direction's arrow
+
+
+def view_of(scene: Scene, at_least: View | None = None) -> View:
+    """The rectangle of the road plane that holds all that was measured.
+
+    Args:
+        scene: what was measured.
+        at_least: a rectangle that it holds too, as that of the picture before.
+
+    Returns:
+        x0, x1, y0, y1 in m.
+    """
+    points = [outline(scene.vehicles[v], impact_pose(scene, v)) for v in VEHICLES]
+    points += [_rest(scene, v) for v in scene.rest]
+    points += [_arrow(scene, v) for v in VEHICLES]
+    points += [np.array([[m.x, m.y]]) for marks in scene.marks.values() for m in marks]
+    points += [np.array([[x, y]]) for _, x, y in _ends(scene)]
+    both = np.concatenate(points)
+    low, high = both.min(axis=0) - _MARGIN, both.max(axis=0) + _MARGIN
+    x0, x1, y0, y1 = float(low[0]), float(high[0]), float(low[1]), float(high[1])
+    if at_least is None:
+        return x0, x1, y0, y1
+    a0, a1, b0, b1 = at_least
+    return min(x0, a0), max(x1, a1), min(y0, b0), max(y1, b1)
+
+
+def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> str:
+    """A scene from above, to scale, without any reconstruction.
+
+    Args:
+        scene: what was measured.
+        units: of the scale bar, "si" or "us".
+        view: x0, x1, y0, y1 in m; None for all that was measured.
+
+    Returns:
+        An SVG element. Every text of the scene is escaped.
+    """
+    plan = Plan(view or view_of(scene))
+    evidence = scene.evidence()
+    contact = scene.contact
+    half = 0.45 * max(v.length for v in scene.vehicles.values())
+    along = half * np.array([-math.sin(contact.Gamma.value), math.cos(contact.Gamma.value)])
+    centre = np.array([contact.x.value, contact.y.value])
+
+    def ellipse(x: float, y: float, sd_x: float, sd_y: float) -> dict[str, Any]:
+        at = plan.at(np.array([x, y])).split(",")
+        return {"at": at, "radii": [2 * sd * plan.scale for sd in (sd_x, sd_y)]}
+
+    content = {
+        "width": plan.width,
+        "height": plan.height,
+        "surfaces": plan.surfaces(scene),
+        "road": scene.surfaces[0].name,
+        "vehicles": [
+            {
+                "name": v,
+                "title": scene.vehicles[v].name,
+                "impact": _drawn(plan, outline(scene.vehicles[v], impact_pose(scene, v))),
+                "label": plan.at(np.array(impact_pose(scene, v))).split(","),
+                "arrow": plan.at(arrow) if len(arrow := _arrow(scene, v)) else "",
+                "rest": _drawn(plan, _rest(scene, v)) if v in scene.rest else None,
+                "at_rest": ellipse(
+                    scene.rest[v].x.value,
+                    scene.rest[v].y.value,
+                    evidence[f"rest_x_{v}"].sd,
+                    evidence[f"rest_y_{v}"].sd,
+                )
+                if v in scene.rest
+                else None,
+                "marks": [plan.at(np.array([m.x, m.y])).split(",") for m in scene.marks.get(v, ())],
+                "ends": [
+                    plan.at(np.array([x, y])).split(",") for w, x, y in _ends(scene) if w == v
+                ],
+            }
+            for v in VEHICLES
+        ],
+        "impact": ellipse(*centre, contact.x.sd, contact.y.sd),
+        "line": plan.at(np.array([centre - along, centre + along])),
+        "bar": plan.scale_bar(units),
+    }
+    return template("scene.svg.j2").render(content)
+
+
+def _drawn(plan: Plan, corners: np.ndarray) -> dict[str, str]:
+    """The body and the forward mark; a point has neither."""
+    return {"body": plan.at(corners[:4]), "front": plan.at(corners[4:])} if len(corners) > 1 else {}
+
+
+def _rest(scene: Scene, v: str) -> np.ndarray:
+    rest = scene.rest[v]
+    if rest.heading is None:
+        return np.array([[rest.x.value, rest.y.value]])
+    return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
+
+
+def _ends(scene: Scene) -> list[tuple[str, float, float]]:
+    ends = scene.end_of_rotation.items()
+    return [(v, end.x.value, end.y.value) for v, end in ends if end.x and end.y]
+
+
+def _arrow(scene: Scene, v: str) -> np.ndarray:
+    """The measured direction of travel before the impact, shape (2, 2); (0, 2) where there is none."""
+    if (direction := scene.approach[v].direction) is None:
+        return np.empty((0, 2))
+    ahead = np.array([math.cos(direction.value), math.sin(direction.value)])
+    length = scene.vehicles[v].length
+    return np.array([impact_pose(scene, v)[:2] - each * length * ahead for each in _ARROW])
