@@ -105,7 +105,7 @@ def _row(answer: Answer, name: str, numbers: Mapping[str, Any], asked: bool) -> 
         unit=str(numbers["unit"]),
         median=WITHHELD if withheld else median + mark,
         interval=WITHHELD if withheld else interval + mark,
-        verdict=WITHHELD if withheld else "checks passed" if passed else NOT_TO_BE_RELIED_ON,
+        verdict=WITHHELD if withheld else "passed" if passed else NOT_TO_BE_RELIED_ON,
         passed=passed and not withheld,
         asked=asked,
     )

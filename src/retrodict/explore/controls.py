@@ -96,6 +96,14 @@ class Control:
             return float(f"{min(max(self.value * 2**position, self.span[0]), self.span[1]):.3g}")
         return round(position, max(decimals_of(self.step, 1) or 0, 0))
 
+    def sd_position(self, sd: float) -> float:
+        """The position of the slider of the uncertainty, likewise."""
+        return min(max(math.log2(sd / self.sd), -_OCTAVES), _OCTAVES) if sd > 0 else -_OCTAVES
+
+    def sd_at(self, position: float) -> float:
+        """The uncertainty at a position of its slider: the file's, times 2 to that power."""
+        return float(f"{self.sd * 2**position:.3g}") if position else self.sd
+
     def text(self, value: float | None = None, sd: float | None = None) -> str:
         """The quantity as it is written in a scene file.
 

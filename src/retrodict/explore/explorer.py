@@ -75,6 +75,7 @@ class Explorer:
         self.model = model
         self.texts: dict[str, str] = {}  # of what was changed, by key
         self.answer: Answer | None = None
+        self.of_file: Answer | None = None  # of the scene as its file has it, by the same model
         self.fault = ""
         self._open = open_session
         self._session: Session | None = None
@@ -91,7 +92,15 @@ class Explorer:
         if self._view is not None:
             self._view.superseded()
         self._view = view
-        self._ask()
+        if self.answer is not None:
+            view.answered(self.answer)
+        if self._reopen or self._pending:
+            self._ask()
+
+    def leave(self, view: View) -> None:
+        """Show nothing more in a view that is no more."""
+        if self._view is view:
+            self._view = None
 
     def shown_in(self, view: View) -> bool:
         """Whether this view is the one that is shown in."""

@@ -1,4 +1,4 @@
-"""Libraries that only some documents need."""
+"""Libraries that only an extra needs."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ class MissingLibrary(ImportError):
     """A library of an extra is not installed; the message says how to install it."""
 
 
-def imported(module: str, what: str) -> Any:
-    """A module of the extra `documents`.
+def imported(module: str, what: str, extra: str = "documents") -> Any:
+    """A module of an extra.
 
     Args:
         module: its name.
-        what: is written with it, in words.
+        what: needs it, in words.
+        extra: that brings it.
 
     Returns:
         The module.
@@ -27,5 +28,5 @@ def imported(module: str, what: str) -> Any:
         return import_module(module)
     except ImportError:
         raise MissingLibrary(
-            f"{what} needs the package {module}: install it with pip install 'retrodict[documents]'"
+            f"{what} needs the package {module}: install it with pip install 'retrodict[{extra}]'"
         ) from None

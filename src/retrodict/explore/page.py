@@ -1,0 +1,437 @@
+"""The page: a scene with its controls on one side, its answer, marginals and joint on the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, cast
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+from nicegui import ui
+
+from retrodict.explore import answers
+from retrodict.explore.answers import Answer
+from retrodict.explore.controls import GROUPS, Control, controls
+from retrodict.explore.explorer import Explorer
+from retrodict.report.drawing import BLUE, GREY
+from retrodict.report.scene_svg import scene_svg, view_of
+from retrodict.scene.errors import SceneError
+from retrodict.scene.quantities import SHORT, Units, label_and_unit
+from retrodict.scene.units import QuantityError
+
+_OCTAVES = 2.0  # of the slider of an uncertainty, to either side
+_BEAT = 0.25  # s between looks at how far the work is
+_UNITS = {"si": "m/s", "us": "mph"}
+
+
+class Page:
+    """What one browser shows of an explorer.
+
+    Args:
+        explorer: whose scene it changes.
+        models: that can be chosen, by name.
+        out: folder that results are written to.
+        folder: that changed scenes are saved in.
+        name: of such a file, as it is suggested.
+        units: that come first.
+    """
+
+    def __init__(
+        self,
+        explorer: Explorer,
+        models: Sequence[str],
+        out: Path,
+        folder: Path,
+        name: str,
+        units: Units,
+    ) -> None:
+        self.explorer, self.models = explorer, models
+        self.out, self.folder, self.name, self.units = out, folder, name, units
+        self._begun = False
+        self._count = 0
+        self._windows: dict[str, tuple[float, float]] = {}
+        self._view = view_of(explorer.original)
+        self._rows: list[ControlRow] = []
+        self._marginals: dict[str, ui.echart] = {}
+
+    def build(self) -> None:
+        """Make the page's elements, and begin to show."""
+        ui.add_css(_text("page.css"))
+        scene = self.explorer.original
+        with ui.element("header").classes("top"):
+            ui.label(scene.title).classes("title")
+            ui.select(
+                ["auto", *self.models], value=self.explorer.model, label="model",
+                on_change=lambda e: self.explorer.choose(e.value),
+            ).props("dense outlined options-dense").classes("model")  # fmt: skip
+            ui.select(
+                _UNITS, value=self.units, label="units", on_change=lambda e: self._use(e.value)
+            ).props("dense outlined options-dense").classes("units")
+        with ui.element("div").classes("board"):
+            with ui.element("section").classes("answer"):
+                self._progress = ui.linear_progress(value=0, show_value=False, size="3px").props(
+                    "indeterminate instant-feedback"
+                )
+                self._answer = ui.html("", sanitize=False).props("aria-live=polite")
+                self._doing = ui.label("").classes("doing")
+            with ui.element("section").classes("controls"):
+                self._controls()
+            with ui.element("section").classes("pictures"):
+                self._pictures = ui.element("div").classes("marginals")
+                self._joint_part()
+                self._scene = ui.html("", sanitize=False).classes("scene")
+            with ui.element("section").classes("actions"):
+                self._actions()
+        with ui.dialog().props("persistent") as self._elsewhere, ui.card():
+            ui.label("This scene was opened on another page, which goes on with it.")
+            ui.button("Go on here", on_click=lambda: ui.navigate.reload())
+        self._draw_scene()
+        ui.timer(_BEAT, self._tick)
+        client = ui.context.client
+        client.on_connect(self._begin)  # not sooner: a browser may load a page that nobody sees
+        client.on_delete(lambda: self.explorer.leave(self))
+
+    # what the explorer calls
+
+    def working(self, busy: bool) -> None:
+        """Say whether an answer is being computed."""
+        self._progress.set_visibility(busy)
+
+    def answered(self, answer: Answer) -> None:
+        """Show an answer."""
+        self._count += 1
+        checks = answer.checks
+        content = {
+            "rows": answers.rows(answer, self.units),
+            "passed": checks.passed,
+            "reasons": checks.reasons,
+            "flags": checks.flags,
+            "seconds": answer.seconds,
+            "count": self._count,
+        }
+        self._answer.set_content(_template("answer.html.j2").render(content))
+        self._draw_marginals(answer)
+        self._draw_joint(answer)
+
+    def failed(self, why: str) -> None:
+        """Say why there is no answer."""
+        self._answer.set_content(_template("failed.html.j2").render(why=why))
+        for chart in self._marginals.values():
+            chart.options["series"][-1]["data"] = []
+            chart.update()
+        self._joint.options["series"][0]["data"] = []
+        self._joint.update()
+
+    def superseded(self) -> None:
+        """Say that another page has taken over."""
+        self._elsewhere.open()
+
+    # what the user does
+
+    def change(self, row: ControlRow, text: str) -> None:
+        """Change a quantity to what is written; say at its row where that is refused."""
+        if not self.explorer.shown_in(self):
+            return
+        control = row.control
+        try:
+            self.explorer.change(control.key, text, control.changes(text))
+        except SceneError as error:
+            row.refuse("; ".join(str(problem) for problem in error.problems))
+            return
+        row.accept(text)
+        self._draw_scene()
+
+    def _use(self, units: Units) -> None:
+        self.units = units
+        self._windows = {}
+        self._draw_scene()
+        if self.explorer.answer:
+            self.answered(self.explorer.answer)
+
+    def _reset(self) -> None:
+        self.explorer.reset()
+        for row in self._rows:
+            row.accept(row.control.text())
+        self._windows = {}
+        self._draw_scene()
+
+    def _tick(self) -> None:
+        self._doing.set_text(self.explorer.doing)
+
+    def _begin(self) -> None:
+        if self._begun:  # a connection that was lost for a moment
+            return
+        self._begun = True
+        self.explorer.show_in(self)
+
+    # parts of the page
+
+    def _controls(self) -> None:
+        every = controls(self.explorer.original)
+        with ui.row().classes("heading"):
+            ui.label("Measurements and priors").classes("part")
+            ui.button("Reset all", on_click=self._reset).props("flat dense no-caps")
+        for group in GROUPS:
+            if members := [each for each in every if each.group == group]:
+                opened = group == every[0].group
+                part = ui.expansion(group, value=opened).classes("group")
+                if opened:
+                    self._fill(part, members)
+                else:  # half a hundred controls take a browser some time
+                    part.once("update:model-value", partial(self._fill, part, members))
+
+    def _fill(self, part: ui.expansion, members: Sequence[Control]) -> None:
+        with part:
+            for control in members:
+                text = self.explorer.texts.get(control.key)
+                self._rows.append(ControlRow(control, self.change, text))
+
+    def _joint_part(self) -> None:
+        with ui.element("div").classes("joint"):
+            with ui.row().classes("pair"):
+                look = "dense outlined options-dense"
+                self._one = ui.select([], label="across", on_change=self._paired).props(look)
+                self._other = ui.select([], label="up", on_change=self._paired).props(look)
+            self._joint = ui.echart(_joint_options(), renderer="svg").classes("chart")
+
+    def _paired(self) -> None:
+        if self.explorer.answer:
+            self._draw_joint(self.explorer.answer)
+
+    def _actions(self) -> None:
+        ui.label("Confirm and keep").classes("part")
+        ui.label(
+            "While you drag, the posterior is computed by importance sampling. NUTS computes it anew."
+        ).classes("small")
+        self._confirm = ui.button(
+            "Confirm by NUTS and write the report", on_click=self._confirmed
+        ).props("no-caps")
+        self._written = ui.html("", sanitize=False).classes("small")
+        with ui.row().classes("save"):
+            self._file = ui.input("save as", value=self.name).props("dense outlined")
+            self._replace = ui.checkbox("replace it")
+            ui.button("Save the changed scene", on_click=self._saved).props("no-caps outline")
+        self._kept = ui.label("").classes("small")
+
+    async def _confirmed(self) -> None:
+        self._confirm.disable()
+        self._written.set_content("")
+        try:
+            path = await self.explorer.confirm(self.out, self.units)
+            said = _template("written.html.j2").render(path=str(path), why="")
+        except Exception as error:  # any is shown beside the button
+            said = _template("written.html.j2").render(path="", why=str(error))
+        self._written.set_content(said)
+        self._confirm.enable()
+
+    def _saved(self) -> None:
+        try:
+            path = self.explorer.save(self.folder, self._file.value, self._replace.value)
+            self._kept.set_text(f"Saved: {path}")
+        except (SceneError, OSError) as error:
+            self._kept.set_text(str(error))
+
+    # drawing
+
+    def _draw_scene(self) -> None:
+        scene = self.explorer.scene
+        self._view = view_of(scene, self._view)
+        self._scene.set_content(scene_svg(scene, self.units, self._view))
+
+    def _draw_marginals(self, answer: Answer) -> None:
+        names = answers.drawn(answer)
+        if tuple(self._marginals) != names:
+            self._pictures.clear()
+            with self._pictures:
+                self._marginals = {
+                    name: ui.echart(_marginal_options(name, self.units), renderer="svg").classes(
+                        "chart"
+                    )
+                    for name in names
+                }
+        first = self.explorer.of_file
+        if first is not None and set(names) - set(answers.drawn(first)):
+            first = None  # its checks withhold some
+        for name, chart in self._marginals.items():
+            curve = answers.curve(answer, name, self.units)
+            before = [] if first is None else answers.curve(first, name, self.units)
+            low, high = self._window(name, before + curve)
+            chart.options["title"]["text"] = _title(name, self.units)
+            chart.options["xAxis"] |= {"min": low, "max": high}
+            for series, data in zip(chart.options["series"], (before, curve), strict=True):
+                series["data"] = data
+            chart.update()
+        if list(self._one.options) != list(names):
+            self._one.set_options(_labels(names), value=names[0] if names else None)
+            self._other.set_options(_labels(names), value=names[1] if len(names) > 1 else None)
+
+    def _draw_joint(self, answer: Answer) -> None:
+        one, other = self._one.value, self._other.value
+        if not one or not other or {one, other} - set(answers.drawn(answer)):
+            return
+        options = self._joint.options
+        for axis, name in (("xAxis", one), ("yAxis", other)):
+            low, high = self._windows[name]
+            options[axis] |= {"min": low, "max": high, "name": _title(name, self.units)}
+        options["series"][0]["data"] = answers.dots(answer, one, other, self.units)
+        self._joint.update()
+
+    def _window(self, name: str, curve: list[list[float]]) -> tuple[float, float]:
+        """Limits of an axis, which only widen, so that one sees a density move."""
+        if curve:
+            low, high = min(x for x, _ in curve), max(x for x, _ in curve)
+            room = 0.25 * (high - low)
+            now = self._windows.get(name, (low - room, high + room))
+            if low < now[0] or high > now[1]:
+                now = (min(low - room, now[0]), max(high + room, now[1]))
+            self._windows[name] = now
+        return self._windows.get(name, (0.0, 1.0))
+
+
+class ControlRow:
+    """A quantity's label, text and sliders.
+
+    Args:
+        control: the quantity.
+        change: called with this and the text that was set.
+        text: that it has now; None for the file's.
+    """
+
+    def __init__(
+        self, control: Control, change: Callable[[ControlRow, str], None], text: str | None
+    ) -> None:
+        self.control = control
+        self._change = change
+        self._quiet = False  # while the elements are set by the program
+        self._said = text or control.text()
+        low, high = control.slider_range
+        with ui.element("div").classes("control").props(f"data-key={control.key}"):
+            with ui.element("div").classes("line"):
+                label = ui.label(control.label).classes("label")
+                if control.source:
+                    label.tooltip(control.source)
+                self._text = ui.input(value=self._said).props("dense outlined").classes("quantity")
+                self._text.props["aria-label"] = control.label
+                self._text.on("keydown.enter", self._typed).on("blur", self._typed)
+                self._back = ui.button(icon="undo", on_click=self._undo).props(
+                    "flat dense round size=sm"
+                )
+                self._back.props["aria-label"] = f"{control.label}: as in the file"
+            self._value = ui.slider(
+                min=low, max=high, step=control.step, on_change=self._moved
+            ).props("dense")
+            self._value.props["aria-label"] = f"{control.label}: value"
+            self._sd = None
+            if control.takes_sd and control.sd:
+                with ui.element("div").classes("line sd"):
+                    ui.label("± sd").classes("label")
+                    self._sd = ui.slider(
+                        min=-_OCTAVES, max=_OCTAVES, step=_OCTAVES / 40, on_change=self._moved
+                    ).props("dense color=grey-7")
+                    self._sd.props["aria-label"] = f"{control.label}: uncertainty"
+            self._fault = ui.label("").classes("fault").props("role=alert")
+        self.accept(self._said)
+
+    def accept(self, text: str) -> None:
+        """Show a text that the scene now has."""
+        self._said = text
+        self._fault.set_text("")
+        control = self.control
+        try:
+            value, sd = control.read(text)
+        except QuantityError:  # a word
+            value, sd = control.value, 0.0
+        self._quiet = True
+        self._text.set_value(text)
+        self._value.set_value(control.position(value))
+        if self._sd is not None:
+            self._sd.set_value(control.sd_position(sd))
+        self._quiet = False
+        changed = text != control.text()
+        self._back.classes(add="" if changed else "off", remove="off" if changed else "")
+
+    def refuse(self, why: str) -> None:
+        """Say why what was set is refused."""
+        self._fault.set_text(why)
+
+    def _moved(self) -> None:
+        if self._quiet:
+            return
+        control = self.control
+        value = control.value_at(cast(float, self._value.value))
+        sd = control.sd_at(cast(float, self._sd.value)) if self._sd is not None else control.sd
+        self._change(self, control.text(value, sd))
+
+    def _typed(self) -> None:
+        text = str(self._text.value or "").strip()
+        if text != self._said or self._fault.text:
+            self._change(self, text)
+
+    def _undo(self) -> None:
+        self._change(self, self.control.text())
+
+
+def _labels(names: Sequence[str]) -> dict[str, str]:
+    return {name: SHORT[name] for name in names}
+
+
+def _title(name: str, units: Units) -> str:
+    _, unit = label_and_unit(name, units)
+    return f"{SHORT[name]}, {unit.symbol}" if unit.symbol else SHORT[name]
+
+
+def _marginal_options(name: str, units: Units) -> dict[str, Any]:
+    line = {"type": "line", "showSymbol": False, "silent": True, "data": []}
+    return {
+        "animation": False,
+        "title": {"text": _title(name, units), "textStyle": {"fontSize": 13}, "left": 4, "top": 0},
+        "grid": {"left": 12, "right": 12, "top": 26, "bottom": 22},
+        "xAxis": _axis(),
+        "yAxis": {"type": "value", "show": False},
+        "series": [
+            line | {"lineStyle": {"color": GREY, "type": "dashed", "width": 1}},
+            line | {"lineStyle": {"color": BLUE}, "areaStyle": {"color": BLUE, "opacity": 0.25}},
+        ],
+    }
+
+
+def _joint_options() -> dict[str, Any]:
+    named = {"nameLocation": "middle", "nameTextStyle": {"color": "#222"}}
+    return {
+        "animation": False,
+        "grid": {"left": 56, "right": 12, "top": 12, "bottom": 44},
+        "xAxis": _axis() | named | {"nameGap": 26},
+        "yAxis": _axis() | named | {"nameGap": 38},
+        "series": [
+            {
+                "type": "scatter",
+                "symbolSize": 4,
+                "silent": True,
+                "itemStyle": {"color": BLUE, "opacity": 0.45},
+                "data": [],
+            }
+        ],
+    }
+
+
+def _axis() -> dict[str, Any]:
+    labels = {"showMinLabel": False, "showMaxLabel": False, "hideOverlap": True}
+    return {"type": "value", "splitLine": {"show": False}, "axisLabel": labels, "splitNumber": 4}
+
+
+def _text(name: str) -> str:
+    return files(__package__).joinpath(name).read_text("utf-8")
+
+
+@cache
+def _template(name: str) -> Template:
+    environment = Environment(
+        loader=PackageLoader(__package__, "."),
+        autoescape=True,  # what it shows of a scene is a stranger's text
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)

@@ -1,0 +1,148 @@
+"""Serving the page to browsers of this machine alone."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import webbrowser
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from retrodict.explore.explorer import Explorer
+from retrodict.report.libraries import imported
+from retrodict.scene.quantities import Units
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Receive, Scope, Send
+
+HOST = "127.0.0.1"
+_ICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 8 8"><path fill="#0072B2" d="M0 1h5v2H0z"/>'
+    '<path fill="#D55E00" d="M3 5h5v2H3z"/></svg>'
+)
+# nothing is loaded from elsewhere, whatever a library or a scene's text may ask for
+_POLICY = (
+    "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
+    "frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+)
+
+
+def listen(port: int) -> socket.socket:
+    """A socket that listens on the loopback address.
+
+    Args:
+        port: 0 for any that is free.
+
+    Returns:
+        The socket.
+
+    Raises:
+        OSError: the port is taken, or may not be used.
+    """
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((HOST, port))
+        listening.listen()
+    except OSError:
+        listening.close()
+        raise
+    return listening
+
+
+def serve(
+    explorer: Explorer,
+    listening: socket.socket,
+    *,
+    models: Sequence[str],
+    out: Path,
+    folder: Path,
+    name: str,
+    units: Units = "si",
+    browser: bool = False,
+) -> None:
+    """Serve the page until the process is interrupted.
+
+    Args:
+        explorer: of the scene.
+        listening: from `listen`.
+        models: that can be chosen, by name.
+        out: folder that results are written to.
+        folder: that changed scenes are saved in.
+        name: of such a file, as it is suggested.
+        units: that come first, "si" or "us".
+        browser: whether to open the page in the browser.
+
+    Raises:
+        MissingLibrary: the extra is not installed.
+        KeyboardInterrupt: it was interrupted.
+    """
+    ui = imported("nicegui", "the page", "explore").ui
+    uvicorn = imported("uvicorn", "the page", "explore")
+    from fastapi import FastAPI
+    from fastapi.responses import FileResponse, PlainTextResponse, Response
+
+    from retrodict.explore.page import Page
+
+    # the pages that describe an interface load their scripts from elsewhere
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    port = listening.getsockname()[1]
+
+    def report() -> Response:
+        path = out / "report.html"
+        return FileResponse(path) if path.is_file() else PlainTextResponse("No report.", 404)
+
+    app.get("/report")(report)
+    ui.page("/")(lambda: Page(explorer, models, out, folder, name, units).build())
+    ui.run_with(
+        app,
+        title="retrodict explore",
+        favicon=_ICON,
+        language="en-US",
+        tailwind=False,
+        reconnect_timeout=60.0,  # s: a computation may hold this process up
+        show_welcome_message=False,
+    )
+    app.add_middleware(Guard, port=port)
+    config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=1)
+    if browser:
+        threading.Thread(
+            target=webbrowser.open, args=(f"http://{HOST}:{port}/",), daemon=True
+        ).start()
+    uvicorn.Server(config).run(sockets=[listening])
+
+
+class Guard:
+    """Refuses what does not come from this server's own page, such as by DNS rebinding.
+
+    Args:
+        app: that is guarded.
+        port: that it is served at.
+    """
+
+    def __init__(self, app: ASGIApp, port: int) -> None:
+        self._app = app
+        self._hosts = {f"{host}:{port}" for host in (HOST, "localhost")}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or refuse it."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        from starlette.datastructures import Headers, MutableHeaders
+        from starlette.responses import PlainTextResponse
+
+        headers = Headers(scope=scope)
+        origins = {None, *(f"http://{host}" for host in self._hosts)}
+        if headers.get("host") not in self._hosts or headers.get("origin") not in origins:
+            refused = PlainTextResponse("This page is for browsers of its own machine.", 403)
+            await refused(scope, receive, send)
+            return
+
+        async def with_policy(message: dict) -> None:  # type: ignore[type-arg]
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).setdefault("content-security-policy", _POLICY)
+            await send(message)
+
+        await self._app(scope, receive, with_policy)  # type: ignore[arg-type]
