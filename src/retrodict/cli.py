@@ -7,7 +7,7 @@ import math
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -21,6 +21,7 @@ from retrodict.progress import Progress, printable, reporting
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from retrodict.live import Session
     from retrodict.scene import Scene
 
 BAD_INPUT, DIFFERS, INTERRUPTED = 2, 3, 130
@@ -230,6 +231,62 @@ def reconstruct(
         console.print(f"It is that of the run before, which was finished{again}.")
     if not result.outcome.complete:
         raise typer.Exit(INTERRUPTED)
+
+
+@app.command()
+def explore(
+    scene: SceneFile,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
+    ] = None,
+    model: Annotated[
+        str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
+    ] = "auto",
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
+    units: Annotated[UnitChoice, typer.Option(help="units that come first")] = UnitChoice.si,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="of the page; 0 for one that is free")
+    ] = 0,
+    browser: Annotated[bool, typer.Option(help="open the page in a browser")] = True,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print the page's address only")] = False,
+) -> None:
+    """Change a scene with sliders on a local page, and watch its answer. Ctrl-C ends it."""
+    with _working(quiet) as progress:
+        found = _load(scene)
+        folder = _folder(out, found.name)
+        progress(_LOADING, 0, 1)
+
+        from retrodict.report.libraries import MissingLibrary, imported
+
+        try:
+            imported("nicegui", "the page", "explore")
+        except MissingLibrary as error:
+            _fail(str(error), 1)
+        _known_rung(model, auto=True)
+
+        from retrodict.explore.explorer import Explorer, Setting
+        from retrodict.explore.server import address, listen, serve
+        from retrodict.inference import Unanswerable
+        from retrodict.live import session
+        from retrodict.studies.ladder import allowed
+
+        try:
+            setting = Setting(tuple(allowed(found)), folder, scene.resolve(), units.value)
+            listening = listen(port)
+        except Unanswerable as error:
+            _fail(f"{scene}: {error}")
+        except OSError as error:
+            _fail(f"--port {port}: {error.strerror}; choose another, or leave it out", 1)
+
+    def opened(of: Scene, by: str, told: Progress) -> Session:
+        return session(of, model=by, seed=seed, progress=told)
+
+    typer.echo(f"{address(listening)} (Ctrl-C ends it)")
+    with suppress(KeyboardInterrupt):
+        serve(Explorer(found, opened, model), setting, listening, browser=browser)
+    # at once: a computation that nobody waits for would hold up the interpreter's own end
+    sys.stdout.flush()
+    os._exit(0)
 
 
 @app.command()

@@ -43,6 +43,10 @@ class Answer(Protocol):
     def seconds(self) -> float:
         """That it took."""
 
+    @property
+    def model(self) -> str:
+        """Name of the rung."""
+
     def summary(self, units: Units = "si") -> pd.DataFrame:
         """The reported quantities, a row each."""
 
@@ -95,7 +99,7 @@ def _row(answer: Answer, name: str, numbers: Mapping[str, Any], asked: bool) -> 
     mark = "" if passed else MARK
     withheld = name in answer.checks.failed or numbers["checks"] == "failed"
     sd, error = float(numbers["sd"]), float(numbers["mcse_mean"])
-    limits = (float(numbers["hdi_95_low"]), float(numbers["hdi_95_high"]))
+    limits = (float(numbers["low_95"]), float(numbers["high_95"]))
     # one digit of limits, whose own errors are larger than that of the mean
     median = format_value(float(numbers["median"]), decimals_of(sd, error=error))
     interval = format_range(limits, decimals_of(sd, digits=1, error=error))

@@ -6,6 +6,8 @@ import asyncio
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -25,21 +27,38 @@ class Saved(Protocol):
 
 
 class Session(Protocol):
-    """A warm posterior of one model."""
+    """A warm posterior of one model, such as `retrodict.live.Session`."""
 
     @property
     def answer(self) -> Answer:
         """The present one."""
 
-    def update(self, changes: Mapping[str, object]) -> Answer:
-        """Change keys of its scene, and answer."""
+    def update(self, changes: Scene) -> Answer:
+        """Answer the scene as it is to be; where that fails, the session is as it was."""
 
-    def confirm(self) -> Saved:
-        """The result by NUTS."""
+    def confirm(self, *, progress: Progress) -> Saved:
+        """The result by NUTS of the scene that was answered."""
 
 
 # scene, a model's name or "auto", and what is called with progress -> a session
 Open = Callable[[Scene, str, Progress], Session]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What the page knows besides the scene.
+
+    Args:
+        models: that can be chosen, by name.
+        out: folder that results are written to.
+        file: of the scene; a changed one is saved beside it.
+        units: that come first.
+    """
+
+    models: tuple[str, ...]
+    out: Path
+    file: Path
+    units: Units = "si"
 
 
 class View(Protocol):
@@ -79,9 +98,8 @@ class Explorer:
         self.fault = ""
         self._open = open_session
         self._session: Session | None = None
-        self._pending: dict[str, object] = {}
-        self._reopen = True  # whether the session is of another model or scene
-        self._asked = False  # whether anything waits since the last attempt
+        self._model = ""  # of the session
+        self._asked = False  # whether the scene or the model has changed since it was last asked
         self._tracker: Tracker | None = None
         self._view: View | None = None
         self._task: asyncio.Task[None] | None = None
@@ -94,7 +112,7 @@ class Explorer:
         self._view = view
         if self.answer is not None:
             view.answered(self.answer)
-        if self._reopen or self._pending:
+        if self.answer is None:
             self._ask()
 
     def leave(self, view: View) -> None:
@@ -119,13 +137,11 @@ class Explorer:
         """
         self.scene = self.scene.change(changes)
         self.texts[key] = text
-        self._pending |= changes
         self._ask()
 
     def reset(self) -> None:
         """Go back to the scene as its file has it."""
         self.scene, self.texts = self.original, {}
-        self._pending, self._reopen = {}, True
         self._ask()
 
     def choose(self, model: str) -> None:
@@ -134,8 +150,7 @@ class Explorer:
         Args:
             model: a rung's name, or "auto".
         """
-        self.model = model
-        self._pending, self._reopen = {}, True
+        self.model, self.of_file = model, None
         self._ask()
 
     async def confirm(self, directory: Path, units: Units) -> Path:
@@ -155,9 +170,10 @@ class Explorer:
         if self._task is not None:
             await self._task
         async with self._busy:
-            if self._session is None or self.answer is None:
+            if self._session is None or self._model != self.model or self.answer is None:
                 raise RuntimeError(self.fault or "there is no answer to confirm")
-            result = await self._run(self._session.confirm)
+            confirm = partial(self._session.confirm, progress=self._record)
+            result = await self._run(confirm)
             await self._run(result.save, directory, units)
         return directory / "report.html"
 
@@ -208,24 +224,27 @@ class Explorer:
             self._view.working(False)
 
     async def _answer(self) -> None:
-        changes, self._pending = self._pending, {}
-        reopen, self._reopen = self._reopen, False
+        scene, model = self.scene, self.model
+        session = self._session if self._model == model else None
         try:
-            if reopen:
-                self._session = await self._run(self._open, self.scene, self.model, self._record)
-                self.answer = self._session.answer
-            elif self._session and changes:
-                self.answer = await self._run(self._session.update, changes)
-            self.fault = ""
+            if session is None:
+                session = await self._run(self._open, scene, model, self._record)
+                answer = session.answer
+            else:
+                answer = await self._run(session.update, scene)
         except Exception as error:  # any is shown where the answer would stand
-            # what was not answered is asked once more with the next change
-            self._reopen |= reopen
-            self._pending = changes | self._pending
             self.answer, self.fault = None, str(error) or type(error).__name__
-        if self._view and self.answer:
-            self._view.answered(self.answer)
-        elif self._view:
+        else:
+            self._session, self._model = session, model
+            self.answer, self.fault = answer, ""
+            if scene is self.original:
+                self.of_file = answer
+        if self.model != model or self._view is None:
+            return  # of a model that is no longer asked
+        if self.answer is None:
             self._view.failed(self.fault)
+        else:
+            self._view.answered(self.answer)
 
     async def _run[T](self, work: Callable[..., T], *args: Any) -> T:
         """Do a piece of work in a thread, with its progress in `doing`.

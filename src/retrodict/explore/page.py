@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from importlib.resources import files
-from pathlib import Path
 from typing import Any, cast
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
@@ -14,7 +13,7 @@ from nicegui import ui
 from retrodict.explore import answers
 from retrodict.explore.answers import Answer
 from retrodict.explore.controls import GROUPS, Control, controls
-from retrodict.explore.explorer import Explorer
+from retrodict.explore.explorer import Explorer, Setting
 from retrodict.report.drawing import BLUE, GREY
 from retrodict.report.scene_svg import scene_svg, view_of
 from retrodict.scene.errors import SceneError
@@ -31,24 +30,12 @@ class Page:
 
     Args:
         explorer: whose scene it changes.
-        models: that can be chosen, by name.
-        out: folder that results are written to.
-        folder: that changed scenes are saved in.
-        name: of such a file, as it is suggested.
-        units: that come first.
+        setting: what it knows besides.
     """
 
-    def __init__(
-        self,
-        explorer: Explorer,
-        models: Sequence[str],
-        out: Path,
-        folder: Path,
-        name: str,
-        units: Units,
-    ) -> None:
-        self.explorer, self.models = explorer, models
-        self.out, self.folder, self.name, self.units = out, folder, name, units
+    def __init__(self, explorer: Explorer, setting: Setting) -> None:
+        self.explorer, self.setting = explorer, setting
+        self.units = setting.units
         self._begun = False
         self._count = 0
         self._windows: dict[str, tuple[float, float]] = {}
@@ -63,7 +50,7 @@ class Page:
         with ui.element("header").classes("top"):
             ui.label(scene.title).classes("title")
             ui.select(
-                ["auto", *self.models], value=self.explorer.model, label="model",
+                ["auto", *self.setting.models], value=self.explorer.model, label="model",
                 on_change=lambda e: self.explorer.choose(e.value),
             ).props("dense outlined options-dense").classes("model")  # fmt: skip
             ui.select(
@@ -109,6 +96,7 @@ class Page:
             "reasons": checks.reasons,
             "flags": checks.flags,
             "seconds": answer.seconds,
+            "model": answer.model,
             "count": self._count,
         }
         self._answer.set_content(_template("answer.html.j2").render(content))
@@ -180,9 +168,11 @@ class Page:
                 if opened:
                     self._fill(part, members)
                 else:  # half a hundred controls take a browser some time
-                    part.once("update:model-value", partial(self._fill, part, members))
+                    part.on_value_change(partial(self._fill, part, members))
 
     def _fill(self, part: ui.expansion, members: Sequence[Control]) -> None:
+        if part.default_slot.children:
+            return
         with part:
             for control in members:
                 text = self.explorer.texts.get(control.key)
@@ -210,7 +200,9 @@ class Page:
         ).props("no-caps")
         self._written = ui.html("", sanitize=False).classes("small")
         with ui.row().classes("save"):
-            self._file = ui.input("save as", value=self.name).props("dense outlined")
+            self._file = ui.input("save as", value=f"{self.setting.file.stem}-changed.toml").props(
+                "dense outlined"
+            )
             self._replace = ui.checkbox("replace it")
             ui.button("Save the changed scene", on_click=self._saved).props("no-caps outline")
         self._kept = ui.label("").classes("small")
@@ -219,7 +211,7 @@ class Page:
         self._confirm.disable()
         self._written.set_content("")
         try:
-            path = await self.explorer.confirm(self.out, self.units)
+            path = await self.explorer.confirm(self.setting.out, self.units)
             said = _template("written.html.j2").render(path=str(path), why="")
         except Exception as error:  # any is shown beside the button
             said = _template("written.html.j2").render(path="", why=str(error))
@@ -228,7 +220,9 @@ class Page:
 
     def _saved(self) -> None:
         try:
-            path = self.explorer.save(self.folder, self._file.value, self._replace.value)
+            path = self.explorer.save(
+                self.setting.file.parent, self._file.value, self._replace.value
+            )
             self._kept.set_text(f"Saved: {path}")
         except (SceneError, OSError) as error:
             self._kept.set_text(str(error))

@@ -5,13 +5,10 @@ from __future__ import annotations
 import socket
 import threading
 import webbrowser
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from retrodict.explore.explorer import Explorer
+from retrodict.explore.explorer import Explorer, Setting
 from retrodict.report.libraries import imported
-from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
@@ -51,28 +48,21 @@ def listen(port: int) -> socket.socket:
     return listening
 
 
+def address(listening: socket.socket) -> str:
+    """Of the page that is served at a socket."""
+    return f"http://{HOST}:{listening.getsockname()[1]}/"
+
+
 def serve(
-    explorer: Explorer,
-    listening: socket.socket,
-    *,
-    models: Sequence[str],
-    out: Path,
-    folder: Path,
-    name: str,
-    units: Units = "si",
-    browser: bool = False,
+    explorer: Explorer, setting: Setting, listening: socket.socket, *, browser: bool = False
 ) -> None:
-    """Serve the page until the process is interrupted.
+    """Serve the page until the process is interrupted; once in a process.
 
     Args:
         explorer: of the scene.
+        setting: what the page knows besides.
         listening: from `listen`.
-        models: that can be chosen, by name.
-        out: folder that results are written to.
-        folder: that changed scenes are saved in.
-        name: of such a file, as it is suggested.
-        units: that come first, "si" or "us".
-        browser: whether to open the page in the browser.
+        browser: whether to open the page in a browser.
 
     Raises:
         MissingLibrary: the extra is not installed.
@@ -87,14 +77,13 @@ def serve(
 
     # the pages that describe an interface load their scripts from elsewhere
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    port = listening.getsockname()[1]
 
     def report() -> Response:
-        path = out / "report.html"
+        path = setting.out / "report.html"
         return FileResponse(path) if path.is_file() else PlainTextResponse("No report.", 404)
 
     app.get("/report")(report)
-    ui.page("/")(lambda: Page(explorer, models, out, folder, name, units).build())
+    ui.page("/")(lambda: Page(explorer, setting).build())
     ui.run_with(
         app,
         title="retrodict explore",
@@ -104,12 +93,10 @@ def serve(
         reconnect_timeout=60.0,  # s: a computation may hold this process up
         show_welcome_message=False,
     )
-    app.add_middleware(Guard, port=port)
+    app.add_middleware(Guard, port=listening.getsockname()[1])
     config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=1)
     if browser:
-        threading.Thread(
-            target=webbrowser.open, args=(f"http://{HOST}:{port}/",), daemon=True
-        ).start()
+        threading.Thread(target=webbrowser.open, args=(address(listening),), daemon=True).start()
     uvicorn.Server(config).run(sockets=[listening])
 
 
