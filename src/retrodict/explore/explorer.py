@@ -153,6 +153,11 @@ class Explorer:
         self.model, self.of_file = model, None
         self._ask()
 
+    async def settled(self) -> None:
+        """Wait until everything that was asked is answered."""
+        if self._task is not None:
+            await self._task
+
     async def confirm(self, directory: Path, units: Units) -> Path:
         """Reconstruct the scene as it is now by NUTS, and write the result.
 
@@ -167,8 +172,7 @@ class Explorer:
             RuntimeError: there is no session to confirm.
             OSError: it could not be written.
         """
-        if self._task is not None:
-            await self._task
+        await self.settled()
         async with self._busy:
             if self._session is None or self._model != self.model or self.answer is None:
                 raise RuntimeError(self.fault or "there is no answer to confirm")
