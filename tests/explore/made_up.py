@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -133,7 +134,8 @@ def main() -> None:
     print(address(listening), flush=True)
     (folder / "scene.toml").write_text(scene.text)
     setting = Setting(("planar+spin",), folder / "out", folder / "scene.toml")
-    serve(Explorer(scene, lambda of, by, _: MadeUpSession(of, by)), setting, listening)
+    with suppress(KeyboardInterrupt):
+        serve(Explorer(scene, lambda of, by, _: MadeUpSession(of, by)), setting, listening)
 
 
 if __name__ == "__main__":
