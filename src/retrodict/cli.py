@@ -262,24 +262,31 @@ def explore(
             imported("nicegui", "the page", "explore")
         except MissingLibrary as error:
             _fail(str(error), 1)
+
+        from retrodict.explore.server import address, listen, serve
+
+        try:
+            listening = listen(port)
+        except OSError as error:
+            _fail(f"--port {port}: {error.strerror}; choose another, or leave it out", 1)
+
         _known_rung(model, auto=True)
 
         from retrodict.explore.explorer import Explorer, Setting
-        from retrodict.explore.server import address, listen, serve
         from retrodict.inference import Unanswerable
         from retrodict.live import session
         from retrodict.studies.ladder import allowed
 
         try:
-            setting = Setting(tuple(allowed(found)), folder, scene.resolve(), units.value)
-            listening = listen(port)
+            models = tuple(allowed(found))
         except Unanswerable as error:
             _fail(f"{scene}: {error}")
-        except OSError as error:
-            _fail(f"--port {port}: {error.strerror}; choose another, or leave it out", 1)
+        if model not in ("auto", *models):
+            _fail(f"--model {model}: this scene allows auto and {', '.join(models)}")
+        setting = Setting(models, folder, scene.resolve(), units.value)
 
-    def opened(of: Scene, by: str, told: Progress) -> Session:
-        return session(of, model=by, seed=seed, progress=told)
+    def opened(of: Scene, by: str, progress: Progress) -> Session:
+        return session(of, model=by, seed=seed, progress=progress)
 
     typer.echo(f"{address(listening)} (Ctrl-C ends it)")
     with suppress(KeyboardInterrupt):

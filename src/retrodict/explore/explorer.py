@@ -9,14 +9,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from retrodict.explore.answers import Answer
 from retrodict.progress import Progress, Tracker
 from retrodict.report.files import write_whole
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
+
+if TYPE_CHECKING:
+    from retrodict.explore.answers import Answer
 
 
 class Saved(Protocol):

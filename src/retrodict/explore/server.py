@@ -7,11 +7,12 @@ import threading
 import webbrowser
 from typing import TYPE_CHECKING
 
-from retrodict.explore.explorer import Explorer, Setting
 from retrodict.report.libraries import imported
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
+
+    from retrodict.explore.explorer import Explorer, Setting
 
 HOST = "127.0.0.1"
 _ICON = (
