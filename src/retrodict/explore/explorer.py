@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from retrodict.progress import Progress, Tracker
 from retrodict.report.files import write_whole
@@ -260,17 +260,22 @@ class Explorer:
         loop, self._tracker = asyncio.get_running_loop(), Tracker()
         done: asyncio.Future[T] = loop.create_future()
 
-        def settle(settled: Callable[[Any], None], value: object) -> None:
-            if not done.done():
-                settled(value)
+        def settle(found: T | None, error: BaseException | None) -> None:
+            if done.done():  # nobody waits any more
+                return
+            if error is None:
+                done.set_result(cast(T, found))
+            else:
+                done.set_exception(error)
 
         def run() -> None:
+            found, error = None, None
             try:
-                settled, value = done.set_result, work(*args)
-            except BaseException as error:
-                settled, value = done.set_exception, error
+                found = work(*args)
+            except BaseException as raised:
+                error = raised
             with suppress(RuntimeError):  # where the loop has been closed
-                loop.call_soon_threadsafe(settle, settled, value)
+                loop.call_soon_threadsafe(settle, found, error)
 
         threading.Thread(target=run, daemon=True).start()
         try:

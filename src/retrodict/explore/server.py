@@ -133,4 +133,4 @@ class Guard:
                 MutableHeaders(scope=message).setdefault("content-security-policy", _POLICY)
             await send(message)
 
-        await self._app(scope, receive, with_policy)  # type: ignore[arg-type]
+        await self._app(scope, receive, with_policy)

@@ -94,7 +94,7 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
             }
             for v in VEHICLES
         ],
-        "impact": ellipse(*centre, contact.x.sd, contact.y.sd),
+        "impact": ellipse(contact.x.value, contact.y.value, contact.x.sd, contact.y.sd),
         "line": plan.at(np.array([centre - along, centre + along])),
         "bar": plan.scale_bar(units),
     }
