@@ -24,6 +24,7 @@ from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.draws import Progress
 from retrodict.inference.samplers.importance import Evidence, log_evidence
+from retrodict.inference.threads import one_blas_thread
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import VEHICLES, Scene
@@ -344,6 +345,7 @@ class PosteriorModes:
         ]
 
 
+@one_blas_thread()
 def posterior_modes(
     scene: Scene, rung: str, seed: int, method: str, progress: Progress | None = None
 ) -> PosteriorModes:

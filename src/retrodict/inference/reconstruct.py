@@ -31,6 +31,7 @@ from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
 from retrodict.inference.retry import Run, Sampling, has_failed
 from retrodict.inference.samplers import METHODS, Task
+from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
@@ -40,6 +41,7 @@ from retrodict.scene.records import VEHICLES, Scene
 DEFAULT_RUNG = "planar-moment+wheels"
 
 
+@one_blas_thread()
 def reconstruct(
     scene: Scene,
     *,

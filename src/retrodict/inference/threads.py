@@ -1,6 +1,8 @@
 """Linear algebra on one thread, beside programs that take every core.
 
-BLAS's own threads wait for more work by spinning, some hundredths of a second after each product.
+BLAS's own threads wait for more work by spinning, some hundredths of a second after each product. Two
+reconstructions in two threads took twice the processor time, and twice the time, of one after the other
+by that; without it the same processor time, and less time.
 """
 
 from __future__ import annotations

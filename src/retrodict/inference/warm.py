@@ -140,6 +140,7 @@ class WarmPoints:
         Unanswerable: as of `solutions`.
     """
 
+    @one_blas_thread()
     def __init__(
         self, scene: Scene, rung: str, seed: int = 0, progress: Progress | None = None
     ) -> None:
@@ -166,6 +167,7 @@ class WarmPoints:
                 return False
         return True
 
+    @one_blas_thread()
     def estimate(self, scene: Scene) -> Estimate:
         """The posterior of a scene that this one `fits`.
 
@@ -206,11 +208,10 @@ class WarmPoints:
     def _drawn(self, posterior: Posterior, proposal: Proposal, first: int, last: int) -> _Drawn:
         """Points of every scrambling, from so many times `_POINTS` on."""
         points = self._points[:, first * _POINTS : last * _POINTS]
-        with one_blas_thread():
-            w = proposal.at(points.reshape(-1, points.shape[2]))
-            heights, quantities = posterior.evaluate(w)
-            heights = np.where(np.isfinite(heights), heights, -np.inf)
-            log_weight = heights - proposal.log_density(w)
+        w = proposal.at(points.reshape(-1, points.shape[2]))
+        heights, quantities = posterior.evaluate(w)
+        heights = np.where(np.isfinite(heights), heights, -np.inf)
+        log_weight = heights - proposal.log_density(w)
         return _Drawn(w, log_weight, quantities, len(w))
 
     def _judged(
