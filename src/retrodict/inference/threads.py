@@ -1,8 +1,8 @@
 """Linear algebra on one thread, beside programs that take every core.
 
 BLAS's own threads wait for more work by spinning, some hundredths of a second after each product. Two
-reconstructions in two threads took twice the processor time, and twice the time, of one after the other
-by that; without it the same processor time, and less time.
+reconstructions in two threads took 2.1 times the time of one after the other by that, and 1.3 to 2 with
+this; with OPENBLAS_NUM_THREADS=1 in the environment, by which these threads are never made, 0.8.
 """
 
 from __future__ import annotations
