@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 from retrodict.models.arrays import OF_B, ROLLING_STEPS, STEPS, Data, Structure
 from retrodict.models.run_out import RunOut
 
 from retrodict.mechanics import Zone
 from retrodict.mechanics.runout import fixed_steps
-from retrodict.scene.records import Measured, Scene
+from retrodict.scene.records import Scene
 
 
 def of_scene(
@@ -31,7 +31,9 @@ def of_scene(
     uncertain: list[tuple[str, str]] = [
         (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
     ]
-    numbers: dict[str, Array | np.ndarray] = {k: location_and_scale(m) for k, m in inputs.items()}
+    numbers: dict[str, Array | np.ndarray] = {
+        k: np.array(m.location_and_scale) for k, m in inputs.items()
+    }
     if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
         uncertain.append(("speed_a", "halfnormal"))
         numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
@@ -83,13 +85,3 @@ def of_scene(
         steps = ROLLING_STEPS if structure.paced else STEPS
         structure = replace(structure, steps=steps)
     return structure, data
-
-
-def location_and_scale(m: Measured) -> Float[np.ndarray, "2"]:
-    """Location and scale of the normal law, or of the normal under a lognormal or logitnormal one."""
-    if m.law == "logitnormal" and m.sd > 0:  # sd to first order
-        return np.array([np.log(m.value / (1 - m.value)), m.sd / (m.value * (1 - m.value))])
-    if m.law == "lognormal" and m.sd > 0:
-        variance = np.log1p((m.sd / m.value) ** 2)
-        return np.array([np.log(m.value) - variance / 2, np.sqrt(variance)])
-    return np.array([m.value, m.sd])

@@ -175,7 +175,6 @@ def reconstruct(
         from retrodict.report.drawing_process import DrawingProcess
 
         drawing = DrawingProcess()  # it imports while this process does
-        gc.set_threshold(100_000)  # tracing makes much and drops little: fewer sweeps save a second
 
         from retrodict.result import CHAINS
 
@@ -332,9 +331,11 @@ def report(
         progress(_LOADING, 0, 1)
 
         from retrodict.findings.stored import NotStored
-        from retrodict.report.libraries import MissingLibrary
+        from retrodict.report.libraries import MissingLibrary, arviz_without_jax
         from retrodict.report.pdf import NoGlyph
         from retrodict.result import load
+
+        arviz_without_jax()
 
         try:
             found = load(result)
@@ -375,8 +376,11 @@ def archive(
 
         from retrodict.findings.stored import NotStored
         from retrodict.report.archive import SUFFIX, read_archive
+        from retrodict.report.libraries import arviz_without_jax
         from retrodict.result import load
         from retrodict.scene import SceneError
+
+        arviz_without_jax()
 
         file = out or result.resolve().with_name(f"{result.resolve().name}{SUFFIX}")
         try:
@@ -586,6 +590,8 @@ def validate(
 @contextmanager
 def _working(quiet: bool) -> Iterator[Progress]:
     """A context with a progress display, in which what stops the work is reported in one line."""
+    # imports and tracing make much and drop little: fewer sweeps save a second of a first run
+    gc.set_threshold(100_000)
     try:
         with reporting(quiet=quiet) as progress:
             yield progress

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import pickle
 import sys
 from collections.abc import Callable
@@ -74,6 +75,11 @@ class DrawingProcess:
 
 def _main() -> None:
     import retrodict.inference.outcome  # noqa: F401
+    from retrodict.report.libraries import arviz_without_jax
+
+    gc.set_threshold(100_000)  # as in the command
+    arviz_without_jax()
+
     from retrodict.report.figures import images
 
     findings, outcome, units = pickle.load(sys.stdin.buffer)

@@ -38,6 +38,19 @@ class Measured:
         """What of `sd` is the measurement's own."""
         return math.sqrt(self.sd**2 - self.model_sd**2) if self.model_sd else self.sd
 
+    @property
+    def location_and_scale(self) -> tuple[float, float]:
+        """Of the normal law, or of the normal law under a lognormal or logitnormal one."""
+        import numpy as np  # reading a scene does without
+
+        if self.law == "logitnormal" and self.sd > 0:  # sd to first order
+            share = self.value * (1 - self.value)
+            return float(np.log(self.value / (1 - self.value))), self.sd / share
+        if self.law == "lognormal" and self.sd > 0:
+            variance = np.log1p((self.sd / self.value) ** 2)
+            return float(np.log(self.value) - variance / 2), float(np.sqrt(variance))
+        return self.value, self.sd
+
     def with_model_sd(self, model_sd: float) -> Measured:
         """The same with a model's error beside the measurement's, independent of it."""
         if not model_sd:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference.pareto import MAX_PARETO_K, smoothed
+
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
@@ -48,8 +50,6 @@ class LeftOut:
     @property
     def reliable(self) -> bool:
         """Whether the weights can be relied on."""
-        from retrodict.inference.samplers.psis import MAX_PARETO_K  # imports jax
-
         return self.pareto_k <= MAX_PARETO_K
 
     @property
@@ -71,8 +71,6 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
         One record an item that the model explains; none of draws without predictions.
     """
     from arviz_stats import mcse  # slow to import
-
-    from retrodict.inference.samplers.psis import smoothed  # imports jax
 
     tree = outcome.idata
     if not {"posterior", "posterior_predictive", "log_likelihood"} <= set(tree.children):

@@ -53,8 +53,6 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
         Exponential families: Diaconis and Ylvisaker (1979); as a local sensitivity of posterior means,
         Gustafson (2000), "Local robustness in Bayesian analysis".
     """
-    from retrodict.models.of_scene import location_and_scale  # imports jax
-
     tree, scene = outcome.idata, outcome.scene
     answer = draws_of(outcome, of)
     answer = answer - answer.mean()
@@ -66,7 +64,7 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
 
     for name, m in scene.inputs().items():
         if m.sd > 0 and name in tree["posterior"]:
-            location, scale = location_and_scale(m)
+            location, scale = m.location_and_scale
             add(name, m, (_of_law(draws_of(outcome, name), m) - location) / scale)
     predicted = "posterior_predictive" in tree.children and not scene.robust
     for name, m in scene.evidence().items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from retrodict.inference.density.compiled import Programs
 from retrodict.inference.density.kernels import LEVELS
@@ -94,7 +94,7 @@ def _wall(
     along = np.linalg.pinv(slope[:held]).T
     if SLIDING in levels:  # held at a value that is a coordinate, and stays
         at = [level.name for level in levels if level.held].index(SLIDING.name)
-        slope[at, -1] = -kept * norm.cdf(constrained[-1]) * under[levels.index(SLIDING)]
+        slope[at, -1] = -kept * ndtr(constrained[-1]) * under[levels.index(SLIDING)]
     unbent = margin + slope @ (centre - constrained)
     # the shortest way to what is held, for q counts in deviates; then the posterior's width besides
     spread = spread - along.T @ (slope[:held] @ spread)
@@ -145,7 +145,7 @@ def softened(
     share, before = float(transform.constraints.kept), points[0][-1]
     kept = float(np.clip(share * raised(before) / raised(_RAISED), *_SOFT))
     after = soft_lower_bound_inverse(share * raised(before), kept) / kept
-    rate = share * norm.cdf(before) / (kept * norm.cdf(after))
+    rate = share * ndtr(before) / (kept * ndtr(after))
     counted = [point.copy() for point in points]
     for point in counted:
         point[-1] = after if point.ndim == 1 else rate * point[-1]

@@ -6,38 +6,9 @@ from typing import Any
 
 import numpy as np
 
-MAX_PARETO_K = 0.7  # Vehtari et al. (2024): above, weighted means do not settle
+from retrodict.inference.pareto import MAX_PARETO_K, smoothed
 
-
-def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
-    """Pareto-smoothed normalised weights, and the tail's shape k.
-
-    Args:
-        log_weight: of each draw, up to a constant; -inf for draws outside the support.
-
-    Returns:
-        Weights that sum to one, and k; infinite where the whole tail is copies of one draw, and where
-        no draw lies in the support.
-    """
-    from arviz_stats.base import array_stats  # slow to import
-
-    inside = np.isfinite(log_weight)
-    if not inside.any():
-        return np.full(inside.size, 1 / inside.size), np.inf
-    if np.ptp(log_weight[inside]) < 1e-9:  # a proposal that is the target: there is no tail
-        return inside / inside.sum(), 0.0
-    # it takes what weights are the inverse of, a log likelihood
-    log_weight = np.where(inside, log_weight, log_weight[inside].min())
-    try:
-        with np.errstate(all="ignore"):  # a tail of copies is met below
-            log_smooth, k = array_stats.psislw(-log_weight)
-    except ValueError:  # a tail of copies of one draw has no shape
-        log_smooth, k = log_weight, np.inf
-    # nor has one of a few draws that outweigh all others
-    if np.isnan(k) or np.isnan(log_smooth).any():
-        log_smooth, k = log_weight, np.inf
-    weights = np.exp(log_smooth - np.max(log_smooth)) * inside
-    return weights / weights.sum(), float(k)
+__all__ = ["MAX_PARETO_K", "effective", "judged", "log_mean", "resampled", "smoothed"]
 
 
 def effective(weights: np.ndarray) -> float:

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import log_ndtr, ndtr
 from jaxtyping import Array, Float
-from scipy.stats import norm
+from scipy import special  # scipy.stats takes long to import
 
 Levels = Array | np.ndarray | float
 
@@ -35,7 +35,7 @@ def soft_lower_bound_inverse(level: float, softness: float) -> float:
 
 def raised(level: float | np.ndarray) -> Any:
     """`soft_lower_bound` of a softness of one, in NumPy."""
-    return norm.pdf(level) + level * norm.cdf(level)
+    return np.exp(-(level**2) / 2) / np.sqrt(2 * np.pi) + level * special.ndtr(level)
 
 
 def softness_for(sd: Levels, level: Levels) -> Levels:
