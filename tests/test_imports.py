@@ -1,10 +1,18 @@
-"""Tests and benchmarks meet in `tests.shared` alone; only the tests of benchmarks import benchmarks."""
+"""What commands import, and that tests and benchmarks meet in `tests.shared` alone."""
 
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
+
+from retrodict.report import figures
+from retrodict.result import Result
+from tests.report.conftest import make_outcome
 
 ROOT = Path(__file__).parents[1]
 
@@ -37,3 +45,51 @@ def test_only_the_tests_of_benchmarks_import_them() -> None:
     found = [file for file, name in imports("tests") if name.startswith("benchmarks")]
     assert found
     assert not [file for file in found if not file.startswith("tests/benchmarks/")]
+
+
+# a stand-in that nothing has looked into is no import: JAX itself is `jax._src`
+JAX = ("jax._src", "numpyro.infer", "diffrax")
+PLOTS = ("matplotlib", "PIL")
+STATISTICS = ("scipy.stats", "arviz_stats", "xarray", "pandas", "h5netcdf")
+SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
+
+
+def imported(code: str, *names: str) -> list[str]:
+    """Which modules a fresh process has imported when it has run some code."""
+    ask = f"import sys\n{code}\nprint(*(set({names!r}) & set(sys.modules)), file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True)
+    return done.stderr.split()
+
+
+def after(*arguments: str) -> str:
+    """Code that runs a command."""
+    return (
+        "from contextlib import suppress\nfrom retrodict.cli import app\n"
+        f"with suppress(SystemExit): app({list(arguments)!r})"
+    )
+
+
+def test_what_imports_is_noticed() -> None:
+    assert imported("import scipy.stats", "scipy.stats", "pandas") == ["scipy.stats"]
+
+
+def test_help_imports_no_library_of_the_work() -> None:
+    assert not imported(after("--help"), "numpy", "pydantic", *JAX, *PLOTS, *STATISTICS)
+
+
+def test_check_imports_what_reads_a_scene_only() -> None:
+    assert not imported(after("check", str(SCENE)), "numpy", "pint", *JAX, *PLOTS, *STATISTICS)
+
+
+def test_a_reconstruction_imports_statistics_and_plots_while_programs_load() -> None:
+    assert not imported("import retrodict.api", *PLOTS, *STATISTICS)
+
+
+def test_report_and_its_figures_do_without_jax(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "FIGURES", {})  # they are drawn by the report
+        Result(make_outcome()).save(folder)
+    report = after("report", str(folder), "--format", "html,pdf,docx", "--quiet")
+    assert imported(report, *JAX, "arviz_stats") == ["arviz_stats"]
+    assert (folder / "report.docx").is_file()
