@@ -2,8 +2,8 @@
 
 python3 -m uv run --group bench python -m benchmarks.start [python of another installation]
 
-Commands are run in turn, three times each after a first that compiles, and with an interpreter of another
-installation (an earlier commit's) alternately with it. Linux only, whose /proc tells what memory
+Commands are run in turn, three times each after a first that compiles; where the interpreter of another
+installation (an earlier commit's) is given, alternately with it. Linux only: its /proc says what memory
 processes share.
 """
 
@@ -35,7 +35,7 @@ HEADINGS = (
     "largest process, MB",
     "all, MB",
 )
-_BEAT = 0.05  # s between looks at the memory
+_BEAT = 0.25  # s between looks at the memory: each takes the kernel some 10 ms
 
 
 @dataclass(frozen=True, slots=True)
