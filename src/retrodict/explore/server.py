@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from retrodict.report.libraries import imported
 
 if TYPE_CHECKING:
-    from starlette.types import ASGIApp, Receive, Scope, Send
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from retrodict.explore.explorer import Explorer, Setting
 
@@ -128,7 +128,7 @@ class Guard:
             await refused(scope, receive, send)
             return
 
-        async def with_policy(message: dict) -> None:  # type: ignore[type-arg]
+        async def with_policy(message: Message) -> None:
             if message["type"] == "http.response.start":
                 MutableHeaders(scope=message).setdefault("content-security-policy", _POLICY)
             await send(message)

@@ -328,9 +328,9 @@ def _fitted(solution: Solution, seed: int) -> tuple[Fitted, float]:
     points = scrambled(posterior.size + 2, _FITTED, 1, seed + 2)
     found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.at(points))
     constrained = posterior.constrained(np.zeros(posterior.size))
-    return Fitted(solution, constrained, replace(found.next, worth=_WORTH)), log_mean(
-        found.log_weight
-    )[0]
+    proposal = replace(found.next, worth=_WORTH)
+    others = tuple(UnsampledMode(0, odds, w) for odds, w in unsampled(posterior, seed))
+    return Fitted(solution, constrained, proposal, others), log_mean(found.log_weight)[0]
 
 
 def _joined(one: _Drawn, other: _Drawn) -> _Drawn:
