@@ -27,6 +27,7 @@ from retrodict.inference.modes import (
     shares,
     solutions,
     turned,
+    unsampled,
 )
 from retrodict.inference.outcome import Checks
 from retrodict.inference.samplers.importance import Proposal, adapted
