@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from retrodict.scene.records import Scene
 
 _CURVE = 96  # points of a marginal density
+# standard error of a limit of 95 % of a normal law, times the root of the draws and over its sd
+_OF_LIMITS = 2.67
 _DOTS = 400  # of a joint posterior
 
 
@@ -100,9 +103,9 @@ def _row(answer: Answer, name: str, numbers: Mapping[str, Any], asked: bool) -> 
     withheld = name in answer.checks.failed or numbers["checks"] == "failed"
     sd, error = float(numbers["sd"]), float(numbers["mcse_mean"])
     limits = (float(numbers["low_95"]), float(numbers["high_95"]))
-    # one digit of limits, whose own errors are larger than that of the mean
+    of_limits = _OF_LIMITS * sd / math.sqrt(answer.checks.min_ess_tail)
     median = format_value(float(numbers["median"]), decimals_of(sd, error=error))
-    interval = format_range(limits, decimals_of(sd, digits=1, error=error))
+    interval = format_range(limits, decimals_of(sd, error=of_limits))
     return Row(
         name=name,
         label=describe(name)[0],

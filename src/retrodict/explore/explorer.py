@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from retrodict.explore.answers import Answer
 
 
+# stages, until a piece of work names its own
+_PREPARING, _COMPUTING, _WRITING = "preparing the model", "computing", "writing the results"
+
+
 class Saved(Protocol):
     """A result that can be written."""
 
@@ -179,8 +183,8 @@ class Explorer:
             if self._session is None or self._model != self.model or self.answer is None:
                 raise RuntimeError(self.fault or "there is no answer to confirm")
             confirm = partial(self._session.confirm, progress=self._record)
-            result = await self._run(confirm)
-            await self._run(result.save, directory, units)
+            result = await self._run(_PREPARING, confirm)
+            await self._run(_WRITING, result.save, directory, units)
         return directory / "report.html"
 
     def save(self, directory: Path, name: str, replace: bool = False) -> Path:
@@ -234,10 +238,10 @@ class Explorer:
         session = self._session if self._model == model else None
         try:
             if session is None:
-                session = await self._run(self._open, scene, model, self._record)
+                session = await self._run(_PREPARING, self._open, scene, model, self._record)
                 answer = session.answer
             else:
-                answer = await self._run(session.update, scene)
+                answer = await self._run(_COMPUTING, session.update, scene)
         except Exception as error:  # any is shown where the answer would stand
             self.answer, self.fault = None, str(error) or type(error).__name__
         else:
@@ -252,12 +256,13 @@ class Explorer:
         else:
             self._view.answered(self.answer)
 
-    async def _run[T](self, work: Callable[..., T], *args: Any) -> T:
+    async def _run[T](self, stage: str, work: Callable[..., T], *args: Any) -> T:
         """Do a piece of work in a thread, with its progress in `doing`.
 
         The thread is a daemon: the command can end while a library computes.
         """
         loop, self._tracker = asyncio.get_running_loop(), Tracker()
+        self._tracker.record(stage, 0, 1)
         done: asyncio.Future[T] = loop.create_future()
 
         def settle(found: T | None, error: BaseException | None) -> None:
