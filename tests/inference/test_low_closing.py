@@ -20,7 +20,10 @@ SCENES = Path(__file__).parents[1] / "data"
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-@pytest.mark.parametrize(("name", "log_evidence"), [("low-closing", -17.43), ("sideswipe", -12.54)])
+@pytest.mark.parametrize(
+    ("name", "log_evidence"),
+    [("low-closing", -17.43), pytest.param("sideswipe", -12.54, marks=pytest.mark.slow)],
+)
 def test_tempering_agrees_with_importance_sampling_over_both_branches(
     name: str, log_evidence: float
 ) -> None:

@@ -252,6 +252,7 @@ def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(mon
     assert asked == ["planar-moment+wheels", "planar-moment+roll"]
 
 
+@pytest.mark.slow
 def test_on_the_paper_s_scene_momentum_with_wheels_is_enough_for_the_speed() -> None:
     scene = load_scene(PAPER)
     impacts = ("momentum", "planar", "planar-moment")

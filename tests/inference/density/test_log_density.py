@@ -101,6 +101,7 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
         assert np.linalg.norm(gradient - slope) < 0.1 * np.linalg.norm(slope)
 
 
+@pytest.mark.slow
 def test_a_gradient_is_cut_only_where_it_is_steeper_than_at_draws(posterior: Posterior) -> None:
     """NUTS leaps from where the potential is 50 to where it is thousands by a gradient that is not."""
     target, n = posterior.programs.target, posterior.size

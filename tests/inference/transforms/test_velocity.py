@@ -108,9 +108,8 @@ def test_the_unknowns_lead_to_the_velocities_that_were_asked_for(rung: str) -> N
     )
 
 
-@pytest.mark.parametrize(
-    ("steps", "few"), [pytest.param(3, True, marks=pytest.mark.slow), (48, False)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
 def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     """No rest pose was measured: only the mark's distance from the path is informative."""
     scene = departed(marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
