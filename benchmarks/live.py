@@ -20,12 +20,12 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from retrodict.explore.controls import GROUPS, controls
 
 import retrodict as rd
 from benchmarks import page
 from benchmarks.__main__ import DOCS
 from benchmarks.machine import machine
+from retrodict.explore.controls import GROUPS, controls
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.samplers.quasi import Weighted, scrambled
 from retrodict.inference.warm import SCRAMBLINGS, WarmPoints
@@ -116,15 +116,14 @@ def errors(name: str) -> Iterator[tuple[str, str, int, float, float]]:
 
     def means(u: np.ndarray) -> np.ndarray:
         w = proposal.at(u)
-        heights, quantities = posterior.evaluate(w)
-        weights = smoothed(heights - proposal.log_density(w))[0]
-        weighted = Weighted(weights, SCRAMBLINGS)
+        log_weight, quantities = weighted_at(posterior, proposal, w)
+        weighted = Weighted(smoothed(log_weight)[0], SCRAMBLINGS)
         return np.array([weighted.mean(quantities[each])[0] for each in OF])
 
     sure = np.mean([means(scrambled(size, 8192, SCRAMBLINGS, 1000 + i)) for i in range(4)], axis=0)
     w = proposal.at(scrambled(size, 4096, 1, 999))
-    heights, quantities = posterior.evaluate(w)
-    weighted = Weighted(smoothed(heights - proposal.log_density(w))[0], SCRAMBLINGS)
+    log_weight, quantities = weighted_at(posterior, proposal, w)
+    weighted = Weighted(smoothed(log_weight)[0], SCRAMBLINGS)
     sd = np.array([weighted.sd(quantities[each])[0] for each in OF])
     for kind in ("scrambled Sobol", "independent"):
         for count in POINTS:

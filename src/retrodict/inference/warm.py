@@ -30,7 +30,7 @@ from retrodict.inference.modes import (
     unsampled,
 )
 from retrodict.inference.outcome import Checks
-from retrodict.inference.samplers.importance import Proposal, adapted
+from retrodict.inference.samplers.importance import Proposal, adapted, weighted_at
 from retrodict.inference.samplers.psis import (
     effective,
     judged,
@@ -210,10 +210,7 @@ class WarmPoints:
         """Points of every scrambling, from so many times `_POINTS` on."""
         points = self._points[:, first * _POINTS : last * _POINTS]
         w = proposal.at(points.reshape(-1, points.shape[2]))
-        heights, quantities = posterior.evaluate(w)
-        heights = np.where(np.isfinite(heights), heights, -np.inf)
-        log_weight = heights - proposal.log_density(w)
-        return _Drawn(w, log_weight, quantities, len(w))
+        return _Drawn(w, *weighted_at(posterior, proposal, w), len(w))
 
     def _judged(
         self, scene: Scene, posteriors: list[Posterior], drawn: list[_Drawn], begin: float

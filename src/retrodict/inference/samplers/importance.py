@@ -216,6 +216,29 @@ def adapted(
                 return Adapted(w, log_weight, quantities, evaluations, proposals[-1])
 
 
+def weighted_at(
+    posterior: Posterior, proposal: Proposal, w: np.ndarray
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Logs of the weights of a proposal's draws, and what is known there.
+
+    Args:
+        posterior: whose weights they carry.
+        proposal: that they were drawn from.
+        w: the draws, shape (any, q).
+
+    Returns:
+        Where there is no density, a weight of zero and the quantities of another draw: its own may be no
+        numbers, and spoil every sum.
+    """
+    heights, quantities = posterior.evaluate(w)
+    inside = np.isfinite(heights)
+    log_weight = np.where(inside, heights, -np.inf) - proposal.log_density(w)
+    if inside.any() and not inside.all():
+        index = np.where(inside, np.arange(len(w)), np.argmax(inside))
+        quantities = {name: values[index] for name, values in quantities.items()}
+    return log_weight, quantities
+
+
 @dataclass(frozen=True)
 class Proposal:
     """A normal; for a share of the draws a Student-t along the first axes.
