@@ -20,12 +20,14 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 import retrodict as rd
 from benchmarks import page
 from benchmarks.__main__ import DOCS
 from benchmarks.machine import machine
 from retrodict.explore.controls import GROUPS, controls
+from retrodict.inference.samplers.importance import weighted_at
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.samplers.quasi import Weighted, scrambled
 from retrodict.inference.warm import SCRAMBLINGS, WarmPoints
@@ -165,6 +167,7 @@ def _draw(rows: list[tuple[str, str, int, float, float]], file: Path) -> None:
         for kind, look in (("scrambled Sobol", "o-"), ("independent", "s--")):
             mine = [row for row in rows if row[:2] == (name, kind)]
             axes.loglog([r[3] for r in mine], [r[4] for r in mine], look, color="black", label=kind)
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.axhline(1 / np.sqrt(1000), color="#999999", linewidth=0.8)
         axes.set(xlabel="seconds", title=f"{name}: grey, 1000 independent draws of the posterior")
     panels[0].set_ylabel("error of the worst mean, posterior sd")

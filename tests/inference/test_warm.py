@@ -1,11 +1,13 @@
 """A changed scene's answer by weighted points is that of a fresh reconstruction, or is refused."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.samplers import importance
 from retrodict.inference.warm import WarmPoints
 from retrodict.scene.records import Measured, Scene
 from tests.shared.scenes import collision
@@ -52,6 +54,22 @@ def test_answers_are_those_of_a_fresh_run(warm: WarmPoints, scene: Scene) -> Non
         assert abs(mean - sure.mean()) < 4 * error, name
         assert found.weighted.sd(found.quantities[name])[0] == pytest.approx(sure.std(), rel=0.1)
         assert found.draws[name].mean() == pytest.approx(mean, abs=0.1 * sure.std())
+
+
+def test_points_without_a_density_spoil_no_sum(warm: WarmPoints) -> None:
+    """Their quantities may be no numbers: they weigh nothing."""
+    fitted = warm.fitted[0]
+
+    def evaluate(w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        outside = w[:, 0] > 1
+        value = np.where(outside, np.nan, w[:, 0])
+        return np.where(outside, np.nan, -(w**2).sum(axis=1) / 2), {"value": value}
+
+    posterior = SimpleNamespace(evaluate=evaluate)
+    w = fitted.proposal.draw(400, np.random.default_rng(0))
+    log_weight, quantities = importance.weighted_at(posterior, fitted.proposal, w)
+    assert np.isfinite(quantities["value"]).all()
+    np.testing.assert_array_equal(log_weight == -np.inf, w[:, 0] > 1)
 
 
 def test_the_same_scene_has_the_same_answer(warm: WarmPoints) -> None:
