@@ -95,10 +95,17 @@ def styled[**P](
     return drawn
 
 
+class _Drawing(Figure):
+    """A figure that a notebook shows; it shows matplotlib's own once pyplot was imported."""
+
+    def _repr_png_(self) -> bytes:
+        return to_png(self)
+
+
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure (inches) that belongs to no window and lays itself out."""
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    return Figure(figsize=(width, height), layout=layout, facecolor="white")
+    return _Drawing(figsize=(width, height), layout=layout, facecolor="white")
 
 
 def to_png(figure: Figure) -> bytes:
