@@ -24,7 +24,7 @@ from tests.shared.pages import ROOT
 
 FOLDER = ROOT / "examples" / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-MOST_BYTES, MOST_CODE, MOST_LINES = 300_000, 15, 36
+MOST_BYTES, MOST_CODE, MOST_LINES = 300_000, 15, 40
 WIDEST = 720  # pixels
 # what a variable of such a name is, in every notebook
 KINDS = {

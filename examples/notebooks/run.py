@@ -21,7 +21,7 @@ from PIL import Image
 from traitlets.config import Config
 
 FOLDER = Path(__file__).parent
-WIDTH, COLOURS = 600, 64  # of a figure: pixels, as where the repository is browsed
+WIDTH, COLOURS = 600, 96  # of a figure: pixels, as where the repository is browsed
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},
@@ -78,7 +78,8 @@ def _small(png: str) -> str:
         height = round(figure.height * WIDTH / figure.width)
         figure = figure.resize((WIDTH, height), Image.Resampling.LANCZOS)
     small = io.BytesIO()
-    figure.quantize(COLOURS, dither=Image.Dither.NONE).save(small, "PNG", optimize=True)
+    few = figure.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    few.save(small, "PNG", optimize=True)
     return base64.b64encode(small.getvalue()).decode()
 
 

@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from retrodict import findings
 from retrodict.findings.run_outs import motions
 from retrodict.report import figures, files
-from retrodict.report.drawing import IMAGES
+from retrodict.report.drawing import IMAGES, new_figure
 from retrodict.report.figure_scene import half_plane, impact_pose, outline, plan_figure
 from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
 from retrodict.scene import parse_scene
@@ -39,6 +39,11 @@ def drawn(name, outcome, units="si"):
 
 def words(figure):
     return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_a_figure_shows_itself_in_a_notebook() -> None:
+    """Where pyplot was never imported nobody has taught IPython to show figures."""
+    assert new_figure(1, 1)._repr_png_().startswith(b"\x89PNG")
 
 
 def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
