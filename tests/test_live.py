@@ -1,6 +1,7 @@
 """A warm session and a sweep, as a notebook uses them."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -102,3 +103,27 @@ def test_a_sweep_refuses_a_bad_variant_before_it_begins(monkeypatch: pytest.Monk
     monkeypatch.setattr("retrodict.live.Session", None)  # would fail if it began
     with pytest.raises(rd.SceneError, match="speed"):
         rd.sweep(SCENE, {SPEED: ["43 ± 2 mph", "fast"]})
+
+
+def test_an_interrupted_sweep_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Stopped:
+        model = MODEL
+        checks = SimpleNamespace(passed=True, reasons=())
+        asked = 0
+
+        def __init__(self, *_: object) -> None: ...
+
+        def update(self, _: rd.Scene) -> "Stopped":
+            self.asked += 1
+            if self.asked > 1:
+                raise KeyboardInterrupt
+            return self
+
+        def summary(self, _: str) -> pd.DataFrame:
+            row = dict.fromkeys(("mean", "sd", "low_95", "high_95"), 1.0)
+            return pd.DataFrame.from_dict({"speed_b": row}, orient="index")
+
+    monkeypatch.setattr("retrodict.live.Session", Stopped)
+    table = rd.sweep(SCENE, {SPEED: ["43 ± 2 mph", "45 ± 2 mph", "47 ± 2 mph"]})
+    assert list(table[SPEED]) == ["43 ± 2 mph"]
+    assert list(table["speed_b_mean"]) == [1.0]
