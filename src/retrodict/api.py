@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -131,13 +132,8 @@ def reconstruct(
         method = method_for(scene) if scene.rolling else "nuts"
         keeps = bool(scene.rolling) and (chains, draws) == (_CHAINS, None)
     if model == AUTO:
-        rungs = allowed(scene)
-        if len(rungs) > 1:
-            keep = kept.__setitem__ if keeps else None
-            comparison = ladder(scene, seed=seed, progress=progress, search=search, keep=keep)
-            if not comparison.complete:
-                raise Interrupted("stopped before a model was chosen")
-        model = (comparison and comparison.choice) or rungs[-1]
+        keep = kept.__setitem__ if keeps else None
+        model, comparison = chosen(scene, seed=seed, progress=progress, search=search, keep=keep)
         if model in kept:
             return Result(replace(kept[model], asked=asked), comparison)
     outcome = _reconstruct(
@@ -154,6 +150,36 @@ def reconstruct(
         asked=asked,
     )
     return Result(outcome, comparison)
+
+
+def chosen(
+    scene: Scene,
+    *,
+    seed: int,
+    progress: Progress | None,
+    search: ModeSearch | None = None,
+    keep: Callable[[str, Outcome], None] | None = None,
+) -> tuple[str, Ladder | None]:
+    """The rung that the ladder chooses, or the fullest that the scene allows where it chooses none.
+
+    Args:
+        scene: what was measured.
+        seed, progress, search, keep: as of `retrodict.studies.ladder.ladder`.
+
+    Returns:
+        Its name, and the comparison; None where the scene allows one rung only.
+
+    Raises:
+        Unanswerable: the scene allows none.
+        Interrupted: stopped before a model was chosen.
+    """
+    rungs = allowed(scene)
+    if len(rungs) == 1:
+        return rungs[0], None
+    comparison = ladder(scene, seed=seed, progress=progress, search=search, keep=keep)
+    if not comparison.complete:
+        raise Interrupted("stopped before a model was chosen")
+    return comparison.choice or rungs[-1], comparison
 
 
 @shown_in_notebooks

@@ -52,6 +52,12 @@ AutoChoice = StrEnum(
 )
 ExactChoice = StrEnum("ExactChoice", ["importance", "nuts", "smc"])
 
+OutFolder = Annotated[
+    Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
+]
+ModelName = Annotated[
+    str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
+]
 SceneFile = Annotated[Path, typer.Argument(help="the scene file (TOML)", show_default=False)]
 
 
@@ -139,12 +145,8 @@ def _check_results(folder: Path) -> None:
 @app.command()
 def reconstruct(
     scene: SceneFile,
-    out: Annotated[
-        Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
-    ] = None,
-    model: Annotated[
-        str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
-    ] = "auto",
+    out: OutFolder = None,
+    model: ModelName = "auto",
     method: Annotated[
         AutoChoice,
         typer.Option(help="how to draw; auto: nuts, and smc where some wheel rolls or nuts fails"),
@@ -235,12 +237,8 @@ def reconstruct(
 @app.command()
 def explore(
     scene: SceneFile,
-    out: Annotated[
-        Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
-    ] = None,
-    model: Annotated[
-        str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
-    ] = "auto",
+    out: OutFolder = None,
+    model: ModelName = "auto",
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
     units: Annotated[UnitChoice, typer.Option(help="units that come first")] = UnitChoice.si,
     port: Annotated[
@@ -439,9 +437,7 @@ def replay(
 @app.command()
 def ladder(
     scene: SceneFile,
-    out: Annotated[
-        Path | None, typer.Option(help="folder for the results [default: out/NAME-OF-THE-SCENE]")
-    ] = None,
+    out: OutFolder = None,
     share: Annotated[
         float,
         typer.Option(help="of its standard deviation that a fuller model may move an answer by"),
@@ -545,9 +541,7 @@ def validate(
         Path, typer.Argument(help="holds the cases: folders with scene.toml and truth.toml")
     ] = Path("examples"),
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/validation"),
-    model: Annotated[
-        str, typer.Option(help="a rung's name, or auto for the one that the ladder chooses")
-    ] = "auto",
+    model: ModelName = "auto",
     method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
     units: Annotated[UnitChoice, typer.Option(help="units of the results")] = UnitChoice.si,
     quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from retrodict.api import AUTO, reconstruct
-from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.api import AUTO, chosen, reconstruct
+from retrodict.inference.errors import Unanswerable
 from retrodict.inference.outcome import Checks
 from retrodict.inference.warm import Estimate, Warm
 from retrodict.inference.warm_particles import warm
@@ -24,7 +24,7 @@ from retrodict.scene.edit import change
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units, describe, unit_of
 from retrodict.scene.records import Scene
-from retrodict.studies.ladder import allowed, ladder
+from retrodict.studies.ladder import allowed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -164,7 +164,9 @@ class Session:
         self.scene = as_scene(scene)
         self.seed = seed
         self._progress = progress or silent
-        self.model = self._chosen() if model == AUTO else model
+        if model == AUTO:
+            model, _ = chosen(self.scene, seed=seed, progress=self._progress)
+        self.model = model
         if self.model not in allowed(self.scene):
             known = ", ".join(allowed(self.scene))
             raise ValueError(f"the scene allows the models {known}; not {self.model!r}")
@@ -202,15 +204,6 @@ class Session:
         return reconstruct(
             self.scene, model=self.model, method=method, seed=self.seed, progress=progress
         )
-
-    def _chosen(self) -> str:
-        rungs = allowed(self.scene)
-        if len(rungs) == 1:
-            return rungs[0]
-        found = ladder(self.scene, seed=self.seed, progress=self._progress)
-        if not found.complete:
-            raise Interrupted("stopped before a model was chosen")
-        return found.choice or rungs[-1]
 
     def _fitted(self, scene: Scene) -> Warm:
         return warm(scene, self.model, self.seed, prefixed(self._progress, self.model))
