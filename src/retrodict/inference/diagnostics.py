@@ -68,7 +68,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
             faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")
         if not tail[name] >= MIN_ESS:
             faults.append(f"tail effective sample size {tail[name]:.0f} is below {MIN_ESS:.0f}")
-        if nothing_left(name, sd[name], error[name]):
+        if _nothing_left(name, sd[name], error[name]):
             faults.append(
                 f"Monte Carlo error {error[name]:.2g} leaves no digit of sd {sd[name]:.2g}"
             )
@@ -102,7 +102,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
     )
 
 
-def nothing_left(name: str, sd: float, error: float) -> bool:
+def _nothing_left(name: str, sd: float, error: float) -> bool:
     """Whether the standard deviation is printed as zero, in units of either kind."""
     for units in ("si", "us"):
         worth = unit_of(describe(name)[1], units).worth

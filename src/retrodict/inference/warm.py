@@ -236,11 +236,7 @@ class WarmPoints:
             if share >= SLIGHT:
                 k.append(shape)
                 reasons += judged(shape)["faults"]
-                if posterior.unresolved > RESOLVED:
-                    reasons.append(
-                        "rest poses are sharper than the steps of their run-outs resolve: "
-                        f"{posterior.unresolved:.2f} standard deviations, {RESOLVED} is asked"
-                    )
+                reasons += too_sharp(posterior)
         quantities = {
             name: _side_by_side([each.quantities[name] for each in drawn])
             for name in drawn[0].quantities
@@ -254,6 +250,16 @@ class WarmPoints:
             begin,
             max(k, default=np.inf),
         )
+
+
+def too_sharp(posterior: Posterior) -> tuple[str, ...]:
+    """That rest poses are sharper than run-outs resolve; nothing where they are not."""
+    if posterior.unresolved <= RESOLVED:
+        return ()
+    return (
+        "rest poses are sharper than the steps of their run-outs resolve: "
+        f"{posterior.unresolved:.2f} standard deviations, {RESOLVED} is asked",
+    )
 
 
 def estimated(

@@ -15,11 +15,10 @@ import numpy as np
 
 from retrodict.inference.fitting import rolling
 from retrodict.inference.fitting.rebase import rebased
-from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.samplers import smc
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.quasi import Weighted
-from retrodict.inference.warm import Estimate, Warm, WarmPoints, estimated
+from retrodict.inference.warm import Estimate, Warm, WarmPoints, estimated, too_sharp
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import Scene
 
@@ -67,12 +66,7 @@ class WarmParticles:
             posterior = rebased(posterior, rolling.seen(scene, self.rung).data)
             task = replace(self._task(lambda *_: None), posterior=posterior)
             drawn = smc.draw_again(task, self._posterior, self._drawn.w)
-        faults = drawn.faults
-        if posterior.unresolved > RESOLVED:
-            faults += (
-                "rest poses are sharper than the steps of their run-outs resolve: "
-                f"{posterior.unresolved:.2f} standard deviations, {RESOLVED} is asked",
-            )
+        faults = drawn.faults + too_sharp(posterior)
         count = drawn.w.shape[0] * drawn.w.shape[1]
         weighted = Weighted(np.full(count, 1 / count), _POPULATIONS)
         evaluations = int(drawn.attributes["evaluations"])

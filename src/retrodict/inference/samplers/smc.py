@@ -58,13 +58,7 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    populations = _Populations.spread(task, min(_PARTICLES, task.draws))
-    try:
-        with one_blas_thread():
-            populations.temper()
-    except KeyboardInterrupt:
-        raise Interrupted("stopped before any draws were kept") from None
-    return _kept(task, populations, 1)
+    return _tempered(task, _Populations.spread(task, min(_PARTICLES, task.draws)))
 
 
 def draw_again(task: Task, before: Posterior, w: Points) -> Draws:
@@ -80,7 +74,11 @@ def draw_again(task: Task, before: Posterior, w: Points) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    populations = _Populations.of(task, before, w)
+    return _tempered(task, _Populations.of(task, before, w))
+
+
+def _tempered(task: Task, populations: _Populations) -> Draws:
+    """The first draws, once the populations have come from their start to the posterior."""
     try:
         with one_blas_thread():
             populations.temper()
