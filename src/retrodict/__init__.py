@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from retrodict.live import Answer, Session, session, sweep
     from retrodict.report.figure_path import plot_path
     from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
+    from retrodict.scene.vehicle_library import VehicleClass, vehicles
 
     __version__: str
 
@@ -34,6 +35,7 @@ __all__ = [
     "SceneError",
     "Session",
     "Validation",
+    "VehicleClass",
     "__version__",
     "build_scene",
     "calibrate",
@@ -48,6 +50,7 @@ __all__ = [
     "session",
     "sweep",
     "validate",
+    "vehicles",
 ]
 
 # found when first asked for, so that importing the package, or its --help, does not wait for JAX
@@ -73,6 +76,8 @@ _HOMES = {
     "build_scene": "retrodict.notebook",
     "load_scene": "retrodict.notebook",
     "parse_scene": "retrodict.notebook",
+    "VehicleClass": "retrodict.scene.vehicle_library",
+    "vehicles": "retrodict.scene.vehicle_library",
 }
 
 

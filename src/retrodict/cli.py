@@ -111,6 +111,16 @@ def check(
         _draw(found, plot, units)
 
 
+@app.command()
+def vehicles() -> None:
+    """List the classes and models of vehicles that a scene may name in place of numbers."""
+    from rich.console import Console
+
+    from retrodict.report.vehicles import print_vehicles
+
+    print_vehicles(Console())
+
+
 def _draw(scene: Scene, file: Path, units: UnitChoice) -> None:
     """Write a picture of a scene."""
     from retrodict.report.drawing import IMAGES

@@ -53,7 +53,7 @@ WRONG = [
     ("contact_line", "Gamma", "impact.Gamma", "-8.9", 'did you mean "contact_line"'),
     ("contact_line", "gamma", "impact.gamma", "-8.9", 'did you mean "contact_line"'),
     ("impact_centre", "impact_center", f"{A}.impact_center", "{", 'did you mean "impact_centre"'),
-    ("length =", "colour =", f"{A}.colour", '"5.2 m"', "leave it out (known here: name, mass"),
+    ("length =", "colour =", f"{A}.colour", '"5.2 m"', "leave it out (known here: name, class, mass"),
     ("friction =", "mu =", "surfaces.berm.mu", "0.40", 'did you mean "friction"'),
     ('mass = "1778 kg"', 'mas = "1778 kg"', f"{B}.mas", '"1778 kg"', 'did you mean "mass"'),
     ("[vehicles.B]", "[vehicles.C]\n[vehicles.B]", "vehicles.C", "{}", "known here: A, B"),

@@ -16,6 +16,7 @@ from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
+    from retrodict.scene.records import Scene
 
 MARK = "†"
 WITHHELD = "withheld"
@@ -125,9 +126,36 @@ def verdict(outcome: Outcome) -> str:
     return text if outcome.complete else f"{text} The run was interrupted before its end."
 
 
+_OF_CLASS = {
+    "mass": "mass",
+    "yaw_inertia": "yaw inertia",
+    "front_axle": "centre of gravity to front axle",
+    "rear_axle": "centre of gravity to rear axle",
+    "track": "track",
+}
+
+
+def of_class(scene: Scene) -> tuple[str, ...]:
+    """What of which vehicle is known by its class alone: a line each.
+
+    Args:
+        scene: what was measured.
+    """
+    found = []
+    for v, vehicle in scene.vehicles.items():
+        names = [words for key, words in _OF_CLASS.items() if getattr(vehicle, key).assumed == "value"]
+        if vehicle.kind and names:
+            found.append(
+                f"of vehicle {v.upper()} these were not measured, but are those of the library's "
+                f"{vehicle.kind}, with the spread among such vehicles: {_and(names)}"
+            )
+    return tuple(found)
+
+
 def assumptions(outcome: Outcome) -> tuple[str, ...]:
-    """What is taken for granted: by the model, and how far its run-out is taken to miss a car."""
+    """What is taken for granted: by the model, of a class, and how far a run-out misses a car."""
     vehicles, found = outcome.scene.vehicles, list(outcome.description.assumptions)
+    found += of_class(outcome.scene)
     missing = {name for name, m in outcome.scene.evidence().items() if m.model_sd}
     for v in sorted({parsed(name).vehicle for name in missing}):
         missed = vehicles[v].run_out_error

@@ -38,6 +38,7 @@ from retrodict.scene.schema import (
     VehicleEntry,
 )
 from retrodict.scene.units import ANGLE, LENGTH, Dimension
+from retrodict.scene.vehicle_library import VehicleClass, find
 
 
 class Complain(Protocol):
@@ -120,8 +121,10 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
 
 
 def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Complain) -> Vehicle:
-    front, rear = _axle_distances(letter, entry, complain)
-    wheelbase = entry.wheelbase.value if entry.wheelbase else front.value + rear.value
+    known = find(entry.kind) if entry.kind else None
+    front, rear = _axle_distances(letter, entry, known, complain)
+    base = entry.wheelbase or Measured(front.value + rear.value, math.hypot(front.sd, rear.sd))
+    wheelbase = base.value
     overhang, margin = DEFAULTS["length"].value, DEFAULTS["width"].value
     length = entry.length.value if entry.length else front.value + rear.value + overhang
     width = entry.width.value if entry.width else entry.track.value + margin
@@ -141,9 +144,10 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
         )
     wheels = _wheels(entry, friction)
     return Vehicle(
-        name=entry.name or f"vehicle {letter}",
+        name=entry.name or entry.kind or f"vehicle {letter}",
+        kind=entry.kind or "",
         mass=entry.mass,
-        yaw_inertia=entry.yaw_inertia or _estimated_yaw_inertia(entry.mass.value, wheelbase),
+        yaw_inertia=entry.yaw_inertia or _estimated_yaw_inertia(entry.mass, base, known),
         front_axle=front,
         rear_axle=rear,
         track=entry.track,
@@ -211,7 +215,7 @@ def _run_out_error(
 
 
 def _axle_distances(
-    letter: str, entry: VehicleEntry, complain: Complain
+    letter: str, entry: VehicleEntry, known_class: VehicleClass | None, complain: Complain
 ) -> tuple[Measured, Measured]:
     front, rear, wheelbase = entry.cg_to_front_axle, entry.cg_to_rear_axle, entry.wheelbase
     key = f"vehicles.{letter}.wheelbase"
@@ -228,9 +232,14 @@ def _axle_distances(
     assert wheelbase is not None, "the schema sees to it"
     if front is None and rear is None:
         share, spread = DEFAULTS["cg_to_front_axle"], DEFAULTS["cg_position"]
-        sd = math.hypot(spread.amount(wheelbase.value), wheelbase.sd / 2)
+        ahead, sd = share.amount(wheelbase.value), spread.amount(wheelbase.value)
         source = f"assumed from the wheelbase: {share}; uncertainty assumed: {spread}"
-        ahead = share.amount(wheelbase.value)
+        if known_class:
+            of_class = known_class.assumed(known_class.cg_share)
+            ahead, sd = of_class.value * wheelbase.value, of_class.sd * wheelbase.value
+            source = f"{of_class.value:g} ± {of_class.sd:g} wheelbases, {of_class.source}"
+            source += f"; wheelbase {wheelbase.source}" if wheelbase.assumed else ""
+        sd = math.hypot(sd, wheelbase.sd / 2)
         front, rear = (
             Measured(value, sd, "lognormal", source, "value")
             for value in (ahead, wheelbase.value - ahead)
@@ -249,9 +258,20 @@ def _axle_distances(
     return (known, other) if front else (other, known)
 
 
-def _estimated_yaw_inertia(mass: float, wheelbase: float) -> Measured:
+def _estimated_yaw_inertia(
+    mass: Measured, wheelbase: Measured, known: VehicleClass | None
+) -> Measured:
+    if known:  # whose mass may be so uncertain that it counts, as the wheelbase may
+        of_class = known.assumed(known.yaw_radius)
+        value = mass.value * (of_class.value * wheelbase.value) ** 2
+        parts = (mass.sd / mass.value, *(2 * m.sd / m.value for m in (of_class, wheelbase)))
+        source = (
+            f"estimated as m k² with k = {of_class.value:g} ± {of_class.sd:.2g} wheelbases, "
+            f"{of_class.source}; the uncertainties of mass and wheelbase added"
+        )
+        return Measured(value, math.hypot(*parts) * value, "lognormal", source, "value")
     radius, spread = DEFAULTS["yaw_radius"], DEFAULTS["yaw_inertia"]
-    value = mass * radius.amount(wheelbase) ** 2
+    value = mass.value * radius.amount(wheelbase.value) ** 2
     source = f"estimated as m k² with k = {radius}; uncertainty assumed: {spread}"
     return Measured(value, spread.amount(value), "lognormal", source, "value")
 

@@ -52,7 +52,7 @@ class Kind:
         """A TOML value as a measured quantity in SI units or radians.
 
         Args:
-            raw: see `units.read_quantity`.
+            raw: see `units.read_quantity`; a quantity that was read already stays as it is.
 
         Returns:
             The quantity, with the default uncertainty where it has one and none is written.
@@ -60,6 +60,8 @@ class Kind:
         Raises:
             PydanticCustomError: it cannot be read, or is out of bounds; says what to write.
         """
+        if isinstance(raw, Measured):  # from the library of vehicles
+            return raw
         try:
             reading = units.read_quantity(raw, self.dimension, self.example)
             worth = units.factor(self.dimension.units[0], self.dimension) if self._unit else 1.0

@@ -143,7 +143,9 @@ def scene_from(document: dict[str, Any], name: str, text: str, file: str) -> Sce
     def complain(key: str, fix: str, amount: float = 0.0, dimension: Dimension = LENGTH) -> None:
         raw = _written(document, key)
         written = in_unit_of(raw, amount, dimension)
-        problems.append(Problem(key, shown(raw), fix.format(amount=written)))
+        # what a class fills in is not written
+        value = shown(raw) if raw != "" else ""
+        problems.append(Problem(key, value, fix.format(amount=written)))
 
     scene = scene_of(entry, name, text, complain)
     if problems:

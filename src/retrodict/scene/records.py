@@ -76,7 +76,8 @@ class Vehicle:
     The impact centre is given by its distance from the centre of gravity and its angle, counted
     counter-clockwise from straight ahead. `heading` is the heading at impact, counter-clockwise
     from the x axis. `grip` is a factor of the surfaces' friction for this vehicle's tyres. `wheels`
-    is None where all were locked after the impact.
+    is None where all were locked after the impact. `kind` names the entry of the library of vehicles
+    whose figures stand where the scene file has none; it is empty where the file names no class.
     """
 
     name: str
@@ -93,6 +94,7 @@ class Vehicle:
     grip: Measured = Measured(1.0, law="lognormal")
     wheels: Wheels | None = None
     run_out_error: RunOutError = RunOutError()
+    kind: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,6 +73,7 @@ from retrodict.scene.kinds import (
 from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.records import Measured
 from retrodict.scene.units import QuantityError
+from retrodict.scene.vehicle_library import find, near
 
 
 def _line(limit: int) -> BeforeValidator:
@@ -262,6 +263,7 @@ class VehicleEntry(_Table):
     """`[vehicles.A]` and `[vehicles.B]`: a vehicle, how it stood at impact, where it went."""
 
     name: Annotated[str, _line(60)] | None = Field(None, examples=['"sedan"'])
+    kind: str | None = Field(None, alias="class", examples=['"compact car"'])
     mass: Mass
     yaw_inertia: YawInertia | None = None
     wheelbase: AxleDistance | None = None
@@ -288,6 +290,26 @@ class VehicleEntry(_Table):
     )
     end_of_rotation: EndOfRotationEntry | None = Field(None, examples=[_END])
     rest: RestEntry | None = Field(None, examples=[_REST])
+
+    @model_validator(mode="before")
+    @classmethod
+    def _class_fills_in(cls, raw: object) -> object:
+        """What is not written is that of the class, if one is named."""
+        if not isinstance(raw, dict) or "class" not in raw:
+            return raw
+        name = raw["class"]
+        known = find(name) if isinstance(name, str) else None
+        if known is None:
+            names = ", ".join(f'"{each}"' for each in near(name if isinstance(name, str) else ""))
+            raise fault(f"not in the library of vehicles; write one of {names}", "class")
+        missing = {"mass", "track", "width", "wheelbase", "length"} - raw.keys()
+        if "track" in raw:  # the outline of the class need not fit
+            missing -= {"width"}
+        if "wheelbase" in raw or {"cg_to_front_axle", "cg_to_rear_axle"} <= raw.keys():
+            missing -= {"wheelbase", "length"}
+        of_class = {key: getattr(known, key) for key in missing}
+        filled = {key: known.assumed(each) for key, each in of_class.items() if each}
+        return raw | filled | {"class": known.name}
 
     @model_validator(mode="after")
     def _axles_are_known(self) -> VehicleEntry:

@@ -1,0 +1,119 @@
+"""Vehicles that a scene may name by class or model in place of numbers: vehicle_library.toml."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from retrodict.scene.defaults import DEFAULTS, Default
+from retrodict.scene.measured import Measured
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleClass:
+    """What is known of a vehicle of which only the class or the model is known.
+
+    Each quantity's sd is the spread within the class; its source has a grade, and says how the figure
+    was derived.
+
+    Args:
+        name: as a scene file writes it.
+        what: which vehicles it stands for.
+        mass: kg.
+        wheelbase: m.
+        cg_share: centre of gravity behind the front axle, wheelbases.
+        yaw_radius: radius of gyration in yaw, wheelbases.
+        track: m.
+        length: m; None where no figure is known, as of the width.
+        width: m.
+        models: how many models a mean and its spread are of; None where they are of none.
+    """
+
+    name: str
+    what: str
+    mass: Measured
+    wheelbase: Measured
+    cg_share: Measured
+    yaw_radius: Measured
+    track: Measured
+    length: Measured | None = None
+    width: Measured | None = None
+    models: int | None = None
+
+    def assumed(self, measured: Measured) -> Measured:
+        """One of its quantities as a scene takes it: with a source that names the class.
+
+        Args:
+            measured: of this class.
+        """
+        return replace(measured, source=f"assumed: the library's {self.name} ({measured.source})")
+
+
+def vehicles() -> dict[str, VehicleClass]:
+    """The library of vehicles that a scene may name by `class`.
+
+    Returns:
+        By name: the size classes, then models; SI units.
+    """
+    return dict(_library())
+
+
+def find(name: str) -> VehicleClass | None:
+    """The entry of a name, whatever its capitals; None where there is none.
+
+    Args:
+        name: as somebody wrote it.
+    """
+    return {key.casefold(): each for key, each in _library().items()}.get(name.casefold())
+
+
+def near(name: str) -> list[str]:
+    """Names in the library that resemble a text, the nearest first; all where none does.
+
+    Args:
+        name: as somebody wrote it.
+    """
+    folded = {key.casefold(): key for key in _library()}
+    words = set(name.casefold().split())
+    found = difflib.get_close_matches(name.casefold(), folded, 4) or [
+        key for key in folded if words & set(key.split())
+    ]
+    return [folded[key] for key in found] or list(_library())
+
+
+@cache
+def _library() -> dict[str, VehicleClass]:
+    text = resources.files(__package__).joinpath("vehicle_library.toml").read_text("utf-8")
+    entries: dict[str, Any] = tomllib.loads(text)
+    sources = entries.pop("sources")
+    return {name: _entry(name, entry, sources) for name, entry in entries.items()}
+
+
+def _entry(name: str, entry: dict[str, Any], sources: dict[str, str]) -> VehicleClass:
+    def read(value: float, sd: float, grade: str, source: str) -> Measured:
+        return _measured(value, sd, f"grade {grade}: {sources[source]}")
+
+    read_entry = {k: read(**v) if isinstance(v, dict) else v for k, v in entry.items()}
+    return VehicleClass(name, **_defaults() | read_entry)
+
+
+def _defaults() -> dict[str, Measured]:
+    share, radius = DEFAULTS["cg_to_front_axle"], DEFAULTS["yaw_radius"]
+    # a yaw inertia goes with the square of its radius
+    of_radius = DEFAULTS["yaw_inertia"].amount(radius.value) / 2
+    return {
+        "cg_share": _measured(share.value, DEFAULTS["cg_position"].value, _graded(share)),
+        "yaw_radius": _measured(radius.value, of_radius, _graded(radius)),
+    }
+
+
+def _graded(default: Default) -> str:
+    return f"grade {default.grade}: {default.source}"
+
+
+def _measured(value: float, sd: float, source: str) -> Measured:
+    return Measured(value, sd, "lognormal", source, "value")
