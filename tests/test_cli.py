@@ -72,6 +72,13 @@ def test_check_accepts_the_example() -> None:
     assert "warning" not in done.stdout
 
 
+def test_vehicles_are_listed_with_their_sources() -> None:
+    done = run("vehicles")
+    assert done.returncode == 0, done.stderr
+    assert "intermediate car: car with a wheelbase from 265 to 278 cm" in done.stdout
+    assert "[1] grade B: " in done.stdout
+
+
 def test_check_draws_a_scene_into_the_file_that_is_named(tmp_path: Path) -> None:
     done = run("check", SCENE, "--plot", tmp_path / "new" / "plan.SVG", "--units", "us")
     assert done.returncode == 0, done.stderr

@@ -1,4 +1,4 @@
-"""The library of vehicles: sources and spreads, plausible radii, known cars; scenes that name a class."""
+"""The library of vehicles: sources, spreads, plausible radii, known cars; scenes that name a class."""
 
 from __future__ import annotations
 

@@ -143,7 +143,9 @@ def of_class(scene: Scene) -> tuple[str, ...]:
     """
     found = []
     for v, vehicle in scene.vehicles.items():
-        names = [words for key, words in _OF_CLASS.items() if getattr(vehicle, key).assumed == "value"]
+        names = [
+            words for key, words in _OF_CLASS.items() if getattr(vehicle, key).assumed == "value"
+        ]
         if vehicle.kind and names:
             found.append(
                 f"of vehicle {v.upper()} these were not measured, but are those of the library's "
