@@ -22,6 +22,18 @@ def test_what_a_run_out_misses_is_an_assumption(outcome, rolled):
     assert "B's heading by 8.0 deg after 20 m of it" in heading
 
 
+def test_what_is_of_a_class_is_an_assumption_and_named_as_assumed(outcome):
+    a = replace(outcome.scene.vehicles["a"], kind="minivan")  # of which the yaw inertia is assumed
+    scene = replace(outcome.scene, vehicles=outcome.scene.vehicles | {"a": a})
+    (line,) = assumptions(replace(outcome, scene=scene))[len(outcome.description.assumptions) :]
+    assert line.startswith("of vehicle A these were not measured, but are those of the library's")
+    assert line.endswith("minivan, with the spread among such vehicles: yaw inertia")
+    findings = compute(replace(outcome, scene=scene))
+    assert findings.assumptions[-1] == line
+    (row,) = (row for row in findings.measured if row.name == "yaw_inertia_a")
+    assert row.assumed == "value"
+
+
 def test_answer_gives_the_speed_with_its_interval_in_both_systems(outcome):
     assert compute(outcome).answers["si"] == (
         "Vehicle B (saloon B) was travelling at about 19.1 m/s (69 km/h; 43 mph) before impact; "
