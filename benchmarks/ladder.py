@@ -26,7 +26,7 @@ from retrodict.models.arrays import Data, Structure
 
 from benchmarks import page
 from benchmarks.__main__ import DOCS
-from retrodict.inference.density.compiled import CHUNK, programs_for
+from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
@@ -68,8 +68,7 @@ def crash(rung: str, rng: np.random.Generator) -> tuple[Scene, float]:
         structure, data = RUNGS[full].of_scene(scene)
         programs = programs_for(structure)
         # as inference draws the prior, whose compiled program this shares
-        seed = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
-        sites = programs(PRIOR, jax.random.split(seed, CHUNK), data)
+        sites = programs(PRIOR, int(rng.integers(2**31)), data)
         simulated = programs(SIMULATE, data, sites)
         found = np.flatnonzero(_plausible(structure, data, sites, simulated))
         if not found.size:

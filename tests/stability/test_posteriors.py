@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-import jax
 import numpy as np
 import pytest
 from retrodict.models import RUNGS
 
-from retrodict.inference.density.compiled import CHUNK, programs_for
+from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
@@ -84,8 +83,7 @@ def by_prior(scene: Scene) -> tuple[dict[str, np.ndarray], np.ndarray]:
     structure, data = RUNGS[DEFAULT_RUNG].of_scene(scene)
     programs, crashes, fits = programs_for(structure), [], []
     for seed in range(40):
-        keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
-        sites = programs(PRIOR, keys, data)
+        sites = programs(PRIOR, seed, data)
         of_crash = sites | programs(SIMULATE, data, sites)
         fit = sum(np.asarray(of_crash[f"log_likelihood/{item}"]) for item in structure.evidence)
         fits.append(np.where(np.asarray(of_crash["closing_speed"]) > 0, fit, -np.inf))

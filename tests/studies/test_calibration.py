@@ -67,8 +67,7 @@ def test_what_is_plausible_hangs_on_the_unknowns_alone() -> None:
     """Other evidence, the same verdict on every draw of the prior; and not all nor none of them."""
     structure, data = RUNGS[QUICK].of_scene(study.design())
     programs = study.programs_for(structure)
-    key = study.jax.random.key(3, impl="unsafe_rbg")
-    sites = programs(PRIOR, study.jax.random.split(key, study.CHUNK), data)
+    sites = programs(PRIOR, 3, data)
     good = study.plausible(structure, data, sites, programs(SIMULATE, data, sites))
     other = data._replace(evidence={k: v + np.array([3.0, 0.0]) for k, v in data.evidence.items()})
     again = study.plausible(structure, other, sites, programs(SIMULATE, other, sites))

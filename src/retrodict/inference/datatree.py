@@ -9,8 +9,7 @@ import jax
 import numpy as np
 from scipy.special import softmax
 
-from retrodict.inference.density.compiled import CHUNK
-from retrodict.inference.density.kernels import PATHS, PRIOR, SIMULATE
+from retrodict.inference.density.kernels import CHUNK, PATHS, PRIOR, SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.modes import Solution
 from retrodict.inference.samplers import Draws
@@ -26,7 +25,7 @@ RUNS = 60
 def crashes_of_prior(posterior: Posterior, seed: int) -> dict[str, np.ndarray]:
     """Crashes drawn from the prior and the inputs: unknowns, what follows, and predictions."""
     programs, data = posterior.programs, posterior.data
-    prior = programs(PRIOR, prior_keys(seed), data)
+    prior = programs(PRIOR, seed, data)
     return jax.tree.map(np.asarray, prior | programs(SIMULATE, data, prior))
 
 
@@ -127,9 +126,3 @@ def _trajectories(posterior: Posterior, quantities: dict[str, np.ndarray]) -> xr
         },
         coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"], "axis": ["x", "y"]},
     )
-
-
-def prior_keys(seed: int) -> jax.Array:
-    """Random keys of the prior's draws."""
-    # a generator whose program compiles in a third of the time; it only draws the prior's picture
-    return jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)

@@ -14,15 +14,16 @@ from typing import Any
 import jax
 import numpy as np
 
-from retrodict.inference.datatree import prior_keys
-from retrodict.inference.density.compiled import BATCH, COMPILATION, ROWS, Programs, programs_for
+from retrodict.inference.density.compiled import COMPILATION, Programs, programs_for
 from retrodict.inference.density.kernels import (
+    BATCH,
     EVALUATE,
     INPUTS,
     LEVELS,
     POTENTIAL,
     PRIOR,
     REACHED,
+    ROWS,
     SIMULATE,
 )
 from retrodict.inference.errors import Interrupted, Unanswerable
@@ -234,7 +235,7 @@ def compile_ahead(
     METHODS[method].compile_ahead(programs, warmup, data, transform)
     # a start is sought among crashes of the prior
     if pictured or kind.by_prior_pilot or structure.unmeasured:
-        prior = (prior_keys(0), data)
+        prior = (0, data)
         programs.expect(PRIOR, *prior)
         sites = partial(jax.eval_shape, programs.function(PRIOR), *prior)
         programs.expect(SIMULATE, data, sites)

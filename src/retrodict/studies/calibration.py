@@ -20,8 +20,8 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from retrodict.inference import diagnostics
-from retrodict.inference.density.compiled import CHUNK, Programs, programs_for
-from retrodict.inference.density.kernels import PRIOR, SIMULATE
+from retrodict.inference.density.compiled import Programs, programs_for
+from retrodict.inference.density.kernels import CHUNK, PRIOR, SIMULATE
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import SLIGHT, PosteriorModes, Solution, posterior_modes
@@ -270,8 +270,7 @@ def _truths(programs: Programs, data: Data, rng: np.random.Generator) -> tuple[V
     count = 0
     for _ in range(_MOST_CHUNKS):
         # as inference draws the prior, whose compiled program this shares
-        key = jax.random.key(int(rng.integers(2**31)), impl="unsafe_rbg")
-        sites = jax.tree.map(np.asarray, programs(PRIOR, jax.random.split(key, CHUNK), data))
+        sites = jax.tree.map(np.asarray, programs(PRIOR, int(rng.integers(2**31)), data))
         quantities = _simulated(programs, data, sites)
         good = np.flatnonzero(plausible(programs.structure, data, sites, quantities))
         found.append(jax.tree.map(lambda v, good=good: np.asarray(v)[good], (sites, quantities)))

@@ -89,8 +89,7 @@ def _solver(posterior: Posterior) -> Callable[[np.ndarray], np.ndarray]:
     """A function from measurements, in standard deviations from their values, to B's speed."""
     import jax
 
-    from retrodict.inference.density.compiled import BATCH
-    from retrodict.inference.density.kernels import REACHED
+    from retrodict.inference.density.kernels import BATCH, REACHED
     from retrodict.inference.samplers.propagation import SOLVE_BACK
     from retrodict.inference.transforms import rest_pose
 

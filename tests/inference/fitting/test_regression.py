@@ -9,8 +9,8 @@ import pytest
 from retrodict.models import RUNGS
 from retrodict.models.arrays import in_steps
 
-from retrodict.inference.density.compiled import BATCH, programs_for
-from retrodict.inference.density.kernels import REACHED
+from retrodict.inference.density.compiled import programs_for
+from retrodict.inference.density.kernels import BATCH, REACHED
 from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.posterior import prepare, unresolved
 from retrodict.inference.fitting.steps import RESOLVED

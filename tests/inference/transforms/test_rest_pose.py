@@ -14,8 +14,7 @@ from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import E_M, E, quotients
 
 from retrodict import load_scene
-from retrodict.inference.density.compiled import CHUNK
-from retrodict.inference.density.kernels import SIMULATE
+from retrodict.inference.density.kernels import CHUNK, SIMULATE
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.modes import unsampled
 from retrodict.inference.reconstruct import DEFAULT_RUNG

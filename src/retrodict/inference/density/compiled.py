@@ -21,14 +21,9 @@ import jax
 import numpy as np
 
 from retrodict.inference.density import disk_cache
-from retrodict.inference.density.kernels import Kernel
+from retrodict.inference.density.kernels import CHUNK, Kernel
 from retrodict.inference.density.log_density import Target
 from retrodict.models.arrays import Structure
-
-BATCH = 512  # run-outs per call of `REACHED`
-CHUNK = 500  # draws per call of `SIMULATE`
-# points per call of `EVALUATE`: of fewer each takes longer, and a curvature takes some 400
-ROWS = 256
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")

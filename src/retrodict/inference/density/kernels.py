@@ -6,7 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Concatenate
 
+import jax
+from jaxtyping import Array
+
 from retrodict.inference.density.log_density import Target
+from retrodict.models.arrays import Data
+
+BATCH = 512  # run-outs per call of `REACHED`
+CHUNK = 500  # draws per call of `SIMULATE`, and crashes that `PRIOR` gives
+# points per call of `EVALUATE`: of fewer each takes longer, and a curvature takes some 400
+ROWS = 256
 
 
 @dataclass(frozen=True)
@@ -24,11 +33,17 @@ class Kernel[**P, R]:
     level: int | None = None
 
 
+def _prior(target: Target, seed: int, data: Data) -> dict[str, Array]:
+    """`CHUNK` crashes from the prior."""
+    # a generator whose program compiles in a third of the time
+    return target.prior(jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK), data)
+
+
 # Level 0 for what runs a few times: compiling it well would take longer than it does. At the default, 3,
 # what runs through batches takes half as long again to compile (measured).
 INPUTS = Kernel("inputs", Target.inputs, 0)
 LEVELS = Kernel("levels", Target.levels, 0)
-PRIOR = Kernel("prior", Target.prior, 0)
+PRIOR = Kernel("prior", _prior, 0)
 PATHS = Kernel("paths", Target.paths, 0)
 REACHED = Kernel("reached", Target.reached, 1)
 EVALUATE = Kernel("evaluate", Target.evaluate_rows, 1)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import jax
 import numpy as np
 
-from retrodict.inference.density.compiled import CHUNK, Programs
-from retrodict.inference.density.kernels import PRIOR, SIMULATE
+from retrodict.inference.density.compiled import Programs
+from retrodict.inference.density.kernels import CHUNK, PRIOR, SIMULATE
 from retrodict.models.arrays import Data
 
 _ROUNDS = 20  # of CHUNK crashes from the prior
@@ -29,8 +28,7 @@ def prior_pilot(programs: Programs, data: Data) -> tuple[np.ndarray, Values]:
     """
     scores, crashes = [], []
     for seed in range(_ROUNDS):
-        keys = jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK)
-        sites = programs(PRIOR, keys, data)
+        sites = programs(PRIOR, seed, data)
         quantities = sites | programs(SIMULATE, data, sites)
         score = np.zeros(CHUNK)
         for name in programs.structure.evidence:

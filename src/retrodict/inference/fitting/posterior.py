@@ -10,15 +10,15 @@ from typing import NamedTuple
 import jax
 import numpy as np
 
-from retrodict.inference.density.compiled import (
+from retrodict.inference.density.compiled import Programs, in_chunks, programs_for
+from retrodict.inference.density.kernels import (
     BATCH,
     CHUNK,
+    EVALUATE,
+    POTENTIAL,
     ROWS,
-    Programs,
-    in_chunks,
-    programs_for,
+    SIMULATE,
 )
-from retrodict.inference.density.kernels import EVALUATE, POTENTIAL, SIMULATE
 from retrodict.inference.density.log_density import Evaluated
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import regression, whitening

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from retrodict.inference.density.compiled import BATCH, Programs, programs_for
-from retrodict.inference.density.kernels import INPUTS, REACHED
+from retrodict.inference.density.compiled import Programs, programs_for
+from retrodict.inference.density.kernels import BATCH, INPUTS, REACHED
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.pilot import prior_pilot
 from retrodict.inference.threads import one_blas_thread

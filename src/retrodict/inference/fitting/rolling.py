@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from retrodict.inference.density.compiled import BATCH, Programs, programs_for
+from retrodict.inference.density.compiled import Programs, programs_for
+from retrodict.inference.density.kernels import BATCH
 from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.fitting.steps import in_enough_steps

@@ -69,12 +69,9 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     n = posterior.size
     records: list[list[dict[str, np.ndarray]]]
     if after is None:
-        keys = jax.random.split(jax.random.key(task.seed), chains)
         # spread wider than the posterior, so that R-hat has something to find
         starts = 1.5 * np.random.default_rng(task.seed).standard_normal((chains, n))
-        states = [
-            _first_state(posterior, start, key, w) for key, w in zip(keys, starts, strict=True)
-        ]
+        states = [_first_state(posterior, start, (task.seed, i), w) for i, w in enumerate(starts)]
         records = [[] for _ in range(chains)]
         if task.resume is not None:
             states, records = checkpoint.load(task.resume, settings(task), states)
@@ -131,7 +128,7 @@ def kernels(
         data: of which only shapes matter here, and so of the transform.
 
     Returns:
-        start(key, w, potential, gradient, data, transform) -> state and
+        start((seed, chain), w, potential, gradient, data, transform) -> state and
         advance(state, data, transform) -> (state, records of BLOCK iterations).
     """
 
@@ -143,8 +140,9 @@ def kernels(
         return hmc(potential_fn_gen=potential_of, algo="NUTS")
 
     def first(
-        target: Target, key: Array, w: Array, potential: Array, gradient: Array, *numbers: Any
+        target: Target, seeds: Any, w: Array, potential: Array, gradient: Array, *numbers: Any
     ) -> HMCState:
+        seed, chain = seeds
         return of(target)[0](
             ParamInfo(w, potential, gradient),
             num_warmup=warmup,
@@ -152,7 +150,7 @@ def kernels(
             target_accept_prob=target_accept,
             max_tree_depth=_MAX_TREE_DEPTH,
             model_args=numbers,
-            rng_key=key,
+            rng_key=jax.random.fold_in(jax.random.key(seed), chain),
         )
 
     def block(
@@ -179,7 +177,7 @@ def kernels(
         f"advance {warmup} {target_accept}", block
     )
     n = transform_of(programs.structure).size(programs.structure)
-    nowhere = (jax.random.key(0), np.zeros(n), 0.0, np.zeros(n), data, transform)
+    nowhere = ((0, 0), np.zeros(n), 0.0, np.zeros(n), data, transform)
     programs.expect(start, *nowhere)
     programs.expect(
         advance, lambda: jax.eval_shape(programs.function(start), *nowhere), data, transform
@@ -202,7 +200,7 @@ def settings(task: Task) -> dict[str, int | str]:
 
 
 def _first_state(
-    posterior: Posterior, start: Kernel[..., HMCState], key: Array, w: np.ndarray
+    posterior: Posterior, start: Kernel[..., HMCState], seeds: tuple[int, int], w: np.ndarray
 ) -> HMCState:
     """A chain's first state; a start that is far out on the density is drawn nearer to the mode.
 
@@ -217,4 +215,4 @@ def _first_state(
             break
         w = w / 2
     numbers = (posterior.data, posterior.transform)
-    return posterior.programs(start, key, w, potential, gradient, *numbers)
+    return posterior.programs(start, seeds, w, potential, gradient, *numbers)
