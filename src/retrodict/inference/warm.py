@@ -30,7 +30,7 @@ from retrodict.inference.modes import (
     unsampled,
 )
 from retrodict.inference.outcome import Checks
-from retrodict.inference.samplers.importance import Proposal, adapted, weighted_at
+from retrodict.inference.samplers.importance import Proposal, adapted, evaluated
 from retrodict.inference.samplers.psis import (
     effective,
     judged,
@@ -85,7 +85,23 @@ class _Drawn:
     w: np.ndarray
     log_weight: np.ndarray
     quantities: dict[str, np.ndarray]
-    evaluations: int
+
+
+@dataclass(frozen=True)
+class Precision:
+    """How precise reported quantities are.
+
+    Args:
+        bulk, tail: independent draws that would leave the same errors of means, and of probabilities in
+            the tails, the least of any quantity.
+        imprecise: quantities of which not one digit is sure.
+        faults: for which they are not to be relied on.
+    """
+
+    bulk: float
+    tail: float
+    imprecise: tuple[str, ...]
+    faults: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -180,42 +196,46 @@ class WarmPoints:
         """
         begin = time.perf_counter()
         posteriors = [self._rebased(each, scene) for each in self.fitted]
-        times = 1
-        proposals = [
-            self._moved(posterior, each.proposal)
+        moved = [
+            adapted(posterior, each.proposal, lambda at: at.at(self._pilot))
             for posterior, each in zip(posteriors, self.fitted, strict=True)
         ]
+        proposals = [each.next for each in moved]
         drawn = [self._drawn(*each, 0, 1) for each in zip(posteriors, proposals, strict=True)]
+        times = 1
         while True:
-            found = self._judged(scene, posteriors, drawn, begin)
-            checks = found.checks
-            if times == _MOST or min(checks.min_ess_bulk, checks.min_ess_tail) >= _AS_GOOD_AS:
-                return found
+            weighted, faults, k = self._weighted(posteriors, drawn)
+            quantities = {
+                name: _side_by_side([each.quantities[name] for each in drawn])
+                for name in drawn[0].quantities
+            }
+            precise = precision(scene, quantities, weighted)
+            if times == _MOST or min(precise.bulk, precise.tail) >= _AS_GOOD_AS:
+                break
             more = [
                 self._drawn(*each, times, 2 * times)
                 for each in zip(posteriors, proposals, strict=True)
             ]
             drawn = [_joined(*each) for each in zip(drawn, more, strict=True)]
             times *= 2
+        evaluations = sum(each.evaluations for each in moved) + weighted.weights.size
+        return estimated(scene, quantities, weighted, precise, faults, evaluations, begin, k)
 
     def _rebased(self, fitted: Fitted, scene: Scene) -> Posterior:
         _, data = RUNGS[self.rung].of_scene(turned(scene, fitted.solution.turns))
         return rebased(fitted.solution.posterior, data, fitted.constrained)
 
-    def _moved(self, posterior: Posterior, proposal: Proposal) -> Proposal:
-        """The proposal, moved to where a posterior lies now."""
-        return adapted(posterior, proposal, lambda at: at.at(self._pilot)).next
-
     def _drawn(self, posterior: Posterior, proposal: Proposal, first: int, last: int) -> _Drawn:
         """Points of every scrambling, from so many times `_POINTS` on."""
         points = self._points[:, first * _POINTS : last * _POINTS]
         w = proposal.at(points.reshape(-1, points.shape[2]))
-        return _Drawn(w, *weighted_at(posterior, proposal, w), len(w))
+        heights, quantities = evaluated(posterior, w)
+        return _Drawn(w, heights - proposal.log_density(w), quantities)
 
-    def _judged(
-        self, scene: Scene, posteriors: list[Posterior], drawn: list[_Drawn], begin: float
-    ) -> Estimate:
-        """Solutions side by side by their evidence, and the verdict on them."""
+    def _weighted(
+        self, posteriors: list[Posterior], drawn: list[_Drawn]
+    ) -> tuple[Weighted, tuple[str, ...], float]:
+        """Solutions side by side by their evidence; faults of their weights, and the worst Pareto k."""
         evidence = np.array([log_mean(each.log_weight)[0] for each in drawn])
         parts = (
             shares(evidence) if np.isfinite(evidence).any() else np.ones(len(drawn)) / len(drawn)
@@ -237,19 +257,8 @@ class WarmPoints:
                 k.append(shape)
                 reasons += judged(shape)["faults"]
                 reasons += too_sharp(posterior)
-        quantities = {
-            name: _side_by_side([each.quantities[name] for each in drawn])
-            for name in drawn[0].quantities
-        }
-        return estimated(
-            scene,
-            quantities,
-            Weighted(_side_by_side(weights), SCRAMBLINGS),
-            tuple(reasons),
-            sum(each.evaluations for each in drawn),
-            begin,
-            max(k, default=np.inf),
-        )
+        weighted = Weighted(_side_by_side(weights), SCRAMBLINGS)
+        return weighted, tuple(reasons), max(k, default=np.inf)
 
 
 def too_sharp(posterior: Posterior) -> tuple[str, ...]:
@@ -266,6 +275,7 @@ def estimated(
     scene: Scene,
     quantities: dict[str, np.ndarray],
     weighted: Weighted,
+    precise: Precision,
     faults: tuple[str, ...],
     evaluations: int,
     begin: float,
@@ -277,14 +287,13 @@ def estimated(
         scene: what was measured.
         quantities: at each point, by name.
         weighted: their weights.
-        faults: for which they are not to be relied on.
+        precise: how precise they are.
+        faults: other reasons for which they are not to be relied on.
         evaluations: of the density.
         begin: when the work began, by `time.perf_counter`.
         pareto_k: of the importance weights, where they are.
     """
-    names = [name for name in scene.reported() if name in quantities]
-    bulk, tail, imprecise, short = _precision(weighted, quantities, names)
-    reasons = faults + short
+    reasons = faults + precise.faults
     draws = _equally_weighted(weighted, quantities)
     predicted = {
         name.removeprefix("predicted/"): values
@@ -294,14 +303,14 @@ def estimated(
     checks = Checks(
         divergences=None,
         max_rhat=np.nan,
-        min_ess_bulk=bulk,
-        min_ess_tail=tail,
+        min_ess_bulk=precise.bulk,
+        min_ess_tail=precise.tail,
         passed=not reasons,
         reasons=reasons,
-        failed=tuple(names) if reasons else (),
+        failed=tuple(_reported(scene, quantities)) if reasons else (),
         flags=diagnostics.flags(draws, predicted, scene),
         pareto_k=pareto_k,
-        imprecise=imprecise,
+        imprecise=precise.imprecise,
     )
     return Estimate(
         scene=scene,
@@ -343,7 +352,6 @@ def _joined(one: _Drawn, other: _Drawn) -> _Drawn:
         _side_by_side([one.w, other.w]),
         _side_by_side([one.log_weight, other.log_weight]),
         {k: _side_by_side([v, other.quantities[k]]) for k, v in one.quantities.items()},
-        one.evaluations + other.evaluations,
     )
 
 
@@ -354,18 +362,15 @@ def _side_by_side(parts: list[np.ndarray]) -> np.ndarray:
     return joined.reshape(-1, *joined.shape[2:])
 
 
-def _precision(
-    weighted: Weighted, quantities: dict[str, np.ndarray], names: list[str]
-) -> tuple[float, float, tuple[str, ...], tuple[str, ...]]:
-    """How precise reported quantities are.
+def _reported(scene: Scene, quantities: dict[str, np.ndarray]) -> list[str]:
+    return [name for name in scene.reported() if name in quantities]
 
-    Returns:
-        Independent draws that would leave the same errors of means, and of probabilities in the tails,
-        the least of any quantity; the quantities of which not one digit is sure; and faults.
-    """
+
+def precision(scene: Scene, quantities: dict[str, np.ndarray], weighted: Weighted) -> Precision:
+    """How precise the reported quantities of weighted points are; arguments as of `estimated`."""
     bulk, tail = {}, {}
     imprecise, faults = [], []
-    for name in names:
+    for name in _reported(scene, quantities):
         values = quantities[name]
         (_, error), (sd, _) = weighted.mean(values), weighted.sd(values)
         errors = weighted.quantiles(values, _TAILS)[1]
@@ -383,4 +388,4 @@ def _precision(
                     f"{describe(name)[0]}: its {of} are as uncertain as {count:.0f} independent draws "
                     f"would leave them, {diagnostics.MIN_ESS:.0f} are asked"
                 )
-    return min(bulk.values()), min(tail.values()), tuple(imprecise), tuple(faults)
+    return Precision(min(bulk.values()), min(tail.values()), tuple(imprecise), tuple(faults))

@@ -18,7 +18,7 @@ from retrodict.inference.fitting.rebase import rebased
 from retrodict.inference.samplers import smc
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.quasi import Weighted
-from retrodict.inference.warm import Estimate, Warm, WarmPoints, estimated, too_sharp
+from retrodict.inference.warm import Estimate, Warm, WarmPoints, estimated, precision, too_sharp
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import Scene
 
@@ -70,7 +70,9 @@ class WarmParticles:
         count = drawn.w.shape[0] * drawn.w.shape[1]
         weighted = Weighted(np.full(count, 1 / count), _POPULATIONS)
         evaluations = int(drawn.attributes["evaluations"])
-        return estimated(scene, _known(drawn, posterior), weighted, faults, evaluations, begin)
+        quantities = _known(drawn, posterior)
+        precise = precision(scene, quantities, weighted)
+        return estimated(scene, quantities, weighted, precise, faults, evaluations, begin)
 
 
 def _known(drawn: Draws, posterior: rolling.Posterior) -> dict[str, np.ndarray]:

@@ -198,8 +198,7 @@ def adapted(
         while True:
             last = proposals[-1]
             w = draw(last)
-            heights, quantities = posterior.evaluate(w)
-            heights = np.where(np.isfinite(heights), heights, -np.inf)  # nothing lies there
+            heights, quantities = evaluated(posterior, w)
             log_weight = heights - last.log_density(w)
             weights, k = smoothed(log_weight)
             even = k <= _EVEN and effective(weights) >= _SHARE * len(w)
@@ -216,27 +215,23 @@ def adapted(
                 return Adapted(w, log_weight, quantities, evaluations, proposals[-1])
 
 
-def weighted_at(
-    posterior: Posterior, proposal: Proposal, w: np.ndarray
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Logs of the weights of a proposal's draws, and what is known there.
+def evaluated(posterior: Posterior, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Log densities at points, and what is known there.
 
     Args:
-        posterior: whose weights they carry.
-        proposal: that they were drawn from.
-        w: the draws, shape (any, q).
+        posterior: whose densities they are.
+        w: the points, shape (any, q).
 
     Returns:
-        Where there is no density, a weight of zero and the quantities of another draw: its own may be no
+        Where there is no density, minus infinity and the quantities of another point: its own may be no
         numbers, and spoil every sum.
     """
     heights, quantities = posterior.evaluate(w)
     inside = np.isfinite(heights)
-    log_weight = np.where(inside, heights, -np.inf) - proposal.log_density(w)
     if inside.any() and not inside.all():
         index = np.where(inside, np.arange(len(w)), np.argmax(inside))
         quantities = {name: values[index] for name, values in quantities.items()}
-    return log_weight, quantities
+    return np.where(inside, heights, -np.inf), quantities
 
 
 @dataclass(frozen=True)
