@@ -199,7 +199,6 @@ def reconstruct(
         _known_rung(model, auto=True)
 
         from retrodict.api import reconstruct as run
-        from retrodict.findings.summary import holds_answer
         from retrodict.inference import Interrupted, Unanswerable
 
         try:
@@ -215,6 +214,10 @@ def reconstruct(
                 resume=chains_file,
             )
             progress(_WRITING, 0, 1)
+
+            # not sooner: it imports xarray, which the run does while programs load
+            from retrodict.findings.summary import holds_answer
+
             stays = not result.outcome.complete and holds_answer(folder)
             result.save(folder, units.value, drawing)
             progress(_WRITING, 1, 1)
@@ -231,7 +234,6 @@ def reconstruct(
 
     from rich.console import Console
 
-    # not sooner: it imports xarray, which the run does while programs load
     from retrodict.report.terminal import print_summary
 
     console = Console(quiet=quiet)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
 
-# the last figure is drawn here: by then this process has written all else, and it would only wait
-_THERE, _HERE = slice(None, -1), slice(-1, None)
+# the last figures are drawn here: by then this process has written all else, and it would only wait
+_THERE, _HERE = slice(None, -2), slice(-2, None)
 
 
 class DrawingProcess:
@@ -48,7 +48,7 @@ class DrawingProcess:
             units: "si" or "us".
 
         Returns:
-            A function that draws the last figure, waits for the others, and gives their images: PNG
+            A function that draws the last figures, waits for the others, and gives their images: PNG
             by name, in the order of the report. Where the process failed, it draws them all.
         """
         # none of this is drawn, and the process would import JAX to read models' descriptions
