@@ -136,6 +136,7 @@ def reconstruct(
         model, comparison = chosen(scene, seed=seed, progress=progress, search=search, keep=keep)
         if model in kept:
             return Result(replace(kept[model], asked=asked), comparison)
+        search.unload_others(model)
     outcome = _reconstruct(
         scene,
         model=model,

@@ -117,6 +117,19 @@ def test_chains_and_populations_see_one_of_two_modes(method: str, two_normals: P
     assert (METHODS[method].draw(task).w[..., 0] < APART / 2).all()
 
 
+def test_programs_of_other_rungs_are_unloaded_and_load_again(two_normals: Posterior) -> None:
+    w = np.random.default_rng(0).standard_normal((5, two_normals.size))
+    before, programs = two_normals.log_density(w), two_normals.programs
+    search = modes.ModeSearch(SCENE, 0)
+    solution = SimpleNamespace(posterior=two_normals)
+    search._found["low", False] = modes.PosteriorModes([solution], (), 0)
+    search.unload_others("low")
+    assert programs._programs
+    search.unload_others("full")
+    assert not programs._programs
+    np.testing.assert_array_equal(two_normals.log_density(w), before)
+
+
 def test_evidence_of_a_known_density(two_normals: Posterior) -> None:
     """Of one normal of two, unnormalised: (1 - SHARE) (2 pi)^(n/2), but for what leaks over."""
     found = log_evidence(two_normals, np.random.default_rng(0))

@@ -391,6 +391,12 @@ class ModeSearch:
             self._found[place] = posterior_modes(self.scene, rung, self.seed, method, progress)
         return self._found[place]
 
+    def unload_others(self, rung: str) -> None:
+        """Give back the memory of the compiled programs of every rung but this."""
+        for (other, _), where in self._found.items():
+            for solution in where.found if other != rung else ():
+                solution.posterior.programs.unload()
+
 
 def _unresolved(found: list[Solution]) -> tuple[str, ...]:
     worst = max(solution.posterior.unresolved for solution in found)

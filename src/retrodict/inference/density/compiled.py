@@ -19,6 +19,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxlib.mlir.passmanager import PassManager
 
 from retrodict.inference.density import disk_cache
 from retrodict.inference.density.kernels import CHUNK, Kernel
@@ -96,6 +97,12 @@ class Programs:
             else:
                 self._programs[kernel.name] = compile_()
 
+    def unload(self) -> None:
+        """Give back the memory of all kernels; one that is run again is loaded again."""
+        with self._one_prepares:
+            self._programs.clear()
+            self._anew.clear()
+
     def _compile(
         self, kernel: Kernel[..., Any], arguments: tuple[Any, ...], path: Path | None
     ) -> Future[Any]:
@@ -103,6 +110,11 @@ class Programs:
         with COMPILATION.running():
             made = [a() if callable(a) else a for a in arguments]
             lowered = jax.jit(self.function(kernel)).lower(*made)
+            # names of operations are a fifth of what a kept program holds, and of its loading
+            module = lowered.compiler_ir()
+            assert module is not None
+            with module.context:
+                PassManager.parse("builtin.module(strip-debuginfo)").run(module.operation)
 
         def build() -> Callable[..., Any]:
             level = kernel.level
