@@ -11,10 +11,11 @@ from pathlib import Path
 
 import arviz
 import pytest
+from typer.testing import CliRunner
 
-from retrodict.cli import MethodChoice
+from retrodict.cli import MethodChoice, app
 from retrodict.inference.samplers import METHODS
-from retrodict.report import figures
+from retrodict.report import export, figures
 from retrodict.result import Result
 from tests.report.conftest import make_outcome
 
@@ -409,3 +410,74 @@ def test_validate_refuses_a_folder_without_cases(tmp_path: Path) -> None:
     assert done.stderr.strip().endswith(
         "write a folder whose folders hold scene.toml and truth.toml"
     )
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("saved") / "run"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "FIGURES", {})
+        return Result(make_outcome()).save(folder)
+
+
+def test_export_writes_what_is_asked_for_beside_the_result(saved: Path, tmp_path: Path) -> None:
+    done = run("export", saved, "--format", "motion,dxf", "--draw", "17", "--rate", "10")
+    assert done.returncode == 0, done.stderr
+    names = ["motion/a-draw-17.csv", "motion/b-draw-17.csv", "motion/motion.json", "scene.dxf"]
+    assert done.stdout.split() == [str(saved / "export" / name) for name in names]
+    assert "fine" in run("check", saved).stdout  # the result is as it was
+    done = run("export", saved, "--out", tmp_path / "new" / "files", "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    assert {p.name for p in (tmp_path / "new" / "files").iterdir()} == {
+        "motion", "tables", "scene.dxf", "scene.svg", "draws.nc", "draws.parquet",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("asked", "status", "said"),
+    [
+        (("--format", "obj"), 2, "no format 'obj' to export: choose of motion, dxf, svg, "),
+        (("--format", "motion", "--draw", "99"), 2, "no draw '99': write median, a percentage"),
+        (("--rate", "0"), 2, "0 frames a second: write a rate above 0"),
+        (("--before", "-1"), 2, "-1 s before the impact: write 0 to 60 s"),
+        (("--out", "run.json"), 2, "run.json is a file, not a folder"),
+        (("--format", "motion", "--out", "/proc/none"), 1, "/proc/none: cannot write the files: "),
+    ],
+)
+def test_an_export_that_cannot_be_is_one_line(
+    saved: Path, asked: tuple[str, ...], status: int, said: str
+) -> None:
+    done = run("export", saved, *asked, folder=saved)
+    assert done.returncode == status
+    (line,) = reasons(done)
+    assert said in line
+
+
+def test_export_of_what_is_no_result_is_one_line(saved: Path, tmp_path: Path) -> None:
+    for place, said in (
+        (tmp_path / "none", "no such folder; give the folder of a result"),
+        (tmp_path, "holds no result: summary.json is missing or damaged"),
+        (saved / "run.json", "an archive is left as it is; name a folder for the files with --out"),
+    ):
+        done = run("export", place)
+        assert done.returncode == 2
+        (line,) = reasons(done)
+        assert said in line
+    done = run("export", saved / "run.json", "--out", tmp_path / "new")
+    assert done.returncode == 2
+    assert "archive" in reasons(done)[0]
+    assert not (tmp_path / "new").exists()
+
+
+def test_an_interrupted_export_is_one_line_and_writes_nothing(
+    saved: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(export.EXPORTS, "svg", interrupted)
+    out = tmp_path / "new"
+    done = CliRunner().invoke(app, ["export", str(saved), "--out", str(out), "--quiet"])
+    assert (done.exit_code, done.stderr) == (130, "interrupted\n")
+    assert not out.exists()

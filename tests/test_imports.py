@@ -85,7 +85,7 @@ def test_a_reconstruction_imports_statistics_and_plots_while_programs_load() -> 
     assert not imported("import retrodict.api", *PLOTS, *STATISTICS)
 
 
-def test_report_and_its_figures_do_without_jax(tmp_path: Path) -> None:
+def test_report_figures_and_export_do_without_jax(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "FIGURES", {})  # they are drawn by the report
@@ -93,3 +93,6 @@ def test_report_and_its_figures_do_without_jax(tmp_path: Path) -> None:
     report = after("report", str(folder), "--format", "html,pdf,docx", "--quiet")
     assert imported(report, *JAX, "arviz_stats") == ["arviz_stats"]
     assert (folder / "report.docx").is_file()
+    export = after("export", str(folder), "--quiet")
+    assert imported(export, *JAX, "pyarrow") == ["pyarrow"]
+    assert (folder / "export" / "scene.dxf").is_file()

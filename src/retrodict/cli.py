@@ -368,6 +368,79 @@ def report(
 
 
 @app.command()
+def export(
+    result: Annotated[
+        Path,
+        typer.Argument(
+            help="folder of a result, as reconstruct wrote it, or an archive", show_default=False
+        ),
+    ],
+    formats: Annotated[
+        str,
+        typer.Option(
+            "--format", help="motion, dxf, svg, tables, netcdf, parquet, or several with commas"
+        ),
+    ] = "motion,dxf,svg,tables,netcdf,parquet",
+    draw: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="whose motion: median, a percentage of B's speed, or a draw's number; may be "
+            "repeated [default: median, 5%, 95%]"
+        ),
+    ] = None,
+    rate: Annotated[float, typer.Option(help="of motions, frames a second")] = 30.0,
+    before: Annotated[
+        float, typer.Option(help="how long before the impact motions begin, s")
+    ] = 1.0,
+    units: Annotated[UnitChoice, typer.Option(help="units of tables")] = UnitChoice.si,
+    out: Annotated[
+        Path | None, typer.Option(help="folder for the files [default: RESULT/export]")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
+) -> None:
+    """Write a finished run for other programs: motions, DXF, SVG, tables and draws."""
+    with _working(quiet) as progress:
+        if out is None and result.is_file():
+            _fail(f"{result}: an archive is left as it is; name a folder for the files with --out")
+        folder = _folder(result / "export" if out is None else out, "export")
+        progress(_LOADING, 0, 1)
+
+        from retrodict.report.libraries import MissingLibrary, arviz_without_jax
+
+        arviz_without_jax()
+
+        from retrodict.findings.run_outs import NoMotion
+        from retrodict.findings.stored import NotStored
+        from retrodict.report.archive import NotArchived
+        from retrodict.report.export import DRAWS, Asked, NotExported, checked
+        from retrodict.result import load
+
+        draws = tuple(draw or DRAWS)
+        try:
+            wanted = checked(formats.split(","), Asked(draws, rate, before, units.value))
+            found = load(result)
+            progress(_WRITING, 0, 1)
+            files = found.export(
+                folder, wanted, draws=draws, rate=rate, before=before, units=units.value
+            )
+            progress(_WRITING, 1, 1)
+        except (NotStored, NotArchived, NotExported, NoMotion) as error:
+            _fail(str(error))
+        except MissingLibrary as error:
+            _fail(str(error), 1)
+        except OSError as error:
+            _fail(f"{folder}: cannot write the files: {error}", 1)
+
+    from rich.console import Console
+
+    console = Console(quiet=quiet)
+    for file in files:
+        _name(file, console)
+    if not found.checks.passed:
+        console.print(found.findings.verdict, highlight=False, markup=False)
+
+
+@app.command()
 def archive(
     result: Annotated[
         Path, typer.Argument(help="folder of a result, as reconstruct wrote it", show_default=False)

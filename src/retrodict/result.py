@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -232,6 +233,41 @@ class Result:
 
         files = archived(self.findings, self.outcome, self.ladder, Path(case) if case else None)
         return write_whole(Path(path), archive_bytes(files))
+
+    def export(
+        self,
+        directory: str | Path,
+        formats: Iterable[str] = (),
+        *,
+        draws: Iterable[str | int] = ("median", "5%", "95%"),
+        rate: float = 30.0,
+        before: float = 1.0,
+        units: Units = "si",
+    ) -> list[Path]:
+        """Write the result for other programs: motions, drawings, tables and draws.
+
+        Args:
+            directory: made where missing; files of the same names in it are replaced together.
+            formats: motion, dxf, svg, tables, netcdf or parquet; all for none.
+            draws: whose motion: "median" or a percentage of B's speed before impact, or the number of a
+                draw whose motion is recorded. Drawings show the first of them.
+            rate: of motions, frames a second.
+            before: how long before the impact motions begin, s.
+            units: of tables, "si" or "us".
+
+        Returns:
+            The files.
+
+        Raises:
+            NotExported: a format, the rate or `before` is none that there is.
+            NoMotion: there is no such draw, or no motion is recorded.
+            MissingLibrary: dxf or parquet need a library that is not installed.
+            OSError: something could not be written; then nothing in the directory has changed.
+        """
+        from retrodict.report.export import Asked, write_export
+
+        asked = Asked(tuple(draws), rate, before, units)
+        return write_export(self.findings, self.outcome, Path(directory), formats, asked)
 
     def save(
         self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict.findings.run_outs import motions
+from retrodict.findings.run_outs import NoMotion, motion_of, motions, place_of
 
 
 def test_motions_are_spread_over_the_ranks_of_speed(outcome):
@@ -40,3 +40,48 @@ def test_results_of_an_earlier_version_have_no_motions(outcome):
     tree["trajectories"] = xr.DataTree(tree["trajectories"].to_dataset().drop_vars("time"))
     assert motions(replace(outcome, idata=tree), 5) == ()
     assert motions(replace(outcome, idata=xr.DataTree()), 5) == ()
+
+
+def test_a_motion_is_named_by_its_rank_in_speed_or_its_number(outcome):
+    found = motions(outcome)
+    assert motion_of(found, "median").number == motions(outcome, 1)[0].number  # the figures' one
+    assert motion_of(found, "50%") is motion_of(found, "median")
+    ranks = {m.number: rank for rank, m in enumerate(found)}
+    assert [ranks[motion_of(found, each).number] for each in ("0%", "5%", "95 %", "100%")] == [
+        0, 3, 57, 59,
+    ]  # fmt: skip
+    data = outcome.idata["trajectories"]["path"]
+    for number in (1, 17, "60"):
+        at_rest = data.isel(run=int(number) - 1, step=-1).sel(vehicle="b").values
+        assert motion_of(found, number).pose["b"][-1] == pytest.approx(at_rest)
+
+
+@pytest.mark.parametrize("which", ["0", 61, "101%", "-5%", "", "mean", "1.5", "5%%", "x" * 500])
+def test_a_motion_that_there_is_not_is_refused_with_those_there_are(outcome, which):
+    with pytest.raises(NoMotion, match="of 1 to 60") as refused:
+        motion_of(motions(outcome), which)
+    assert len(str(refused.value)) < 200
+
+
+def test_without_motions_the_reason_is_given():
+    with pytest.raises(NoMotion, match="records no motion"):
+        motion_of((), "median")
+
+
+def test_before_the_impact_a_vehicle_comes_in_straight_at_its_speed(outcome):
+    (motion,) = motions(outcome, 1)
+    poses = motion.poses("b", np.array([-2.0, -1.0, 0.0, motion.time["b"][7], motion.lasts + 9]))
+    assert poses[1, :2] - poses[0, :2] == pytest.approx(motion.before["b"])
+    assert poses[2, :2] - poses[1, :2] == pytest.approx(motion.before["b"])
+    assert poses[:3, 2] == pytest.approx(motion.pose["b"][0, 2])
+    assert poses[2:] == pytest.approx(motion.pose["b"][[0, 7, -1]])
+
+
+def test_a_motion_knows_its_draw_of_the_posterior(outcome):
+    motion = motions(outcome, 1)[0]
+    assert place_of(outcome, motion) is None  # of draws that are not its own
+    tree = outcome.idata.copy()
+    draws = tree["posterior"].to_dataset().copy(deep=True)
+    draws["vbx"][2, 45], draws["vby"][2, 45] = motion.before["b"]
+    tree["posterior"] = xr.DataTree(draws)
+    assert place_of(replace(outcome, idata=tree), motion) == (2, 45)

@@ -1,7 +1,8 @@
-"""A few of the posterior's motions, from before the impact to rest, for the pictures."""
+"""The posterior's recorded motions, from before the impact to rest."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,17 +14,23 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
 
+class NoMotion(ValueError):
+    """There is no such motion; the message says which there are."""
+
+
 @dataclass(frozen=True, slots=True)
 class Motion:
     """The motion of both vehicles in one draw, keyed by vehicle (SI units, radians).
 
     Args:
+        number: of the draw among those whose motion is recorded, from 1.
         before: velocity just before the impact, shape (2,).
         speed: its size.
         time: after the impact, shape (steps,), ascending from 0.
         pose: x, y and heading at these times, shape (steps, 3); the last is the rest.
     """
 
+    number: int
     before: dict[str, np.ndarray]
     speed: dict[str, float]
     time: dict[str, np.ndarray]
@@ -39,13 +46,24 @@ class Motion:
         x, y, heading = (np.interp(time, self.time[v], column) for column in self.pose[v].T)
         return float(x), float(y), float(heading)
 
+    def poses(self, v: str, time: np.ndarray) -> np.ndarray:
+        """Poses of a vehicle, shape (n, 3), at times (n,) after the impact, negative ones before it.
 
-def motions(outcome: Outcome, count: int) -> tuple[Motion, ...]:
+        Before the impact it moves at constant velocity, with its heading at impact.
+        """
+        poses = np.stack(
+            [np.interp(time, self.time[v], column) for column in self.pose[v].T], axis=1
+        )
+        poses[:, :2] += np.minimum(time, 0.0)[:, None] * self.before[v]
+        return poses
+
+
+def motions(outcome: Outcome, count: int | None = None) -> tuple[Motion, ...]:
     """Motions of draws, spread evenly over the ranks of B's speed before impact.
 
     Args:
         outcome: the reconstruction.
-        count: how many; an odd number has the median in its middle.
+        count: how many; an odd number has the median in its middle. None for all that are recorded.
 
     Returns:
         The slowest first; fewer where fewer run-outs are recorded, none where none is.
@@ -63,9 +81,11 @@ def motions(outcome: Outcome, count: int) -> tuple[Motion, ...]:
     speed = np.hypot(*before.transpose(2, 0, 1))
     whole = np.flatnonzero(np.all(finite, axis=0))
     ranked = whole[np.argsort(speed[whole, 1], kind="stable")]
-    shares = (np.arange(min(count, len(ranked))) + 0.5) / max(min(count, len(ranked)), 1)
+    count = len(ranked) if count is None else min(count, len(ranked))
+    shares = (np.arange(count) + 0.5) / max(count, 1)
     return tuple(
         Motion(
+            number=int(run) + 1,
             before={v: before[run, i] for i, v in enumerate(VEHICLES)},
             speed={v: float(speed[run, i]) for i, v in enumerate(VEHICLES)},
             time={v: time[run, i] for i, v in enumerate(VEHICLES)},
@@ -73,3 +93,51 @@ def motions(outcome: Outcome, count: int) -> tuple[Motion, ...]:
         )
         for run in ranked[(shares * len(ranked)).astype(int)]
     )
+
+
+def motion_of(found: tuple[Motion, ...], which: str | int) -> Motion:
+    """One of the recorded motions.
+
+    Args:
+        found: all of them, the slowest first.
+        which: "median" or a percentage such as "5%" of B's speed before impact, or a draw's number.
+
+    Returns:
+        The motion.
+
+    Raises:
+        NoMotion: there is none.
+    """
+    if not found:
+        raise NoMotion("the result records no motion: it is of an earlier version, or has no draws")
+    text = "50%" if which == "median" else str(which).replace(" ", "")
+    if percent := re.fullmatch(r"(\d{1,3}(?:\.\d+)?)%", text):
+        share = float(percent[1]) / 100
+        if share <= 1:
+            return found[min(int(share * len(found)), len(found) - 1)]
+    for motion in found:
+        if text == str(motion.number):
+            return motion
+    numbers = [motion.number for motion in found]
+    raise NoMotion(
+        f"no draw {str(which)[:40]!r}: write median, a percentage of B's speed such as 5%, or the "
+        f"number of a draw whose motion is recorded, of {min(numbers)} to {max(numbers)}"
+    )
+
+
+def place_of(outcome: Outcome, motion: Motion) -> tuple[int, int] | None:
+    """Chain and draw of the posterior, from 0, whose motion this is; None where they do not show.
+
+    Args:
+        outcome: that the motion is of.
+        motion: recorded in it.
+    """
+    if "posterior" not in outcome.idata.children:
+        return None
+    draws = outcome.idata["posterior"]
+    if not {"vbx", "vby"} <= set(draws.data_vars):
+        return None
+    x, y = (draws[name].transpose("chain", "draw").values for name in ("vbx", "vby"))
+    off = np.hypot(x - motion.before["b"][0], y - motion.before["b"][1])
+    chain, draw = np.unravel_index(np.argmin(off), off.shape)
+    return (int(chain), int(draw)) if off[chain, draw] < 1e-6 else None

@@ -1,0 +1,43 @@
+"""A table as CSV for spreadsheets, in which no cell is a formula."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+
+_MINUS = "\N{MINUS SIGN}"
+# what a spreadsheet takes for the beginning of a formula (OWASP, CSV injection), wide forms included
+_BEGINS_A_FORMULA = tuple("=+-@\t\r\n＝＋－＠")
+Cell = str | float | int | bool | None
+
+
+def table_csv(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> bytes:
+    """A table as CSV.
+
+    Args:
+        header: names of the columns; empty for none.
+        rows: cells. None is left empty, numbers keep all digits, and texts that begin as a formula would
+            get an apostrophe in front, by which spreadsheets know a text.
+
+    Returns:
+        The file, in UTF-8 with the mark at its beginning that spreadsheets need to see that.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\r\n")
+    for row in [header, *rows] if header else rows:
+        writer.writerow([_plain(cell) for cell in row])
+    return text.getvalue().encode("utf-8-sig")
+
+
+def _plain(cell: Cell) -> str:
+    if cell is None:
+        return ""
+    if not isinstance(cell, str):
+        return repr(cell)
+    number = cell.replace(_MINUS, "-")
+    try:
+        float(number)
+    except ValueError:
+        return f"'{cell}" if cell.lstrip(" ").startswith(_BEGINS_A_FORMULA) else cell
+    return number

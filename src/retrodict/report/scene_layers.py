@@ -1,0 +1,175 @@
+"""The scene from above as the layers of a drawing: what was measured, and the posterior's motions."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retrodict.findings.run_outs import Motion, motion_of, motions
+from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
+from retrodict.interchange.plan_drawing import (
+    Drawing,
+    Ellipse,
+    Layer,
+    Line,
+    Point,
+    Shape,
+    Text,
+    edge_within,
+)
+from retrodict.report import drawing
+from retrodict.report.figure_scene import impact_pose, outline, wheel_paths
+from retrodict.scene.records import VEHICLES, Scene
+
+if TYPE_CHECKING:
+    from retrodict.findings import Findings
+    from retrodict.inference.outcome import Outcome
+
+_WITHIN = 2  # standard deviations, of ellipses
+_ASIDE = 0.25  # m, of a label from its point
+_SOIL = "#8a8468"
+
+
+def scene_drawing(
+    findings: Findings, outcome: Outcome, draw: str | int = "median", before: float = 1.0
+) -> Drawing:
+    """The scene with measured poses and errors, and ways and wheels of posterior draws.
+
+    Args:
+        findings: of the reconstruction.
+        outcome: its draws.
+        draw: whose approach, run-out and wheels are drawn on layers of their own; as of `motion_of`.
+        before: how much of the approach, s.
+
+    Returns:
+        The drawing, in the scene's axes; without ways where none is recorded. Names of a vehicle's
+        layers begin with its letter.
+
+    Raises:
+        NoMotion: motions are recorded, but there is no such draw.
+    """
+    scene, found = findings.scene, motions(outcome)
+    chosen = motion_of(found, draw) if found else None
+    layers: list[Layer] = []
+    if chosen:
+        layers += [each for v in VEHICLES for each in _moved(scene, v, chosen, found, before)]
+    layers += [each for v in VEHICLES for each in _measured(scene, v)]
+    layers += [_contact(scene), Layer("LABELS", drawing.INK, tuple(_labels(scene)))]
+    layers = [layer for layer in layers if layer.shapes]
+    bounds = Drawing("", tuple(layers)).bounds
+    edges = [
+        (surface.name, surface.edge) for surface in scene.surfaces[1:] if surface.edge is not None
+    ]
+    surfaces: list[Shape] = []
+    for name, edge in edges:
+        side = math.pi / 2 if edge.side == "left" else -math.pi / 2
+        inward = np.array([math.cos(edge.direction + side), math.sin(edge.direction + side)])
+        x, y = (np.array([edge.x, edge.y]) + edge.offset.value * inward).tolist()
+        if line := edge_within((x, y), edge.direction, bounds):
+            tx, ty = line.points[0].tolist()
+            surfaces += [line, Text((tx, ty), f"{name}: {edge.side} of this edge")]
+    if surfaces:
+        layers.insert(0, Layer("SURFACES", _SOIL, tuple(surfaces)))
+    layers.append(_notes(findings, chosen, Drawing("", tuple(layers)).bounds))
+    return Drawing(scene.title, tuple(layers))
+
+
+def _measured(scene: Scene, v: str) -> list[Layer]:
+    name, colour, vehicle = v.upper(), drawing.OF_VEHICLE[v], scene.vehicles[v]
+    at_impact = _outlined(outline(vehicle, impact_pose(scene, v)))
+    at_rest: list[Shape] = []
+    error: list[Shape] = []
+    if (rest := scene.rest.get(v)) is not None:
+        x, y = rest.x.value, rest.y.value
+        evidence = scene.evidence()
+        error += _within((x, y), evidence[f"rest_x_{v}"].sd, evidence[f"rest_y_{v}"].sd)
+        at_rest.append(Point((x, y)))
+        if rest.heading is not None:
+            at_rest += _outlined(outline(vehicle, (x, y, rest.heading.value)))
+    marks: list[Shape] = []
+    for number, mark in enumerate(scene.marks.get(v, ()), start=1):
+        marks += [Point((mark.x, mark.y)), _label((mark.x, mark.y), f"{name}{number}")]
+    if (end := scene.end_of_rotation.get(v)) is not None and end.x and end.y:
+        at = (end.x.value, end.y.value)
+        marks += [Point(at), _label(at, f"{name} end of rotation")]
+    return [
+        Layer(f"{name}-IMPACT", colour, tuple(at_impact), dashed=True),
+        Layer(f"{name}-REST", colour, tuple(at_rest)),
+        Layer(f"{name}-REST-ERROR", drawing.INK, tuple(error)),
+        Layer(f"{name}-MARKS", colour, tuple(marks)),
+    ]
+
+
+def _moved(
+    scene: Scene, v: str, chosen: Motion, found: tuple[Motion, ...], before: float
+) -> list[Layer]:
+    name, colour = v.upper(), drawing.OF_VEHICLE[v]
+    way = chosen.pose[v]
+    approach = chosen.poses(v, np.array([-before, 0.0]))[:, :2]
+    wheels = tuple(Line(path) for path in wheel_paths(scene.vehicles[v], way))
+    others = tuple(Line(motion.pose[v][:, :2]) for motion in found)
+    return [
+        Layer(f"{name}-RUN-OUTS", drawing.PALE, others),
+        Layer(f"{name}-WHEELS", drawing.GREY, wheels),
+        Layer(f"{name}-APPROACH", colour, (Line(approach),) if before else ()),
+        Layer(f"{name}-RUN-OUT", colour, (Line(way[:, :2]),)),
+    ]
+
+
+def _contact(scene: Scene) -> Layer:
+    """The impact centre with its error, and the contact line."""
+    contact = scene.contact
+    at = (contact.x.value, contact.y.value)
+    half = 0.45 * max(vehicle.length for vehicle in scene.vehicles.values())
+    along = half * np.array([-math.sin(contact.Gamma.value), math.cos(contact.Gamma.value)])
+    shapes = (
+        Point(at),
+        *_within(at, contact.x.sd, contact.y.sd),
+        Line(at + np.array([-along, along])),
+    )
+    return Layer("IMPACT-POINT", drawing.INK, shapes)
+
+
+def _within(at: tuple[float, float], sd_x: float, sd_y: float) -> list[Shape]:
+    """Two standard deviations about a point: an ellipse, or a line where one of them is 0."""
+    half = np.array([_WITHIN * sd_x, _WITHIN * sd_y])
+    if half.min() > 0:
+        return [Ellipse(at, (float(half[0]), float(half[1])))]
+    return [Line(np.array(at) + np.outer([-1.0, 1.0], half))] if half.max() > 0 else []
+
+
+def _outlined(corners: np.ndarray) -> list[Shape]:
+    return [Line(corners[:4], closed=True), Line(corners[4:], closed=True)]
+
+
+def _labels(scene: Scene) -> list[Shape]:
+    labels = [_label((scene.contact.x.value, scene.contact.y.value), "impact")]
+    for v in VEHICLES:
+        x, y, _ = impact_pose(scene, v)
+        labels.append(_label((x, y), f"{v.upper()} impact"))
+        if v in scene.rest:
+            at = (scene.rest[v].x.value, scene.rest[v].y.value)
+            labels.append(_label(at, f"{v.upper()} rest"))
+    return labels
+
+
+def _label(at: tuple[float, float], text: str) -> Shape:
+    return Text((at[0] + _ASIDE, at[1] + _ASIDE), text)
+
+
+def _notes(
+    findings: Findings, chosen: Motion | None, bounds: tuple[float, float, float, float]
+) -> Layer:
+    """What the drawing is of, below it."""
+    lines = [findings.scene.title]
+    lines += [f"{v.upper()}: {findings.scene.vehicles[v].name}" for v in VEHICLES]
+    lines.append(f"metres; ellipses within {_WITHIN} standard deviations")
+    if chosen:
+        lines.append(f"run-out, approach and wheels of draw {chosen.number}")
+    if not findings.checks.passed:
+        lines.insert(0, f"{NOT_TO_BE_RELIED_ON}: checks of the draws failed")
+    x, y = bounds[0], bounds[2]
+    texts = tuple(Text((x, y - 0.6 * (row + 1)), line) for row, line in enumerate(lines))
+    return Layer("NOTES", drawing.INK, texts)
