@@ -60,7 +60,7 @@ def test_as_many_files_are_named_as_promised_and_one_holds_the_registry(
 
 def test_every_registry_has_a_row() -> None:
     assert {registry for _, registry, *_ in TABLE} == {
-        *("RUNGS", "REPORTED", "ITEMS", "METHODS", "FIGURES", "FORMATS", "READERS")
+        *("RUNGS", "REPORTED", "ITEMS", "METHODS", "FIGURES", "FORMATS", "EXPORTS", "READERS")
     }
 
 

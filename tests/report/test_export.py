@@ -131,6 +131,16 @@ def test_what_cannot_be_exported_is_refused(outcome, tmp_path, asked, said):
     assert not (tmp_path / "new").exists()
 
 
+def test_a_format_that_is_added_is_written(outcome, tmp_path, monkeypatch):
+    def toy(findings, outcome, asked):
+        return {"deep/toy.txt": findings.scene.title.encode()}
+
+    monkeypatch.setitem(EXPORTS, "toy", toy)
+    (file,) = Result(outcome).export(tmp_path, ["TOY"])
+    assert file == tmp_path / "deep" / "toy.txt"
+    assert file.read_text() == outcome.scene.title
+
+
 def test_a_draw_that_there_is_not_writes_nothing(outcome, tmp_path):
     with pytest.raises(NoMotion):
         Result(outcome).export(tmp_path / "new", draws=[61])
