@@ -376,11 +376,12 @@ def export(
         ),
     ],
     formats: Annotated[
-        str,
+        str | None,
         typer.Option(
-            "--format", help="motion, dxf, svg, tables, netcdf, parquet, or several with commas"
+            "--format",
+            help="motion, dxf, svg, tables, netcdf, parquet, or several with commas [default: all]",
         ),
-    ] = "motion,dxf,svg,tables,netcdf,parquet",
+    ] = None,
     draw: Annotated[
         list[str] | None,
         typer.Option(
@@ -412,16 +413,15 @@ def export(
         from retrodict.findings.run_outs import NoMotion
         from retrodict.findings.stored import NotStored
         from retrodict.report.archive import NotArchived
-        from retrodict.report.export import DRAWS, Asked, NotExported, checked
+        from retrodict.report.export import Asked, NotExported, checked
         from retrodict.result import load
 
-        draws = tuple(draw or DRAWS)
         try:
-            wanted = checked(formats.split(","), Asked(draws, rate, before, units.value))
+            wanted = checked(() if formats is None else formats.split(","), Asked((), rate, before))
             found = load(result)
             progress(_WRITING, 0, 1)
             files = found.export(
-                folder, wanted, draws=draws, rate=rate, before=before, units=units.value
+                folder, wanted, draws=draw or (), rate=rate, before=before, units=units.value
             )
             progress(_WRITING, 1, 1)
         except (NotStored, NotArchived, NotExported, NoMotion) as error:

@@ -239,7 +239,7 @@ class Result:
         directory: str | Path,
         formats: Iterable[str] = (),
         *,
-        draws: Iterable[str | int] = ("median", "5%", "95%"),
+        draws: Iterable[str | int] = (),
         rate: float = 30.0,
         before: float = 1.0,
         units: Units = "si",
@@ -250,7 +250,7 @@ class Result:
             directory: made where missing; files of the same names in it are replaced together.
             formats: motion, dxf, svg, tables, netcdf or parquet; all for none.
             draws: whose motion: "median" or a percentage of B's speed before impact, or the number of a
-                draw whose motion is recorded. Drawings show the first of them.
+                draw whose motion is recorded; the median, 5% and 95% for none. Drawings show the first.
             rate: of motions, frames a second.
             before: how long before the impact motions begin, s.
             units: of tables, "si" or "us".
@@ -264,9 +264,9 @@ class Result:
             MissingLibrary: dxf or parquet need a library that is not installed.
             OSError: something could not be written; then nothing in the directory has changed.
         """
-        from retrodict.report.export import Asked, write_export
+        from retrodict.report.export import DRAWS, Asked, write_export
 
-        asked = Asked(tuple(draws), rate, before, units)
+        asked = Asked(tuple(draws) or DRAWS, rate, before, units)
         return write_export(self.findings, self.outcome, Path(directory), formats, asked)
 
     def save(

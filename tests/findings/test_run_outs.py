@@ -64,7 +64,7 @@ def test_a_motion_that_there_is_not_is_refused_with_those_there_are(outcome, whi
 
 
 def test_without_motions_the_reason_is_given():
-    with pytest.raises(NoMotion, match="records no motion"):
+    with pytest.raises(NoMotion, match="no motion of a draw is recorded"):
         motion_of((), "median")
 
 

@@ -141,6 +141,15 @@ def test_a_format_that_is_added_is_written(outcome, tmp_path, monkeypatch):
     assert file.read_text() == outcome.scene.title
 
 
+@pytest.mark.parametrize(("name", "refused"), [("motion", NoMotion), ("parquet", NotExported)])
+def test_a_format_that_needs_draws_is_left_out_without_them(outcome, name, refused):
+    found, empty = Result(outcome).findings, replace(outcome, idata=xr.DataTree())
+    with pytest.raises(refused, match=f"leave {name} out"):
+        EXPORTS[name](found, empty, Asked())
+    for other in sorted(EXPORTS.keys() - {"motion", "parquet"}):
+        assert EXPORTS[other](found, empty, Asked())
+
+
 def test_a_draw_that_there_is_not_writes_nothing(outcome, tmp_path):
     with pytest.raises(NoMotion):
         Result(outcome).export(tmp_path / "new", draws=[61])

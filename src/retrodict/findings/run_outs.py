@@ -43,8 +43,8 @@ class Motion:
 
     def pose_at(self, v: str, time: float) -> tuple[float, float, float]:
         """Pose of a vehicle at a time (s) after the impact; at rest after its last."""
-        x, y, heading = (np.interp(time, self.time[v], column) for column in self.pose[v].T)
-        return float(x), float(y), float(heading)
+        ((x, y, heading),) = self.poses(v, np.array([time])).tolist()
+        return x, y, heading
 
     def poses(self, v: str, time: np.ndarray) -> np.ndarray:
         """Poses of a vehicle, shape (n, 3), at times (n,) after the impact, negative ones before it.
@@ -109,7 +109,7 @@ def motion_of(found: tuple[Motion, ...], which: str | int) -> Motion:
         NoMotion: there is none.
     """
     if not found:
-        raise NoMotion("the result records no motion: it is of an earlier version, or has no draws")
+        raise NoMotion("no motion of a draw is recorded in the result; leave motion out")
     text = "50%" if which == "median" else str(which).replace(" ", "")
     if percent := re.fullmatch(r"(\d{1,3}(?:\.\d+)?)%", text):
         share = float(percent[1]) / 100

@@ -51,7 +51,7 @@ class Asked:
     """How a result is exported.
 
     Args:
-        draws: whose motion; see `retrodict.findings.run_outs.motion_of`. Drawings show the first.
+        draws: whose motion; as of `motion_of`, at least one. Drawings show the first.
         rate: frames a second.
         before: how long before the impact a motion begins, s; whole frames, at least so many.
         units: of tables.
@@ -68,7 +68,7 @@ Files = dict[str, bytes]  # what they hold, by path
 
 def motion_files(findings: Findings, outcome: Outcome, asked: Asked) -> Files:
     """Motions, one CSV a vehicle and draw, and `motion.json`, which says what they are of."""
-    found, files, entries = motions(outcome), dict[str, bytes](), []
+    found, files, entries = motions(outcome), Files(), []
     lead = math.ceil(round(asked.before * asked.rate, 6))
     impact = float(frame_times(asked.rate, lead + 1)[lead])
     for which in dict.fromkeys(asked.draws):
@@ -84,9 +84,7 @@ def motion_files(findings: Findings, outcome: Outcome, asked: Asked) -> Files:
             {
                 "asked": str(which),
                 "number": motion.number,
-                "posterior": None
-                if place is None
-                else dict(zip(("chain", "draw"), place, strict=True)),
+                "posterior": place and dict(zip(("chain", "draw"), place, strict=True)),
                 "speed": motion.speed,
                 "files": names,
             }
@@ -139,7 +137,10 @@ def netcdf_file(findings: Findings, outcome: Outcome, asked: Asked) -> Files:
 def parquet_file(findings: Findings, outcome: Outcome, asked: Asked) -> Files:
     """The posterior draws as a Parquet table, in SI units and radians."""
     imported("pyarrow", "a Parquet file", _EXTRA)
-    rows = posterior_of(outcome).stack(row=("chain", "draw"), create_index=False)
+    draws = posterior_of(outcome)
+    if not draws.sizes:
+        raise NotExported("the result has no draws; leave parquet out")
+    rows = draws.stack(row=("chain", "draw"), create_index=False)
     columns = {str(name): np.asarray(values) for name, values in rows.variables.items()}
     attributes = {
         str(name): {key: str(values.attrs[key]) for key in ("unit", "label") if key in values.attrs}
@@ -207,7 +208,7 @@ def write_export(
         The files.
 
     Raises:
-        NotExported: there is no such format.
+        NotExported: there is no such format, or there are no draws for it.
         NoMotion: there is no such draw, or no motion is recorded.
         MissingLibrary: a format needs a library that is not installed.
         OSError: something could not be written; then nothing in the folder has changed.
@@ -221,7 +222,7 @@ def write_export(
 
 
 def _drawing(findings: Findings, outcome: Outcome, asked: Asked) -> Drawing:
-    return scene_drawing(findings, outcome, (*asked.draws, *DRAWS)[0], asked.before)
+    return scene_drawing(findings, outcome, asked.draws[0], asked.before)
 
 
 def _tables(section: Section) -> Iterator[tuple[str, Table]]:
