@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -35,6 +36,11 @@ DEGREE = np.pi / 180
 ASKED = ("speed_b", "e", "mu", "e_m")
 _CLOSING = {"slow": (0.3, 3.0), "grazing": (0.3, 6.0)}  # along the normal, m/s; others from 3 on
 _GRAZING = 0.25  # of the speed along the contact line, at most
+
+_audit, _contact_velocity, _critical_mu, _separation = map(
+    jax.jit, (audit, contact_velocity, critical_mu, separation)
+)
+_rest = jax.jit(rest, static_argnames="steps")
 
 
 def scene(rng: np.random.Generator, kind: str = "ordinary") -> tuple[Scene, dict[str, float]]:
@@ -130,19 +136,19 @@ def _crash(rng: np.random.Generator, kind: str) -> tuple[Scene, dict[str, float]
         [-speed_a, 0.0, 0.0, speed_b * np.cos(course), speed_b * np.sin(course), 0.0]
     )
     bodies = Bodies(*mass, *inertia, *lever_arms(*lever), Gamma)
-    meeting = np.asarray(contact_velocity(approach, bodies))
+    meeting = np.asarray(_contact_velocity(approach, bodies))
     closing, along = meeting @ normal, abs(meeting[0] * normal[1] - meeting[1] * normal[0])
     least, most = _CLOSING.get(kind, (3.0, np.inf))
     if not least <= closing < most or (kind == "grazing" and closing > _GRAZING * along):
         return None
     truth |= {"speed_b": speed_b, "e": abs(rng.normal(0, 0.15)), "e_m": rng.uniform(0.2, 1)}
-    limit = float(critical_mu(approach, bodies, truth["e"], truth["e_m"]))
+    limit = float(_critical_mu(approach, bodies, truth["e"], truth["e_m"]))
     truth["mu"] = limit * rng.uniform(0.2, 0.95)
     coefficients = Coefficients(truth["e"], truth["mu"], truth["e_m"])
-    energy = audit(approach, bodies, coefficients)
+    energy = _audit(approach, bodies, coefficients)
     if abs(truth["mu"]) > 1 or truth["e"] > 0.5 or energy.after > energy.before:
         return None
-    after = np.asarray(separation(approach, bodies, coefficients)).reshape(2, 3)
+    after = np.asarray(_separation(approach, bodies, coefficients)).reshape(2, 3)
     if np.abs(after[:, 2]).max() > 12:
         return None
 
@@ -154,7 +160,7 @@ def _crash(rng: np.random.Generator, kind: str) -> tuple[Scene, dict[str, float]
     for i, v in enumerate("ab"):
         pose = jnp.array([*-lever[i], heading[i]])
         car = Car(inertia[i] / mass[i], front[i], rear[i], track[i])
-        x, y, turned = np.asarray(rest(pose, jnp.asarray(after[i]), car, ground, 1000))
+        x, y, turned = np.asarray(_rest(pose, jnp.asarray(after[i]), car, ground, steps=1000))
         rests[v] = Rest(measure(x, 0.2), measure(y, 0.2), measure(turned, 4 * DEGREE), True)
 
     def vehicle(i: int) -> Vehicle:
