@@ -6,18 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from retrodict import findings
 from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, verbal
 from retrodict.result import Result
 from retrodict.scene.asked import Comparison, Questions, read_proposition
 from retrodict.scene.case import Case
 from retrodict.scene.errors import SceneError
 from retrodict.studies.probability import probability
-from tests.report.conftest import fail
+from tests.report.conftest import fail, found_of
 
 
 def answers(outcome, kind):
-    return [each for each in findings.compute(outcome).questions if each.kind == kind]
+    return [each for each in found_of(outcome).questions if each.kind == kind]
 
 
 def test_a_probability_is_printed_to_its_error(asked):
@@ -79,13 +78,13 @@ def test_a_question_that_cannot_be_answered_says_what_to_write(outcome, asked):
 
 
 def test_a_withheld_result_answers_no_question(asked):
-    for each in findings.compute(fail(asked)).questions:
+    for each in found_of(fail(asked)).questions:
         assert each.sentences == (WITHHELD,)
         assert (each.numbers, each.rows) == (None, ())
 
 
 def test_a_table_has_a_cell_for_each_column(asked):
-    found = findings.compute(asked).questions
+    found = found_of(asked).questions
     tables = [each for each in found if each.header]
     assert {each.kind for each in tables} >= {"time_distance", "one_at_a_time", "checks"}
     for each in tables:
@@ -96,7 +95,7 @@ def test_a_table_has_a_cell_for_each_column(asked):
 def test_what_is_not_asked_is_not_answered(outcome):
     quiet = Questions(one_at_a_time=False, checks=False)
     made = replace(outcome, scene=replace(outcome.scene, questions=quiet))
-    assert findings.compute(made).questions == ()
+    assert found_of(made).questions == ()
 
 
 def test_a_notebook_asks_one_question(outcome):
@@ -111,9 +110,7 @@ def test_named_checks_compare_what_was_measured(sparse, outcome):
     """A's recorded delta-v, forward, against what all else says of it."""
     (found,) = answers(sparse, "checks")
     check = next(c for c in found.numbers if c.name == "delta-v" and c.measured is not None)
-    item = next(
-        i for i in findings.compute(sparse).left_out if i.name == "departure_delta_v_forward_a"
-    )
+    item = next(i for i in found_of(sparse).left_out if i.name == "departure_delta_v_forward_a")
     assert (check.measured, check.predicted) == (item.value, item.expected)
     assert check.off == pytest.approx((item.value - item.expected) / item.expected_sd)
     (without,) = answers(outcome, "checks")

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from retrodict.findings import compute
 from retrodict.findings.sentences import WITHHELD, assumptions
 from retrodict.findings.summary import (
     summarise,
 )
+from tests.report.conftest import found_of
 
 
 def test_what_a_run_out_misses_is_an_assumption(outcome, rolled):
@@ -16,7 +16,7 @@ def test_what_a_run_out_misses_is_an_assumption(outcome, rolled):
     assert "B's heading by 8.0 deg after 20 m of it" in heading
     assert "each coordinate of B's place by 4.0 % of its way from the impact" in place
     assert "judgement" in place
-    assert summarise(compute(rolled))["assumptions"] == list(assumptions(rolled))
+    assert summarise(found_of(rolled))["assumptions"] == list(assumptions(rolled))
     whole = replace(rolled.scene, rest=outcome.scene.rest)
     heading = assumptions(replace(rolled, scene=whole))[-1]
     assert "B's heading by 8.0 deg after 20 m of it" in heading
@@ -35,16 +35,16 @@ def test_what_is_of_a_class_is_an_assumption_and_named_as_assumed(outcome):
 
 
 def test_answer_gives_the_speed_with_its_interval_in_both_systems(outcome):
-    assert compute(outcome).answers["si"] == (
+    assert found_of(outcome).answers["si"] == (
         "Vehicle B (saloon B) was travelling at about 19.1 m/s (69 km/h; 43 mph) before impact; "
         "given the model and the inputs below, with 95 % probability between "
         "17.5 and 21.0 m/s (63 and 76 km/h; 39 and 47 mph)."
     )
-    assert "about 43 mph (19.1 m/s; 69 km/h)" in compute(outcome).answers["us"]
+    assert "about 43 mph (19.1 m/s; 69 km/h)" in found_of(outcome).answers["us"]
 
 
 def test_answer_states_both_speeds_where_neither_is_known(sparse):
-    of_a, of_b = compute(sparse).answers["si"].split(". ")
+    of_a, of_b = found_of(sparse).answers["si"].split(". ")
     assert of_a.startswith(
         "Vehicle A (saloon A) was travelling at about 20.3 m/s (73 km/h; 45 mph)"
     )
@@ -53,7 +53,7 @@ def test_answer_states_both_speeds_where_neither_is_known(sparse):
 
 def test_each_speed_is_withheld_by_its_own_checks(sparse):
     half = replace(sparse, checks=replace(sparse.checks, failed=("speed_a",)))
-    of_a, of_b = compute(half).answers["si"].split(". ")
+    of_a, of_b = found_of(half).answers["si"].split(". ")
     assert of_a == (
         "Vehicle A (saloon A): its speed before impact is withheld, because checks of the draws failed"
     )
@@ -61,6 +61,6 @@ def test_each_speed_is_withheld_by_its_own_checks(sparse):
 
 
 def test_answer_is_withheld_when_checks_fail(failing):
-    text = compute(failing).answers["si"]
+    text = found_of(failing).answers["si"]
     assert WITHHELD in text
     assert not any(c.isdigit() for c in text)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict.findings import compute
 from retrodict.findings.statistics import statistics
 from tests.findings.test_summary import with_posterior
+from tests.report.conftest import found_of
 
 
 def test_statistics_are_those_of_the_draws(outcome):
     draws = outcome.idata["posterior"]["speed_b"].values
-    found = compute(outcome).quantities["speed_b"]
+    found = found_of(outcome).quantities["speed_b"]
     assert found.mean == pytest.approx(draws.mean())
     assert found.median == pytest.approx(np.median(draws))
     assert found.sd == pytest.approx(draws.std(ddof=1))
@@ -36,13 +36,13 @@ def test_shortest_intervals_of_normal_draws_are_known(outcome, level, z):
 
 def test_chains_that_disagree_show_in_rhat(outcome):
     apart = np.random.default_rng(0).normal(size=(4, 500)) + np.arange(4)[:, None]
-    found = compute(with_posterior(outcome, e_m=apart)).quantities["e_m"]
+    found = found_of(with_posterior(outcome, e_m=apart)).quantities["e_m"]
     assert found.rhat > 1.2
     assert found.ess_bulk < 50
 
 
 def test_a_parameter_that_failed_its_own_checks_says_so(failing):
-    found = compute(failing)
+    found = found_of(failing)
     assert [name for name, each in found.quantities.items() if not each.passed] == ["e_m"]
     assert all(each.withheld for each in found.derived.values())
 
@@ -50,12 +50,12 @@ def test_a_parameter_that_failed_its_own_checks_says_so(failing):
 def test_correlations_are_those_of_the_draws_of_pairs_that_vary(outcome):
     draws = outcome.idata["posterior"].to_dataset()
     r = np.corrcoef(draws["speed_b"].values.ravel(), draws["mu"].values.ravel())[0, 1]
-    assert compute(outcome).correlations["speed_b", "mu"] == pytest.approx(r)
-    still = compute(with_posterior(outcome, e=np.full((4, 500), 0.1))).correlations
+    assert found_of(outcome).correlations["speed_b", "mu"] == pytest.approx(r)
+    still = found_of(with_posterior(outcome, e=np.full((4, 500), 0.1))).correlations
     assert set(still) == {("speed_b", "e_m"), ("speed_b", "mu"), ("e_m", "mu")}
 
 
 def test_digits_to_print_follow_unit_and_monte_carlo_error(outcome):
-    precision = compute(outcome).quantities["speed_b"].precision
+    precision = found_of(outcome).quantities["speed_b"].precision
     assert (precision["si"].unit.symbol, precision["us"].unit.symbol) == ("m/s", "mph")
     assert (precision["si"].decimals, precision["us"].of_level[95]) == (1, 0)

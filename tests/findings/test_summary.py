@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict.findings import compute
 from retrodict.findings.summary import (
     holds_answer,
     read_summary,
@@ -19,6 +18,7 @@ from retrodict.findings.summary import (
 from retrodict.inference.outcome import Checks
 from retrodict.report.results import result_rows
 from retrodict.scene.quantities import DERIVED
+from tests.report.conftest import found_of
 
 NAMES = ["speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b"]
 STATISTICS = {
@@ -37,7 +37,7 @@ def with_posterior(outcome, **variables):
 
 
 def test_summary_has_exactly_the_agreed_structure(outcome):
-    found = summarise(compute(outcome))
+    found = summarise(found_of(outcome))
     assert list(found) == [
         "schema", "scene", "model", "assumptions", "parameters", "derived", "hours", "correlations",
         "measured", "checks", "verdict", "question", "answers", "seconds", "versions", "seed",
@@ -60,16 +60,16 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
 
 def test_a_known_speed_is_no_result_and_an_unknown_one_is(outcome, sparse):
     assert "speed_a" in outcome.idata["posterior"]  # among the inputs
-    assert "speed_a" not in summarise(compute(outcome))["parameters"]
+    assert "speed_a" not in summarise(found_of(outcome))["parameters"]
     speeds = ["speed_a", "speed_b", "initial_speed_b"]
-    assert list(summarise(compute(sparse))["parameters"]) == speeds + NAMES[1:]
-    assert [row.name for row in result_rows(compute(sparse), "si")] == speeds + NAMES[1:]
+    assert list(summarise(found_of(sparse))["parameters"]) == speeds + NAMES[1:]
+    assert [row.name for row in result_rows(found_of(sparse), "si")] == speeds + NAMES[1:]
 
 
 def test_summary_is_strict_json_where_numbers_are_missing(outcome):
     holes = with_posterior(outcome, e=np.full((4, 500), np.nan), mu=np.full((4, 500), np.nan))
     holes = replace(holes, checks=Checks(0, float("nan"), float("inf"), 1.0, False))
-    found = json.loads(json.dumps(summarise(compute(holes)), allow_nan=False))
+    found = json.loads(json.dumps(summarise(found_of(holes)), allow_nan=False))
     assert found["parameters"]["e"]["mean"] is None
     assert found["parameters"]["mu"]["hdi_90"] == [None, None]
     assert not found["parameters"]["mu"]["passed"]
@@ -78,11 +78,11 @@ def test_summary_is_strict_json_where_numbers_are_missing(outcome):
 
 
 def test_summary_survives_without_a_posterior(outcome, drop):
-    json.dumps(summarise(compute(drop(outcome, "posterior"))), allow_nan=False)
+    json.dumps(summarise(found_of(drop(outcome, "posterior"))), allow_nan=False)
 
 
 def test_frame_has_numbers_in_the_units_asked_for(outcome):
-    si, us = summary_frame(compute(outcome)), summary_frame(compute(outcome), "us")
+    si, us = summary_frame(found_of(outcome)), summary_frame(found_of(outcome), "us")
     derived = [name for name in DERIVED if name in outcome.idata["posterior"] or "pdof" in name]
     assert list(si.index) == [*NAMES, *derived]
     assert {"delta_v_a", "delta_v_b", "pdof_a", "pdof_b"} < set(si.index)
@@ -96,7 +96,7 @@ def test_frame_has_numbers_in_the_units_asked_for(outcome):
 
 
 def test_frame_of_a_failed_run_says_so_and_hides_what_failed(failing):
-    frame = summary_frame(compute(failing))
+    frame = summary_frame(found_of(failing))
     assert frame.loc["e_m", "checks"] == "failed"
     assert frame.loc["e_m", ["mean", "sd", "median", "hdi_50_low", "hdi_95_high"]].isna().all()
     assert frame.loc["e_m", "rhat"] > 0
@@ -110,9 +110,9 @@ def test_a_file_of_another_run_shows(outcome, tmp_path):
     (tmp_path / "figures").mkdir()
     for name, content in beside.items():
         (tmp_path / name).write_bytes(content)
-    (tmp_path / "summary.json").write_bytes(summary_json(compute(outcome), beside))
+    (tmp_path / "summary.json").write_bytes(summary_json(found_of(outcome), beside))
     found = read_summary(tmp_path)
-    assert {k: v for k, v in found.items() if k != "files"} == summarise(compute(outcome))
+    assert {k: v for k, v in found.items() if k != "files"} == summarise(found_of(outcome))
     assert strangers(tmp_path) == ()
     (tmp_path / "figures" / "scene.png").write_bytes(b"PNG of another run")
     (tmp_path / "report.html").unlink()
@@ -122,7 +122,7 @@ def test_a_file_of_another_run_shows(outcome, tmp_path):
 def test_only_a_finished_run_whose_checks_passed_is_an_answer(outcome, tmp_path):
     assert not holds_answer(tmp_path)
     for complete in (True, False):
-        summary = summary_json(compute(replace(outcome, complete=complete)), {})
+        summary = summary_json(found_of(replace(outcome, complete=complete)), {})
         (tmp_path / "summary.json").write_bytes(summary)
         assert holds_answer(tmp_path) == complete
     (tmp_path / "summary.json").write_text("[torn")

@@ -12,7 +12,9 @@ import xarray as xr
 from arviz_base import from_dict
 from retrodict.models.description import Description
 
+from retrodict.findings import Findings
 from retrodict.inference.outcome import Checks, Outcome
+from retrodict.result import Result
 from retrodict.scene.questions import questions_from
 from retrodict.scene.records import (
     VEHICLES,
@@ -293,6 +295,14 @@ def without(outcome: Outcome, group: str) -> Outcome:
     """The same outcome with one group fewer."""
     kept = {name: tree for name, tree in outcome.idata.children.items() if name != group}
     return replace(outcome, idata=xr.DataTree(children={k: t.copy() for k, t in kept.items()}))
+
+
+_RESULTS: dict[int, Result] = {}
+
+
+def found_of(outcome: Outcome) -> Findings:
+    """The findings of an outcome that many tests share, computed once."""
+    return _RESULTS.setdefault(id(outcome), Result(outcome)).findings
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ from retrodict.inference.outcome import Checks
 from retrodict.report.blocks import Section, Table
 from retrodict.report.content import content
 from retrodict.report.figures import Registered, to_png
+from tests.report.conftest import found_of
 
 EVIL = '<script>alert(1)</script> {{7*7}} #read("/etc/passwd") \x1b[2J $x$ *b*'
 EVIL_PRINTED = EVIL.replace("\x1b", "\\x1b")
@@ -48,7 +49,8 @@ def document_of(outcome, units="si", case=None, ladder=None, **changes):
     figures = {
         "scene": Registered(None, "The scene", "Drawn to scale. With a legend.", "first page")
     }
-    found = replace(findings.compute(outcome, ladder), **changes)
+    found = findings.compute(outcome, ladder) if ladder else found_of(outcome)
+    found = replace(found, **changes)
     return content(found, {"scene": small_png()}, figures, units, case)
 
 

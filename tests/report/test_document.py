@@ -7,11 +7,11 @@ import sys
 import docx
 import pytest
 
-from retrodict import findings
 from retrodict.report import document, figures, files
 from retrodict.report.blocks import Table
 from retrodict.report.document import FORMATS, UnknownFormat, renderers, write_report
 from retrodict.report.libraries import MissingLibrary
+from tests.report.conftest import found_of
 from tests.report.documents import (
     EVIL,
     EVIL_PRINTED,
@@ -71,7 +71,7 @@ def test_a_strangers_text_shows_as_text(outcome, suffix):
 def test_a_new_format_is_one_function_and_one_line(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {})
     monkeypatch.setitem(FORMATS, "toy", lambda document: json.dumps(document.title).encode())
-    path = write_report(findings.compute(outcome), outcome, tmp_path / "deep" / "report.toy")
+    path = write_report(found_of(outcome), outcome, tmp_path / "deep" / "report.toy")
     assert json.loads(path.read_bytes()) == outcome.scene.title
     assert [p.name for p in path.parent.iterdir()] == ["report.toy"]
 
@@ -80,7 +80,7 @@ def test_an_unknown_format_and_a_missing_library_are_reported_in_a_line(
     outcome, tmp_path, monkeypatch
 ):
     with pytest.raises(UnknownFormat, match=r"'odt': choose of html, pdf, docx"):
-        write_report(findings.compute(outcome), outcome, tmp_path / "report.odt")
+        write_report(found_of(outcome), outcome, tmp_path / "report.odt")
     assert list(renderers([" PDF", "html"])) == ["pdf", "html"]
     monkeypatch.setitem(sys.modules, "typst", None)
     with pytest.raises(MissingLibrary, match=r"pip install 'retrodict\[documents\]'"):
@@ -99,5 +99,5 @@ def test_a_failing_write_leaves_the_old_report(outcome, tmp_path, monkeypatch):
 
     monkeypatch.setattr(files.os, "replace", refuse)
     with pytest.raises(OSError, match="disk full"):
-        write_report(findings.compute(outcome), outcome, path)
+        write_report(found_of(outcome), outcome, path)
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("report.html", "old")]

@@ -12,7 +12,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Ellipse, Polygon, Wedge
 from matplotlib.text import Text
 
-from retrodict import findings
 from retrodict.findings.run_outs import motions
 from retrodict.report import figures, files
 from retrodict.report.drawing import IMAGES, new_figure
@@ -20,6 +19,7 @@ from retrodict.report.figure_scene import half_plane, impact_pose, outline, plan
 from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
 from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
+from tests.report.conftest import found_of
 from tests.shared.scene_file import SCENE, stripped
 
 NEEDS = (
@@ -34,7 +34,7 @@ NEEDS = (
 
 
 def drawn(name, outcome, units="si"):
-    return FIGURES[name].draw(findings.compute(outcome), outcome, units)
+    return FIGURES[name].draw(found_of(outcome), outcome, units)
 
 
 def words(figure):
@@ -47,7 +47,7 @@ def test_a_figure_shows_itself_in_a_notebook() -> None:
 
 
 def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
-    paths = save_figures(findings.compute(outcome), outcome, tmp_path / "new", "si")
+    paths = save_figures(found_of(outcome), outcome, tmp_path / "new", "si")
     assert [p.stem for p in paths] == list(FIGURES)
     for path in paths:
         image = matplotlib.image.imread(path)
@@ -119,7 +119,7 @@ def test_marks_and_directions_are_drawn_where_they_were_measured(sparse):
 
 def test_every_item_of_evidence_has_its_row(sparse):
     text = words(drawn("predictive", sparse, "si"))
-    for row in findings.compute(sparse).measured:
+    for row in found_of(sparse).measured:
         assert row.measured.sd == 0 or row.label in text
     assert "0.00 ± 0.15 m *" in text
 
@@ -198,7 +198,7 @@ def test_the_scene_is_saved_as_a_drawing_that_holds_no_text_to_run(outcome):
     odd = replace(outcome.scene.surfaces[1], name="<script>alert(1)</script>")
     scene = replace(outcome.scene, surfaces=(outcome.scene.surfaces[0], odd))
     found = replace(outcome, scene=scene)
-    (drawing,) = figures.svgs(findings.compute(found), found).values()
+    (drawing,) = figures.svgs(found_of(found), found).values()
     root = fromstring(drawing)
     names = {element.tag.rpartition("}")[2] for element in root.iter()}
     assert "script" not in names
@@ -256,7 +256,7 @@ def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {"scene": FIGURES["scene"]})
     monkeypatch.setattr(figures, "to_png", lambda _: b"new")
     with pytest.raises(OSError, match="disk full"):
-        save_figures(findings.compute(outcome), outcome, tmp_path, "si")
+        save_figures(found_of(outcome), outcome, tmp_path, "si")
     assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("scene.png", b"old")]
 
 
@@ -266,9 +266,9 @@ def test_the_report_room_opens_without_matplotlib():
 
 
 def test_times_and_distances_are_drawn_where_they_were_asked(outcome, asked):
-    found = findings.compute(asked)
+    found = found_of(asked)
     assert set(figures_of(found)) - set(FIGURES) == {"timeline"}
-    assert set(figures_of(findings.compute(outcome))) == set(FIGURES)
+    assert set(figures_of(found_of(outcome))) == set(FIGURES)
     drawn_in = {
         units: ASKED["timeline"].draw(found, asked, units).axes[0] for units in ("si", "us")
     }
@@ -280,7 +280,7 @@ def test_times_and_distances_are_drawn_where_they_were_asked(outcome, asked):
 
 
 def test_the_tornado_s_longest_bar_is_the_largest_effect(outcome):
-    found = findings.compute(outcome)
+    found = found_of(outcome)
     (effects,) = [q.numbers for q in found.questions if q.kind == "one_at_a_time"]
     axes = FIGURES["tornado"].draw(found, outcome, "us").axes[0]
     widths = [bar.get_width() * 0.44704 for bar in axes.patches[::2]]

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from retrodict import findings
 from retrodict.findings.run_outs import motions
 from retrodict.report.replay_html import replay_fragment, replay_script_hash
+from tests.report.conftest import found_of
 
 
 class Page(HTMLParser):
@@ -38,7 +38,7 @@ class Page(HTMLParser):
 
 
 def fragment(outcome, units="si"):
-    return replay_fragment(findings.compute(outcome), outcome, units)
+    return replay_fragment(found_of(outcome), outcome, units)
 
 
 def test_the_script_moves_the_vehicles_as_the_draws_do(outcome):
@@ -75,7 +75,7 @@ def test_no_text_of_the_scene_ends_an_element(outcome):
     vehicles = {v: replace(each, name=evil) for v, each in outcome.scene.vehicles.items()}
     surfaces = tuple(replace(each, name=evil) for each in outcome.scene.surfaces)
     plain = Page(fragment(outcome))
-    found = findings.compute(outcome)
+    found = found_of(outcome)
     scene = replace(outcome.scene, vehicles=vehicles, surfaces=surfaces)
     page = Page(replay_fragment(replace(found, scene=scene), outcome))
     assert [tag for tag, _ in page.tags] == [tag for tag, _ in plain.tags]

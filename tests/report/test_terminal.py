@@ -4,13 +4,13 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from retrodict import findings
 from retrodict.report.terminal import print_summary
+from tests.report.conftest import found_of
 
 
 def printed(outcome, units="si", width=140):
     out = io.StringIO()
-    print_summary(findings.compute(outcome), Console(file=out, width=width), units)
+    print_summary(found_of(outcome), Console(file=out, width=width), units)
     return out.getvalue()
 
 
