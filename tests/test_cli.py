@@ -196,9 +196,8 @@ def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) 
 
 
 def test_too_few_draws_are_marked_as_not_to_be_relied_on(tmp_path: Path) -> None:
-    done = run(
-        "reconstruct", SCENE, "--out", tmp_path / "few", "--method", "importance", "--draws", 20
-    )
+    asked = ("--model", "planar-moment+spin", "--method", "importance", "--draws", 20)
+    done = run("reconstruct", SCENE, "--out", tmp_path / "few", *asked)
     assert done.returncode == 0, done.stderr
     assert "NOT TO BE RELIED ON" in done.stdout
     summary = json.loads((tmp_path / "few" / "summary.json").read_text())
