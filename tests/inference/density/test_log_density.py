@@ -10,6 +10,7 @@ from numpyro.infer.util import log_density
 from retrodict.models import RUNGS
 from retrodict.models.arrays import steps_of
 
+from retrodict.inference.density.kernels import POTENTIAL
 from retrodict.inference.fitting.posterior import Posterior, prepare
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.studies.calibration import design
@@ -35,6 +36,11 @@ def rolling() -> Posterior:
     return prepare(rolls(collision(share=0.0), "b", (0.9, 0.3, 0.2, 0.2)), RUNG)
 
 
+def steered(posterior: Posterior, w: np.ndarray) -> tuple[jax.Array, jax.Array]:
+    """The potential and its gradient, by one program for all tests of a structure."""
+    return posterior.programs(POTENTIAL, w, posterior.data, posterior.transform)
+
+
 @pytest.mark.parametrize(
     ("named", "near"),
     [
@@ -57,11 +63,10 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
         )
         return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
 
-    steered = jax.jit(jax.value_and_grad(posterior.programs.target.potential))
     rng, n = np.random.default_rng(0), transform.spread.shape[1]
     apart, h = [], 0.02
     for w in rng.normal(size=(20, n)):
-        value, gradient = steered(jnp.array(w), data, transform)
+        value, gradient = steered(posterior, w)
         assert value == pytest.approx(float(potential(jnp.array(w))), abs=1e-9)
         ends = [potential(jnp.array(w + h * step)) for step in (*np.eye(n), *-np.eye(n))]
         slope = (np.array(ends[:n]) - np.array(ends[n:])) / (2 * h)
@@ -86,7 +91,6 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
     Five softnesses deep, up to nine standard deviations out, it is false by up to a quarter.
     """
     posterior = prepare(at_rest(design(), rest), RUNG)
-    steered = jax.jit(jax.grad(posterior.programs.target.potential))
     constraints, h, n = posterior.transform.constraints, 1e-5, posterior.size
     meeting = [
         list(constraints.order).index(place) for place in (0, 2)
@@ -97,7 +101,7 @@ def test_the_gradient_holds_where_the_closing_speed_vanishes(
         w = np.linalg.lstsq(posterior.transform.spread, away)[0]
         ends = posterior.log_density(w + h * np.concatenate([np.eye(n), -np.eye(n)]))
         slope = (ends[n:] - ends[:n]) / (2 * h)
-        gradient = steered(w, posterior.data, posterior.transform)
+        gradient = steered(posterior, w)[1]
         assert np.linalg.norm(gradient - slope) < 0.1 * np.linalg.norm(slope)
 
 
@@ -120,17 +124,12 @@ def test_a_gradient_is_cut_only_where_it_is_steeper_than_at_draws(posterior: Pos
 
 def test_slopes_and_curvatures_by_differences_are_the_gradients(posterior: Posterior) -> None:
     """A mode is sought by them, and chains and unsampled start from them."""
-    gradient = jax.jit(jax.grad(posterior.programs.target.potential))
     h, n = 0.02, posterior.size
     for w in np.random.default_rng(2).normal(size=(3, n)):
-        exact = gradient(w, posterior.data, posterior.transform)
+        exact = steered(posterior, w)[1]
         np.testing.assert_allclose(posterior.potential(w)[1], exact, atol=0.02 * n**0.5)
         ends = [
-            [
-                gradient(w + sign * h * step, posterior.data, posterior.transform)
-                for step in np.eye(n)
-            ]
-            for sign in (1, -1)
+            [steered(posterior, w + sign * h * step)[1] for step in np.eye(n)] for sign in (1, -1)
         ]
         rows = (np.array(ends[0]) - np.array(ends[1])) / (2 * h)
         np.testing.assert_allclose(posterior.potential.curvature(w), (rows + rows.T) / 2, atol=0.1)
