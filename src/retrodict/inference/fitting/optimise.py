@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, override
 
 import numpy as np
@@ -20,7 +20,13 @@ Arrived = Callable[[Point], bool]
 
 _STEP = 0.05  # of differences, in standard deviations
 _STILL, _MOST = 1e-3, 400  # slope at which a search ends, and steps that it may take
-_IDLE, _ENOUGH = 1e-2, 3  # by surrogates it ends too where so many steps have been so short
+# By surrogates a search ends too where a quadratic about the point lies no lower than this, and where
+# so many steps have led no lower: their slope does not quite lead down.
+_LOWER, _LAST = 1e-2, 4
+# After so many steps it is given up where so many times their way down as of late would not reach what
+# is asked for: on a scene's other branch, where searches took half of the time of all (measured).
+_AFTER, _TIMES = 10, 4
+_FIRST = 3.0  # the first step's length at most
 _OUTSIDE, _BACK = 1e10, 1e8  # the value where there is no potential, and how it rises outwards
 _STRIDE, _ROUNDS = 0.25, 30  # of many searches at once: share of the way to w = 0, and how many
 _LEVEL = 1e-300  # least slope that is divided by
@@ -38,8 +44,9 @@ class Potential(ABC):
         """The Hessian at w; zero where that is no number."""
 
     @abstractmethod
-    def minimise(self, start: Point, arrived: Arrived | None = None) -> Found:
-        """Its minimum near a start; or where a search from there arrived at what was known."""
+    def minimise(self, start: Point, arrived: Arrived | None = None, most: float = np.inf) -> Found:
+        """Its minimum near a start; or where a search from there arrived at what was known, or was given
+        up because the minimum will be higher than `most`."""
 
     def minimise_from(self, starts: Points, arrived: Arrived) -> list[Found]:
         """Where searches from many starts ended, but for those that arrived on the way."""
@@ -77,7 +84,7 @@ class Differentiated(Potential):
         return _numbers((np.array(rows) + np.transpose(rows)) / (4 * _STEP))
 
     @override
-    def minimise(self, start: Point, arrived: Arrived | None = None) -> Found:
+    def minimise(self, start: Point, arrived: Arrived | None = None, most: float = np.inf) -> Found:
         return _minimise(self, start, arrived, method="BFGS", jac=True)
 
 
@@ -95,6 +102,7 @@ class Differenced(Potential):
 
     at: Callable[[Points], tuple[Values, Missed]]
     alike: Callable[[Points, Missed], Values]
+    _known: dict[bytes, _Local] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @override
     def __call__(self, w: Point) -> tuple[float, Slope]:
@@ -106,31 +114,28 @@ class Differenced(Potential):
         return self._about(w).curvature
 
     @override
-    def minimise(self, start: Point, arrived: Arrived | None = None) -> Found:
-        known: dict[bytes, _Local] = {}
-
-        def local(w: Point) -> _Local:
-            if w.tobytes() not in known:
-                known.clear()
-                known[w.tobytes()] = self._about(w)
-            return known[w.tobytes()]
-
-        before, idle = start, 0
+    def minimise(self, start: Point, arrived: Arrived | None = None, most: float = np.inf) -> Found:
+        values: list[float] = []
 
         def ended(w: Point) -> bool:
-            nonlocal before, idle
-            # a surrogate's slope does not quite lead down, and in the end not at all
-            idle = idle + 1 if np.linalg.norm(w - before) < _IDLE else 0
-            before = w.copy()
-            return idle == _ENOUGH or bool(arrived and arrived(w))
+            here = self._about(w)
+            values.append(here.value)
+            if here.lower() < _LOWER or (arrived and arrived(w)):
+                return True
+            if len(values) <= _LAST:
+                return False
+            lower = values[-1 - _LAST] - here.value
+            hopeless = len(values) > _AFTER and here.value - most > _TIMES * lower
+            return lower < _LOWER or hopeless
 
         return _minimise(
-            lambda w: local(w).value,
+            lambda w: self._about(w).value,
             start,
             ended,
             method="trust-exact",
-            jac=lambda w: local(w).slope,
-            hess=lambda w: local(w).curvature,
+            jac=lambda w: self._about(w).slope,
+            hess=lambda w: self._about(w).curvature,
+            initial_trust_radius=_FIRST,
         )
 
     @override
@@ -166,6 +171,15 @@ class Differenced(Potential):
         return _leading_back(w, values, slopes)
 
     def _about(self, w: Point) -> _Local:
+        """What it is like about w; of the last two points this is known, a search asks it again."""
+        at = w.tobytes()
+        if at not in self._known:
+            self._known[at] = self._measured(w)
+            if len(self._known) > 2:
+                del self._known[next(iter(self._known))]
+        return self._known[at]
+
+    def _measured(self, w: Point) -> _Local:
         n, steps, (i, j) = w.size, _STEP * np.eye(w.size), np.triu_indices(w.size, 1)
         values, missed = self._at(w[None])
         points = np.concatenate([w[None], w + steps, w - steps, w + steps[i] + steps[j]])
@@ -185,6 +199,13 @@ class _Local(NamedTuple):
     value: float
     slope: Slope
     curvature: Curvature
+
+    def lower(self) -> float:
+        """By how much the minimum of a quadratic through here is lower; infinite if it has none."""
+        values, vectors = np.linalg.eigh(self.curvature)
+        if not values[0] > 0:
+            return np.inf
+        return float(np.sum((vectors.T @ self.slope) ** 2 / values) / 2)
 
 
 def spread(curvature: Curvature, least: float) -> Float[np.ndarray, "w w"]:
@@ -215,6 +236,7 @@ def _minimise(
     method: str,
     jac: Any,
     hess: Any = None,
+    **options: float,
 ) -> Found:
     from scipy.optimize import minimize  # slow to import, and compilers are at work by now
 
@@ -222,6 +244,6 @@ def _minimise(
         if arrived and arrived(intermediate_result.x):
             raise StopIteration
 
-    options = {"gtol": _STILL, "maxiter": _MOST}
+    options |= {"gtol": _STILL, "maxiter": _MOST}
     end = minimize(potential, start, (), method, jac, hess, callback=report, options=options)
     return Found(end.x, np.inf if end.fun >= _OUTSIDE else float(end.fun), end.jac)

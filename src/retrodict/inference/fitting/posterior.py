@@ -299,8 +299,8 @@ def _no_mode(lacks: str) -> Unanswerable:
     )
 
 
-def _mode(posterior: Posterior) -> tuple[np.ndarray, float]:
-    found = posterior.potential.minimise(np.zeros(posterior.size))
+def _mode(posterior: Posterior, most: float = np.inf) -> tuple[np.ndarray, float]:
+    found = posterior.potential.minimise(np.zeros(posterior.size), most=most)
     if not np.isfinite(found.value):
         raise _no_mode("density")
     return found.w, found.value
@@ -429,8 +429,9 @@ def _about_mode(posterior: Posterior, most: float) -> Posterior:
     for _ in range(_WHITENINGS if responding else 3):
         posterior = _with_responses(posterior)
         transform = posterior.transform
-        mode, value = _mode(posterior)
-        if value + transform.log_volume > most:
+        volume = float(transform.log_volume)
+        mode, value = _mode(posterior, most - volume)
+        if value + volume > most:
             raise Unanswerable("this mode is too improbable to count")
         constrained, centre = (
             posterior.constrained(mode),

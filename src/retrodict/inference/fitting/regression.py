@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.linalg import solve
 
 from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import BATCH, INPUTS, REACHED
@@ -311,12 +312,11 @@ def _value(coefficients: np.ndarray, z: np.ndarray, shape: np.ndarray) -> np.nda
 def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
     keep = weight > 0
     A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
-    # a small ridge: some inputs (a zone nobody reaches) shape nothing
-    ridge = 1e-4 * np.eye(A.shape[1])
+    # A small ridge: some inputs (a zone nobody reaches) shape nothing. By the normal equations, in a fifth
+    # of the time of an SVD (measured): they lose half of the digits, and coordinates need few.
+    ridge = 1e-8 * np.eye(A.shape[1])
     with one_blas_thread():  # beside the compiler's, its threads wait for each other for seconds
-        return np.linalg.lstsq(
-            np.vstack([A, ridge]), np.vstack([y, np.zeros((len(ridge), y.shape[1]))])
-        )[0]
+        return solve(A.T @ A + ridge, A.T @ y, assume_a="pos")
 
 
 def _as_quadratic(coefficients: np.ndarray, k: int) -> rest_pose.Quadratic:
