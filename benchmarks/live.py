@@ -27,10 +27,11 @@ from benchmarks import page
 from benchmarks.__main__ import DOCS
 from benchmarks.machine import machine
 from retrodict.explore.controls import GROUPS, controls
+from retrodict.inference.points import SCRAMBLINGS
 from retrodict.inference.samplers.importance import weighted_at
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.samplers.quasi import Weighted, scrambled
-from retrodict.inference.warm import SCRAMBLINGS, WarmPoints
+from retrodict.inference.warm import WarmPoints
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 MODEL = "planar-moment+wheels"

@@ -15,7 +15,8 @@ import numpy as np
 from retrodict.api import AUTO, chosen, reconstruct
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.outcome import Checks
-from retrodict.inference.warm import Estimate, Warm
+from retrodict.inference.points import Estimate
+from retrodict.inference.warm import Warm
 from retrodict.inference.warm_particles import warm
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.result import Result

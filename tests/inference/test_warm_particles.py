@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from retrodict.inference.warm import Estimate, WarmPoints
+from retrodict.inference.points import Estimate
+from retrodict.inference.warm import WarmPoints
 from retrodict.inference.warm_particles import WarmParticles, warm
 from retrodict.scene.records import Measured, Scene
 from tests.shared.scenes import collision, rolls

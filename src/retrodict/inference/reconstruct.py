@@ -18,6 +18,8 @@ from retrodict.inference.density.compiled import COMPILATION, Programs, programs
 from retrodict.inference.density.kernels import (
     BATCH,
     EVALUATE,
+    EVALUATE_FEW,
+    FEW,
     INPUTS,
     LEVELS,
     POTENTIAL,
@@ -200,7 +202,12 @@ def _several_modes_note(found: list[Solution]) -> str:
 
 
 def compile_ahead(
-    scene: Scene, model: str, method: str, warmup: int = 0, pictured: bool = False
+    scene: Scene,
+    model: str,
+    method: str,
+    warmup: int = 0,
+    pictured: bool = False,
+    many: bool = False,
 ) -> None:
     """Have what `reconstruct` will need compiled side by side, in the order it will be needed.
 
@@ -210,6 +217,7 @@ def compile_ahead(
         method: a name in `retrodict.inference.samplers.METHODS`.
         warmup: iterations before the draws.
         pictured: whether the prior and run-outs are recorded too.
+        many: whether so many scenes follow that a program pays by which single points take half as long.
     """
     structure, data = RUNGS[model].of_scene(scene)
     if rolling.tempered(scene, model, method):
@@ -225,13 +233,9 @@ def compile_ahead(
             programs.expect(LEVELS, data, transform, transform.centre)
     if kind.refit_to_draws:
         programs.expect(POTENTIAL, np.zeros(n), data, transform)
-    programs.expect(
-        EVALUATE,
-        data,
-        transform,
-        np.zeros((ROWS, n)),
-        np.zeros((ROWS, len(kind.surrogates(structure)))),
-    )
+    surrogates = len(kind.surrogates(structure))
+    for kernel, rows in ((EVALUATE, ROWS), *([(EVALUATE_FEW, FEW)] if many else [])):
+        programs.expect(kernel, data, transform, np.zeros((rows, n)), np.zeros((rows, surrogates)))
     METHODS[method].compile_ahead(programs, warmup, data, transform)
     # a start is sought among crashes of the prior
     if pictured or kind.by_prior_pilot or structure.unmeasured:

@@ -15,10 +15,11 @@ import numpy as np
 
 from retrodict.inference.fitting import rolling
 from retrodict.inference.fitting.rebase import rebased
+from retrodict.inference.points import Estimate, estimated, precision, too_sharp
 from retrodict.inference.samplers import smc
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.quasi import Weighted
-from retrodict.inference.warm import Estimate, Warm, WarmPoints, estimated, precision, too_sharp
+from retrodict.inference.warm import Warm, WarmPoints
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import Scene
 

@@ -16,6 +16,7 @@ BATCH = 512  # run-outs per call of `REACHED`
 CHUNK = 500  # draws per call of `SIMULATE`, and crashes that `PRIOR` gives
 # points per call of `EVALUATE`: of fewer each takes longer, and a curvature takes some 400
 ROWS = 256
+FEW = 8  # points per call of `EVALUATE_FEW`
 
 
 @dataclass(frozen=True)
@@ -47,5 +48,6 @@ PRIOR = Kernel("prior", _prior, 0)
 PATHS = Kernel("paths", Target.paths, 0)
 REACHED = Kernel("reached", Target.reached, 1)
 EVALUATE = Kernel("evaluate", Target.evaluate_rows, 1)
+EVALUATE_FEW = Kernel("evaluate-few", Target.evaluate_rows, 0)
 SIMULATE = Kernel("simulate", Target.simulate, 1)
 POTENTIAL = Kernel("potential", Target.potential_and_gradient)

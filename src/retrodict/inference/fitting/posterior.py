@@ -15,6 +15,8 @@ from retrodict.inference.density.kernels import (
     BATCH,
     CHUNK,
     EVALUATE,
+    EVALUATE_FEW,
+    FEW,
     POTENTIAL,
     ROWS,
     SIMULATE,
@@ -197,9 +199,10 @@ class Posterior:
             missed = np.full((len(w), len(transform_of(structure).surrogates(structure))), np.nan)
         elif self.programs.structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
-        return in_chunks(
-            lambda at: self.programs(EVALUATE, data, transform, *at), (w, missed), ROWS
-        )
+        kernel, size = EVALUATE, ROWS
+        if len(w) <= FEW and self.programs.has(EVALUATE_FEW):
+            kernel, size = EVALUATE_FEW, FEW
+        return in_chunks(lambda at: self.programs(kernel, data, transform, *at), (w, missed), size)
 
     @cached_property
     def _numbers(self) -> tuple[Data, TransformParameters]:

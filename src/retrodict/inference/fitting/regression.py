@@ -312,8 +312,8 @@ def _value(coefficients: np.ndarray, z: np.ndarray, shape: np.ndarray) -> np.nda
 def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
     keep = weight > 0
     A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
-    # A small ridge: some inputs (a zone nobody reaches) shape nothing. By the normal equations, in a fifth
-    # of the time of an SVD (measured): they lose half of the digits, and coordinates need few.
+    # A small ridge: some inputs (a zone nobody reaches) shape nothing. The normal equations take a fifth
+    # of the time of an SVD (measured); they lose half of the digits, and coordinates need few.
     ridge = 1e-8 * np.eye(A.shape[1])
     with one_blas_thread():  # beside the compiler's, its threads wait for each other for seconds
         return solve(A.T @ A + ridge, A.T @ y, assume_a="pos")

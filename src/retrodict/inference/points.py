@@ -1,0 +1,346 @@
+"""What a scene's posterior says by weighted points: scrambled Sobol points about each solution.
+
+The scramblings show the error. The density is exact; where points are drawn from only costs efficiency.
+`answer` is the whole way from a scene to them, with nothing kept for the next scene.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from retrodict.inference import diagnostics
+from retrodict.inference.digits import decimals_of
+from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
+from retrodict.inference.fitting.steps import RESOLVED
+from retrodict.inference.modes import SLIGHT, UnsampledMode, shares, solutions
+from retrodict.inference.outcome import Checks
+from retrodict.inference.samplers.importance import Adapted, Proposal, adapted, evaluated
+from retrodict.inference.samplers.psis import (
+    effective,
+    judged,
+    log_mean,
+    resampled,
+    smoothed,
+)
+from retrodict.inference.samplers.quasi import Weighted, scrambled
+from retrodict.inference.threads import one_blas_thread
+from retrodict.scene.quantities import describe
+from retrodict.scene.records import Scene
+
+SCRAMBLINGS = 8
+USELESS = 12.0  # log weight by which a solution may fall behind, and be sampled
+_POINTS, _MOST = 256, 4  # of each scrambling at first, and times as many at most
+_PILOT = 512  # points that a proposal is moved by
+# Independent draws whose errors are not exceeded: 1000 leave a mean uncertain by 3 % of its sd.
+_AS_GOOD_AS = 1000.0
+_DRAWS = 2000  # of equal weight
+_TAILS = np.array([0.025, 0.975])
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """Points of a solution, the logs of their weights, and what they are known by."""
+
+    w: np.ndarray
+    log_weight: np.ndarray
+    quantities: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Precision:
+    """How precise reported quantities are.
+
+    Args:
+        bulk, tail: independent draws that would leave the same errors of means, and of probabilities in
+            the tails, the least of any quantity.
+        imprecise: quantities of which not one digit is sure.
+        faults: for which they are not to be relied on.
+    """
+
+    bulk: float
+    tail: float
+    imprecise: tuple[str, ...]
+    faults: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A posterior by weighted points.
+
+    Args:
+        scene: what was measured.
+        quantities: at each point, by name, SI units and radians.
+        draws: of equal weight, by name.
+        weighted: the weights of the points.
+        checks: the verdict on them: effective sample sizes are the numbers of independent draws that
+            would leave the same error, the least of any reported quantity; R-hat is NaN, without chains.
+        share: of the points that are effective.
+        evaluations: of the density.
+        seconds: that it took.
+        refitted: whether coordinates had to be fitted for it.
+    """
+
+    scene: Scene
+    quantities: dict[str, np.ndarray]
+    draws: dict[str, np.ndarray]
+    weighted: Weighted
+    checks: Checks
+    share: float
+    evaluations: int
+    seconds: float
+    refitted: bool = False
+
+
+@dataclass(frozen=True)
+class Part:
+    """A solution's share in an estimate: its posterior, and where points of it are drawn from.
+
+    Args:
+        posterior: of the scene, at one number of turns and on one branch.
+        proposal: the first one; it moves to where a pilot of points finds the posterior.
+        others: other modes of the posterior, which points should reach.
+    """
+
+    posterior: Posterior
+    proposal: Proposal
+    others: tuple[UnsampledMode, ...] = ()
+
+    def moved(self, pilot: np.ndarray) -> Adapted:
+        """What a pilot of points makes of the proposal."""
+        return adapted(self.posterior, self.proposal, lambda at: at.at(pilot))
+
+    def drawn(self, proposal: Proposal, points: np.ndarray) -> _Drawn:
+        """Points in the unit cube, one scrambling after another, as draws from a proposal."""
+        w = proposal.at(points.reshape(-1, points.shape[2]))
+        heights, quantities = evaluated(self.posterior, w)
+        return _Drawn(w, heights - proposal.log_density(w), quantities)
+
+
+class Points:
+    """Scrambled points of one seed, for posteriors of one size.
+
+    Args:
+        size: coordinates of a posterior.
+        seed: of the scrambling.
+    """
+
+    def __init__(self, size: int, seed: int) -> None:
+        self.pilot = scrambled(size + 2, _PILOT, 1, seed + 1)
+        # of each scrambling in a row; the first of them are even too
+        points = scrambled(size + 2, _MOST * _POINTS, SCRAMBLINGS, seed)
+        self._points = points.reshape(SCRAMBLINGS, -1, size + 2)
+
+    def estimate(
+        self, scene: Scene, parts: list[Part], begin: float, enough: float = _AS_GOOD_AS
+    ) -> Estimate:
+        """The posterior of a scene.
+
+        Args:
+            scene: what was measured.
+            parts: its solutions.
+            begin: when the work began, by `time.perf_counter`.
+            enough: independent draws that would leave the same errors: fewer ask for more points.
+
+        Returns:
+            The estimate; its checks say whether it can be relied on.
+        """
+        pilots = [part.moved(self.pilot) for part in parts]
+        evaluations = sum(pilot.evaluations for pilot in pilots)
+        evidence = [log_mean(pilot.log_weight)[0] for pilot in pilots]
+        # none of them is behind another where no point has a density
+        least = max(evidence) - USELESS if np.isfinite(evidence).any() else -np.inf
+        kept = [value >= least for value in evidence]
+        parts = [part for part, keep in zip(parts, kept, strict=True) if keep]
+        proposals = [pilot.next for pilot, keep in zip(pilots, kept, strict=True) if keep]
+
+        def more(first: int, last: int) -> list[_Drawn]:
+            points = self._points[:, first * _POINTS : last * _POINTS]
+            return [p.drawn(at, points) for p, at in zip(parts, proposals, strict=True)]
+
+        times, drawn = 1, more(0, 1)
+        while True:
+            weighted, faults, k = _weighted(parts, drawn)
+            quantities = {
+                name: _side_by_side([each.quantities[name] for each in drawn])
+                for name in drawn[0].quantities
+            }
+            precise = precision(scene, quantities, weighted)
+            if times == _MOST or min(precise.bulk, precise.tail) >= enough:
+                break
+            drawn = [_joined(*each) for each in zip(drawn, more(times, 2 * times), strict=True)]
+            times *= 2
+        evaluations += weighted.weights.size
+        return estimated(scene, quantities, weighted, precise, faults, evaluations, begin, k)
+
+
+_points = lru_cache(maxsize=8)(Points)  # thousands of scenes have few sizes
+
+
+@one_blas_thread()
+def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
+    """The posterior of a scene by importance sampling: no chains, no predictions, no tree.
+
+    Solutions are sought at every number of turns and on every branch; beside each of them no other mode
+    is sought, as in simulation-based calibration of this method, and unlike in a reconstruction.
+
+    Args:
+        scene: what was measured.
+        rung: a name in `retrodict.models.RUNGS`.
+        seed: of the points.
+
+    Returns:
+        The estimate; its checks say whether it can be relied on.
+
+    Raises:
+        Unanswerable: as of `solutions`.
+    """
+    begin = time.perf_counter()
+    found = solutions(scene, rung)
+    size = found[0].posterior.size
+    parts = [Part(solution.posterior, Proposal.first(size)) for solution in found]
+    return _points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
+
+
+def too_sharp(posterior: Posterior) -> tuple[str, ...]:
+    """That rest poses are sharper than run-outs resolve; nothing where they are not."""
+    if posterior.unresolved <= RESOLVED:
+        return ()
+    return (
+        "rest poses are sharper than the steps of their run-outs resolve: "
+        f"{posterior.unresolved:.2f} standard deviations, {RESOLVED} is asked",
+    )
+
+
+def estimated(
+    scene: Scene,
+    quantities: dict[str, np.ndarray],
+    weighted: Weighted,
+    precise: Precision,
+    faults: tuple[str, ...],
+    evaluations: int,
+    begin: float,
+    pareto_k: float | None = None,
+) -> Estimate:
+    """Weighted points with the verdict on them.
+
+    Args:
+        scene: what was measured.
+        quantities: at each point, by name.
+        weighted: their weights.
+        precise: how precise they are.
+        faults: other reasons for which they are not to be relied on.
+        evaluations: of the density.
+        begin: when the work began, by `time.perf_counter`.
+        pareto_k: of the importance weights, where they are.
+    """
+    reasons = faults + precise.faults
+    draws = _equally_weighted(weighted, quantities)
+    predicted = {
+        name.removeprefix("predicted/"): values
+        for name, values in draws.items()
+        if name.startswith("predicted/")
+    }
+    checks = Checks(
+        divergences=None,
+        max_rhat=np.nan,
+        min_ess_bulk=precise.bulk,
+        min_ess_tail=precise.tail,
+        passed=not reasons,
+        reasons=reasons,
+        failed=tuple(_reported(scene, quantities)) if reasons else (),
+        flags=diagnostics.flags(draws, predicted, scene),
+        pareto_k=pareto_k,
+        imprecise=precise.imprecise,
+    )
+    return Estimate(
+        scene=scene,
+        quantities=quantities,
+        draws=draws,
+        weighted=weighted,
+        checks=checks,
+        share=effective(weighted.weights) / weighted.weights.size,
+        evaluations=evaluations,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _equally_weighted(
+    weighted: Weighted, quantities: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    index = resampled(weighted.weights, _DRAWS, np.random.default_rng(0))
+    return {
+        name: values[index]
+        for name, values in quantities.items()
+        if not name.startswith("log_likelihood/")
+    }
+
+
+def _weighted(parts: list[Part], drawn: list[_Drawn]) -> tuple[Weighted, tuple[str, ...], float]:
+    """Solutions side by side by their evidence; faults of their weights, and the worst Pareto k."""
+    evidence = np.array([log_mean(each.log_weight)[0] for each in drawn])
+    odds = shares(evidence) if np.isfinite(evidence).any() else np.ones(len(drawn)) / len(drawn)
+    reasons: list[str] = []
+    weights, k = [], []
+    for share, each, part in zip(odds, drawn, parts, strict=True):
+        own, shape = smoothed(each.log_weight)
+        weights.append(share * own)
+        reasons += [
+            f"the evidence fits another solution (weight {other.odds * share:.1%}) that was not "
+            "sampled: confirm the answer by a full run"
+            for other in part.others
+            if other.odds * share > LEAST_WEIGHT and not other.reached(each.w, own)
+        ]
+        if share >= SLIGHT:
+            k.append(shape)
+            reasons += judged(shape)["faults"]
+            reasons += too_sharp(part.posterior)
+    return Weighted(_side_by_side(weights), SCRAMBLINGS), tuple(reasons), max(k, default=np.inf)
+
+
+def _joined(one: _Drawn, other: _Drawn) -> _Drawn:
+    """More points of every scrambling, beside those before."""
+    return _Drawn(
+        _side_by_side([one.w, other.w]),
+        _side_by_side([one.log_weight, other.log_weight]),
+        {k: _side_by_side([v, other.quantities[k]]) for k, v in one.quantities.items()},
+    )
+
+
+def _side_by_side(parts: list[np.ndarray]) -> np.ndarray:
+    """Parts that each hold every scrambling in a row, as one that does."""
+    rows = [part.reshape(SCRAMBLINGS, -1, *part.shape[1:]) for part in parts]
+    joined = np.concatenate(rows, axis=1)
+    return joined.reshape(-1, *joined.shape[2:])
+
+
+def _reported(scene: Scene, quantities: dict[str, np.ndarray]) -> list[str]:
+    return [name for name in scene.reported() if name in quantities]
+
+
+def precision(scene: Scene, quantities: dict[str, np.ndarray], weighted: Weighted) -> Precision:
+    """How precise the reported quantities of weighted points are; arguments as of `estimated`."""
+    bulk, tail = {}, {}
+    imprecise, faults = [], []
+    for name in _reported(scene, quantities):
+        values = quantities[name]
+        (_, error), (sd, _) = weighted.mean(values), weighted.sd(values)
+        errors = weighted.quantiles(values, _TAILS)[1]
+        bulk[name] = float(np.square(sd / error)) if error > 0 else np.inf
+        tail[name] = float(np.min(_TAILS * (1 - _TAILS) / np.maximum(errors, 1e-12) ** 2))
+        # an error of a probability moves the limit as far as this
+        beyond = weighted.quantiles(values, np.clip(_TAILS + errors, 0, 1))[0]
+        before = weighted.quantiles(values, np.clip(_TAILS - errors, 0, 1))[0]
+        of_limits = float(np.max(beyond - before)) / 2
+        if decimals_of(sd, 1, of_limits) != decimals_of(sd, 1):
+            imprecise.append(name)
+        for count, of in ((bulk[name], "mean"), (tail[name], "tails")):
+            if not count >= diagnostics.MIN_ESS:
+                faults.append(
+                    f"{describe(name)[0]}: its {of} are as uncertain as {count:.0f} independent draws "
+                    f"would leave them, {diagnostics.MIN_ESS:.0f} are asked"
+                )
+    return Precision(min(bulk.values()), min(tail.values()), tuple(imprecise), tuple(faults))
