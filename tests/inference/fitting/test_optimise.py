@@ -58,6 +58,23 @@ def test_nothing_is_found_where_nothing_is() -> None:
     assert differenced(bowl, cut=0.0).minimise(np.ones(3)).value == np.inf
 
 
+def test_a_search_is_given_up_where_it_will_not_reach_what_is_asked_and_not_before() -> None:
+    """Along a bent valley, whose floor is zero."""
+    start, counts = np.array([-6.0, 36.0, 1.0]), {}
+    for most in (np.inf, 1.0, -50.0):
+        asked = []
+
+        def valley(w: np.ndarray, asked: list[int] = asked) -> np.ndarray:
+            asked.append(len(w))
+            x, y, z = np.moveaxis(w, -1, 0)
+            return (1 - x) ** 2 + 20 * (y - x**2) ** 2 + z**2
+
+        found = differenced(valley).minimise(start, most=most)
+        counts[most] = len(asked)
+        assert found.value < 1.0 or most < 0
+    assert counts[-50.0] < counts[1.0] == counts[np.inf]
+
+
 def test_of_many_searches_each_ends_in_its_own_bowl() -> None:
     potential = differenced(two_bowls, cut=30.0)
     starts = np.array(
