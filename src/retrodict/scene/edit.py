@@ -60,13 +60,27 @@ def change(scene: Scene, changes: Mapping[str, object]) -> Scene:
         fix = f"cannot be changed by key, for a scene file cannot say {unsaid}; change its record"
         raise SceneError(scene.name, [Problem("", "", fix)])
     document = deepcopy(tables_of(found.text, scene.name))
-    written = {_parts(scene, key): _plain(value) for key, value in changes.items()}
-    for parts, value in written.items():
-        _write(document, parts, value, written, scene.name)
+    write_keys(document, {key: _plain(value) for key, value in changes.items()}, scene.name)
     changed = _scene(document, scene.name)
-    if any(parts[0] == "questions" for parts in written):
+    if any(_parts(scene.name, key)[0] == "questions" for key in changes):
         return changed
     return replace(changed, questions=scene.questions)  # an option may have added some
+
+
+def write_keys(document: dict[str, Any], changes: Mapping[str, Any], name: str) -> None:
+    """Write values at keys of a scene file's tables.
+
+    Args:
+        document: the tables and keys, which are changed.
+        changes: as of `change`, each value as TOML has it.
+        name: of the scene or its file, for messages.
+
+    Raises:
+        SceneError: a key cannot be found.
+    """
+    written = {_parts(name, key): value for key, value in changes.items()}
+    for parts, value in written.items():
+        _write(document, parts, value, written, name)
 
 
 def to_toml(scene: Scene) -> str:
@@ -89,7 +103,7 @@ def _scene(document: dict[str, Any], name: str) -> Scene:
     return replace(scene, text=text)
 
 
-def _parts(scene: Scene, key: object) -> tuple[Part, ...]:
+def _parts(name: str, key: object) -> tuple[Part, ...]:
     """The names of tables and keys, and places in lists, that a dotted key consists of."""
     parts: list[Part] = []
     end = 0
@@ -103,7 +117,7 @@ def _parts(scene: Scene, key: object) -> tuple[Part, ...]:
         end = match.end()
     if not isinstance(key, str) or not key or end < len(key):
         fix = 'not a key; write it like "vehicles.A.approach.speed" or "impact.point[0]"'
-        raise SceneError(scene.name, [Problem(shown(key), "", fix)])
+        raise SceneError(name, [Problem(shown(key), "", fix)])
     return tuple(parts)
 
 

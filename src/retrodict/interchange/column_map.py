@@ -1,0 +1,289 @@
+"""What a map file says: how to read another program's file, and what of it a scene takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from retrodict.interchange.points import SPOTS, Angles, Compass
+from retrodict.scene import units
+from retrodict.scene.errors import SceneError, shown
+from retrodict.scene.explain import problems_of
+from retrodict.scene.kinds import Direction, Kind, RestHeading, fault
+from retrodict.scene.load import read_text, toml_of
+from retrodict.scene.records import Measured
+from retrodict.scene.schema import SurfaceName
+from retrodict.scene.units import Dimension, QuantityError, factor
+
+
+def load_map(path: str | Path) -> MapEntry:
+    """A map from a map file.
+
+    Args:
+        path: a TOML file; its keys are described in docs/import.md.
+
+    Returns:
+        What it says, checked.
+
+    Raises:
+        SceneError: the file cannot be read, or something in it is wrong.
+    """
+    document = toml_of(read_text(path), str(path))
+    try:
+        return MapEntry.model_validate(document)
+    except ValidationError as error:
+        raise SceneError(str(path), problems_of(error, MapEntry)) from None
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _name(raw: object) -> object:
+    """A point's name: text, or a whole number as many instruments count them."""
+    if isinstance(raw, int) and not isinstance(raw, bool) and raw.bit_length() < 64:
+        return str(raw)
+    if not isinstance(raw, str) or not raw.strip() or len(raw) > 100 or not raw.isprintable():
+        raise fault('write the name of a point, like "12"')
+    return raw.strip()
+
+
+def _column(raw: object) -> object:
+    if isinstance(raw, int) and not isinstance(raw, bool):
+        if not 1 <= raw <= 200:
+            raise fault("write the number of a column, from 1, or its name in the header")
+        return raw
+    return _name(raw)
+
+
+def _a_unit(dimension: Dimension) -> BeforeValidator:
+    def read(raw: object) -> float:
+        try:
+            if not isinstance(raw, str):
+                raise QuantityError(f'write a unit in quotes, like "{dimension.units[0]}"')
+            return factor(raw, dimension)
+        except QuantityError as error:
+            raise fault(error.fix) from None
+
+    return BeforeValidator(read)
+
+
+Name = Annotated[str, BeforeValidator(_name)]
+Column = Annotated[int | str, BeforeValidator(_column)]
+LengthUnit = Annotated[float, _a_unit(units.LENGTH)]
+_SD = "it is itself one standard deviation"
+Precision = Annotated[
+    Measured, Kind(units.LENGTH, 0.0001, 50, "0.02 m", uncertainty="refused", advice=_SD)
+]
+Uncertainty = Annotated[
+    Measured, Kind(units.LENGTH, 0, 50, "0.15 m", uncertainty="refused", advice=_SD)
+]
+_Far = Annotated[Measured, Kind(units.LENGTH, -1e8, 1e8, "500000 m", uncertainty="refused")]
+_Offset = Annotated[Measured, Kind(units.LENGTH, -30, 30, "2.1 m", uncertainty="refused")]
+
+
+def _origin(raw: object) -> object:
+    if isinstance(raw, list):
+        return raw
+    return _name(raw)
+
+
+class FrameEntry(_Table):
+    """What `[survey]` and `[drawing]` say of coordinates."""
+
+    unit: LengthUnit = Field(examples=['"m" (or "ft", "in")'])
+    precision: Precision
+    axes: tuple[Compass, Compass] = Field(examples=['["east", "north"] (where x and y point)'])
+    angles: Angles | None = Field(
+        None, examples=['"counter-clockwise from east" or "clockwise from north"']
+    )
+    origin: Annotated[str | tuple[_Far, _Far] | None, BeforeValidator(_origin)] = Field(
+        None, examples=['"a point" or ["500000 m", "4200000 m"]']
+    )
+    x_axis: Direction | None = None
+
+    @model_validator(mode="after")
+    def _axes_cross(self) -> FrameEntry:
+        east_west = {"east", "west"}
+        if (self.axes[0] in east_west) == (self.axes[1] in east_west):
+            raise fault("one axis points east or west, the other north or south", "axes")
+        if self.x_axis and self.angles is None:
+            raise fault(f"an angle is written: {_ANGLES}", "angles")
+        return self
+
+
+_ANGLES = 'write "counter-clockwise from east" or "clockwise from north"'
+
+
+class SurveyColumns(_Table):
+    """`[survey.columns]`: by name in the header, or all by number where there is none."""
+
+    id: Column = Field(examples=['"Point"'])
+    x: Column = Field(examples=['"Easting"'])
+    y: Column = Field(examples=['"Northing"'])
+    z: Column | None = Field(None, examples=['"Height"'])
+    description: Column | None = Field(None, examples=['"Code"'])
+    heading: Column | None = Field(None, examples=['"Azimuth"'])
+
+    @model_validator(mode="after")
+    def _all_by_name_or_number(self) -> SurveyColumns:
+        if len({type(each) for _, each in self if each is not None}) > 1:
+            raise fault("write all columns by name, or all by number where there is no header")
+        return self
+
+
+Separator = Literal[",", ";", "\t"] | None
+_SEPARATOR: Any = Field(None, examples=['";"'])
+Decimal = Literal[".", ","]
+_DECIMAL: Any = Field(".", examples=['","'])
+
+
+class SurveyEntry(FrameEntry):
+    """`[survey]`: points as CSV."""
+
+    columns: SurveyColumns = Field(examples=['{ id = "Point", x = "Easting", y = "Northing" }'])
+    separator: Separator = _SEPARATOR
+    decimal: Decimal = _DECIMAL
+    angle_unit: Annotated[float | None, _a_unit(units.ANGLE)] = Field(None, examples=['"deg"'])
+
+    @model_validator(mode="after")
+    def _headings_are_explained(self) -> SurveyEntry:
+        if self.columns.heading is not None:
+            if self.angle_unit is None:
+                raise fault('a column of angles needs its unit; write "deg"', "angle_unit")
+            if self.angles is None:
+                raise fault(f"a column of angles needs them: {_ANGLES}", "angles")
+        return self
+
+
+class DrawingEntry(FrameEntry):
+    """`[drawing]`: DXF."""
+
+
+class ImpactPointEntry(_Table):
+    """`[impact_point]`."""
+
+    point: Name = Field(examples=['"12"'])
+    uncertainty: Uncertainty
+
+
+_POINTS = '{ front_left_corner = "A1", rear_right_corner = "A3" }'
+
+
+def _spots(raw: object) -> object:
+    if isinstance(raw, dict):
+        for spot in raw:
+            if spot not in SPOTS:
+                raise fault(f"{shown(spot)} is no spot of a vehicle; write {', '.join(SPOTS)}")
+    return raw
+
+
+class RestEntry(_Table):
+    """`[rest.A]`: a pose from two points or more on the vehicle, or from one and its heading."""
+
+    points: Annotated[dict[str, Name], BeforeValidator(_spots)] = Field({}, examples=[_POINTS])
+    offsets: dict[str, tuple[_Offset, _Offset]] = Field(
+        {}, max_length=50, examples=['{ A7 = ["2.1 m", "-0.8 m"] } (ahead and left of its centre)']
+    )
+    heading: RestHeading | None = None
+    uncertainty: Uncertainty
+
+    @model_validator(mode="after")
+    def _has_points(self) -> RestEntry:
+        if not self.points and not self.offsets:
+            raise fault(f"no point; write points = {_POINTS}")
+        if self.heading and len(self.points) + len(self.offsets) > 1:
+            raise fault("it follows from two points or more; leave it out", "heading")
+        return self
+
+
+_LIST: Any = Field(min_length=1, max_length=50, examples=['["21", "22"]'])
+
+
+class MarksEntry(_Table):
+    """One of `[[marks.A]]`: points that a part of the vehicle passed, in any order."""
+
+    points: list[Name] = _LIST
+    of: Literal["centre", "front_left", "front_right", "rear_left", "rear_right"] = Field(
+        examples=['"front_left", or "centre"']
+    )
+    uncertainty: Uncertainty
+
+
+class EdgeEntry(_Table):
+    """`[edges.NAME]`: two points or more along the edge of a surface."""
+
+    points: list[Name] = _LIST
+    side: Literal["left", "right"] = Field(
+        examples=['"left" or "right" (of the way from the first point to the last)']
+    )
+    uncertainty: Uncertainty
+
+
+RECORDED = {
+    "speed": units.SPEED,
+    "delta_v_forward": units.SPEED,
+    "delta_v_left": units.SPEED,
+    "yaw_rate": units.YAW_RATE,
+}
+
+
+class RecorderColumns(_Table):
+    """`[recorder.columns]`: by name in the header."""
+
+    time: Column = Field(examples=['"Time (s)"'])
+    speed: Column | None = Field(None, examples=['"Speed (mph)"'])
+    delta_v_forward: Column | None = Field(None, examples=['"Longitudinal delta-v"'])
+    delta_v_left: Column | None = Field(None, examples=['"Lateral delta-v"'])
+    yaw_rate: Column | None = Field(None, examples=['"Yaw rate"'])
+
+
+class _PerVehicle[T](_Table):
+    """`A` and `B`."""
+
+    A: T | None = None
+    B: T | None = None
+
+    def items(self) -> list[tuple[str, T]]:
+        """Those that are written, by letter."""
+        return [(v, each) for v, each in (("A", self.A), ("B", self.B)) if each is not None]
+
+
+class RestsEntry(_Table):
+    """`[rest]`."""
+
+    A: RestEntry | None = Field(None, examples=[f"{{ points = {_POINTS}, … }}"])
+    B: RestEntry | None = Field(None, examples=[f"{{ points = {_POINTS}, … }}"])
+
+
+class AllMarksEntry(_Table):
+    """`[marks]`."""
+
+    A: list[MarksEntry] = Field([], max_length=50, examples=['[{ points = ["21"], … }]'])
+    B: list[MarksEntry] = Field([], max_length=50, examples=['[{ points = ["21"], … }]'])
+
+
+class MapEntry(_Table):
+    """The whole map file."""
+
+    schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])
+    survey: SurveyEntry | None = Field(None, examples=['{ unit = "m", … }'])
+    drawing: DrawingEntry | None = Field(None, examples=['{ unit = "m", … }'])
+    impact_point: ImpactPointEntry | None = Field(
+        None, examples=['{ point = "12", uncertainty = "0.3 m" }']
+    )
+    rest: RestsEntry = Field(RestsEntry(), examples=["{ A = { … } }"])
+    marks: AllMarksEntry = Field(AllMarksEntry(), examples=["{ A = [{ … }] }"])
+    edges: dict[SurfaceName, EdgeEntry] = Field({}, max_length=20, examples=["{ berm = { … } }"])
+
+    @model_validator(mode="after")
+    def _one_kind_of_file(self) -> MapEntry:
+        if (self.survey is None) == (self.drawing is None):
+            raise fault("write one table of [survey] (points as CSV) or [drawing] (DXF)")
+        frame = self.survey or self.drawing
+        headed = [v for v in ("A", "B") if (rest := getattr(self.rest, v)) and rest.heading]
+        if headed and frame and frame.angles is None:
+            raise fault(f"rest.{headed[0]} has a heading; in the table of the file, {_ANGLES}")
+        return self
