@@ -142,12 +142,17 @@ def import_(
     from retrodict.interchange.importing import import_evidence
     from retrodict.report.files import write_whole
     from retrodict.report.imported import print_import
+    from retrodict.report.libraries import MissingLibrary, imported
     from retrodict.scene import SceneError
 
     try:
+        if file.suffix.lower() == ".dxf":
+            imported("ezdxf", "a DXF file", "interchange")
         found = import_evidence(file, map_file, into)
     except SceneError as error:
         _fail(str(error))
+    except MissingLibrary as error:
+        _fail(str(error), 1)
     console = Console()
     print_import(found, console)
     if dry_run:

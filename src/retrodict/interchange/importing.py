@@ -160,7 +160,7 @@ class _Taking:
 
             assert self.map.drawing is not None
             entry = self.map.drawing
-            points, left = drawing_points(self.file)
+            points, left = drawing_points(self.file, self.map.drawing)
         self.points, self.by_name = points, named(points)
         self.precision = entry.precision.value
         self.frame = self._frame(entry)
