@@ -12,6 +12,7 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
+from retrodict.models.at_least import AtLeast
 
 from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
 from retrodict.scene.names import parsed
@@ -48,11 +49,13 @@ class Prediction(NamedTuple):
         of: the motion -> what would be measured.
         yaws: whether only models whose vehicles yaw predict it.
         circular: whether it is an angle that is compared modulo one turn.
+        at_least: whether what was measured is a bound that it reaches or exceeds, away from zero.
     """
 
     of: Callable[[Motion], Array]
     yaws: bool = False
     circular: bool = False
+    at_least: bool = False
 
 
 # name of an item, velocities after the impact and the exact value -> that value, with derivatives
@@ -75,6 +78,10 @@ PREDICTIONS: dict[str, Prediction] = {  # by name of the evidence, without its v
     "end_x": Prediction(lambda motion: _end(motion)[0], yaws=True),
     "end_y": Prediction(lambda motion: _end(motion)[1], yaws=True),
     "end_heading": Prediction(lambda motion: _end(motion)[2], yaws=True, circular=True),
+}
+PREDICTIONS |= {
+    f"{name}_at_least": PREDICTIONS[name]._replace(at_least=True)
+    for name in ("departure_delta_v", "departure_delta_v_forward", "departure_delta_v_left")
 }
 
 
@@ -130,7 +137,7 @@ def observe(
                 predicted = _passing(motion, point, passed[name])[kind]
                 circular = kind == "mark_course"
             else:
-                predict, _, circular = PREDICTIONS[kind]
+                predict, _, circular, _ = PREDICTIONS[kind]
                 predicted = predict(motion)
             if surrogate:
                 predicted = surrogate(name, after, predicted)
@@ -138,11 +145,12 @@ def observe(
                 # the equivalent angle nearest to the measured one
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))
-            law = (
-                dist.StudentT(FREEDOM, predicted, sd)
-                if structure.robust
-                else dist.Normal(predicted, sd)
-            )
+            if mark is None and PREDICTIONS[kind].at_least:
+                law: dist.Distribution = AtLeast(predicted, sd, value, structure.robust)
+            elif structure.robust:
+                law = dist.StudentT(FREEDOM, predicted, sd)
+            else:
+                law = dist.Normal(predicted, sd)
             numpyro.sample(name, law, obs=value)
 
 

@@ -48,4 +48,14 @@ ITEMS: dict[str, Item] = {
     "delta_v_left": Item(
         "delta-v of {} to the left of its heading", "speed", -150, 150, "-12 ± 1 m/s"
     ),
+    # of a recorder that stopped before the impact was over: lower bounds
+    "delta_v_at_least": Item("delta-v of {}, at least", "speed", 0, 150, "12 ± 1 m/s"),
+    "delta_v_forward_at_least": Item(
+        "delta-v of {} along its heading, at least as far from 0",
+        *("speed", -150, 150, "-12 ± 1 m/s"),
+    ),
+    "delta_v_left_at_least": Item(
+        "delta-v of {} to the left of its heading, at least as far from 0",
+        *("speed", -150, 150, "-12 ± 1 m/s"),
+    ),
 }

@@ -179,11 +179,11 @@ class _DepartureTable(_Table):
     def _has_something_once(self) -> _DepartureTable:
         _not_empty(self)
         written = {name for name, measured in self if measured}
-        if "delta_v" in written and not written.isdisjoint({"delta_v_forward", "delta_v_left"}):
-            raise fault(
-                "the same measurement twice; keep it, or delta_v_forward and delta_v_left",
-                "delta_v",
-            )
+        for end in ("", "_at_least"):
+            parts = [f"delta_v_forward{end}", f"delta_v_left{end}"]
+            if f"delta_v{end}" in written and not written.isdisjoint(parts):
+                fix = f"the same measurement twice; keep it, or {' and '.join(parts)}"
+                raise fault(fix, f"delta_v{end}")
         return self
 
 

@@ -1,0 +1,56 @@
+"""The likelihood of a measured bound: a change of velocity whose recording ended too early."""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+import numpyro.distributions as dist
+from jax.scipy.special import betainc, log_ndtr
+from jax.scipy.stats import norm
+from jaxtyping import Array, Float
+from numpyro.distributions import constraints
+
+from retrodict.scene.records import FREEDOM
+
+_Number = Float[Array, ""] | float
+
+
+class AtLeast(dist.Distribution):
+    """Law of a bound b that was measured of a quantity q with error sd: Φ((q − b) / sd).
+
+    What was measured is q less a part u ≥ 0 that the recorder lost, all of which are as probable
+    before; integrated over u, the normal density of b becomes Φ. A negative bound is one on −q.
+
+    `mean` is what the record is expected to show given q and b, q less the mean of u: b less
+    sd φ/Φ. It is b where q is far beyond, and q where b is: its distance from b is the residual by
+    which the item is judged, and (mean − b) / sd² is the slope of the log likelihood by b, as of a
+    normal item, of which studies of sensitivity make use.
+
+    Args:
+        quantity: q.
+        sd: of the error of the bound.
+        bound: b.
+        robust: whether the error has heavy tails (Student-t).
+    """
+
+    arg_constraints = {}  # noqa: RUF012
+    support = constraints.real
+
+    def __init__(self, quantity: _Number, sd: _Number, bound: _Number, robust: bool) -> None:
+        self.sign = jnp.where(jnp.asarray(bound) < 0, -1.0, 1.0)
+        self.bound, self.sd, self.robust = bound, sd, robust
+        self.beyond = self.sign * (quantity - bound) / sd  # standard deviations that q exceeds b by
+        super().__init__(batch_shape=(), event_shape=())
+
+    def log_prob(self, value: Array, intermediates: object = None) -> Array:
+        """Log likelihood; `value` is the bound that the law was made with."""
+        if not self.robust:
+            return log_ndtr(self.beyond)
+        square = self.beyond**2
+        tail = betainc(FREEDOM / 2, 0.5, FREEDOM / (FREEDOM + square)) / 2
+        return jnp.where(self.beyond < 0, jnp.log(tail), jnp.log1p(-tail))
+
+    @property
+    def mean(self) -> Array:
+        """What the record is expected to show."""
+        ratio = jnp.exp(norm.logpdf(self.beyond) - log_ndtr(self.beyond))
+        return self.bound - self.sign * self.sd * ratio
