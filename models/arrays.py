@@ -43,6 +43,7 @@ class Structure:
         transform: name of the transform that the program is compiled with.
         ways: vehicles that follow their measured way, and its number of points.
         around: angles of evidence whose whole turns were not counted: compared modulo one turn.
+        recorded: vehicles of which a recorder kept the speed up to the impact, and its number of points.
         steps: number of integration steps of each run-out; None where it is an argument, for run-outs
             that are not differentiated in reverse mode.
     """
@@ -62,6 +63,7 @@ class Structure:
     transform: TransformName = "rest-pose"
     ways: tuple[tuple[str, int], ...] = ()
     around: tuple[str, ...] = ()
+    recorded: tuple[tuple[str, int], ...] = ()
     steps: int | None = None
 
     @property
@@ -120,6 +122,7 @@ class Data(NamedTuple):
         edges: of the surfaces: a point (m) and the unit normal into the zone.
         steps: of each run-out's integration, where the structure does not say.
         ways: x, y (m) and heading (rad) of each point of a measured way, by vehicle.
+        records: time (s) and speed (m/s) of each point of a recorder's record, by vehicle.
     """
 
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
@@ -129,6 +132,7 @@ class Data(NamedTuple):
     edges: Zone
     steps: Steps
     ways: dict[str, Float[Array | np.ndarray, "points 3"]]
+    records: dict[str, Float[Array | np.ndarray, "points 2"]]
 
 
 def steps_of(structure: Structure, data: Data) -> int:

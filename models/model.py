@@ -104,6 +104,7 @@ class Rung:
                 for; None to differentiate the run-outs.
         """
         x = parts.measured(structure, data)
+        data = parts.as_recorded(structure, data, x)
         after = self.impact.forward_model(structure, data, x)
         rests, paths = jnp.full((2, len(structure.rests)), jnp.nan), None
         at = (x, after)

@@ -37,6 +37,13 @@ def of_scene(
     if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
         uncertain.append(("speed_a", "halfnormal"))
         numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
+    records = {v: own.record for v, own in scene.approach.items() if own.record is not None}
+    for v, record in records.items():
+        uncertain.append((f"time_zero_{v}", "uniform"))
+        half = (record.high - record.low) / 2
+        numbers[f"time_zero_{v}"] = np.array([record.low + half, half])
+        # the error of a recorded speed: what the moment adds comes with that
+        numbers[f"speed_{v}"] = np.array([numbers[f"speed_{v}"][0], record.sd])
     evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
     marks = {
         f"mark_{i}{item}_{v}": mark
@@ -68,6 +75,7 @@ def of_scene(
         robust=scene.robust,
         interlocked=scene.contact.interlocked,
         ways=tuple((v, len(way)) for v, way in ways.items()),
+        recorded=tuple((v, len(record.within)) for v, record in records.items()),
     )
     data = Data(
         inputs=numbers,
@@ -77,6 +85,7 @@ def of_scene(
         edges=zones,
         steps=fixed_steps(STEPS),
         ways=ways,
+        records={v: np.array(record.within) for v, record in records.items()},
     )
     if loose or structure.unmeasured == structure.rest_components:
         structure = replace(structure, transform="velocity")

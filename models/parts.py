@@ -65,8 +65,31 @@ def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"])
             x = jnp.where(_has_law(structure, "halfnormal"), half, x)
         if "logitnormal" in dict(structure.uncertain).values():
             x = jnp.where(_has_law(structure, "logitnormal"), jax.nn.sigmoid(x), x)
+        if "uniform" in dict(structure.uncertain).values():
+            even = location + scale * (2 * ndtr(xi) - 1)
+            x = jnp.where(_has_law(structure, "uniform"), even, x)
         values |= dict(zip(structure.names, x, strict=True))
+    for v, _ in structure.recorded:  # from its mean to the speed at the moment of the impact
+        times, speeds = jnp.asarray(data.records[v]).T
+        speed = jnp.interp(values[f"time_zero_{v}"], times, speeds)
+        values[f"speed_{v}"] += speed - data.inputs[f"speed_{v}"][0]
     return values
+
+
+def as_recorded(structure: Structure, data: Data, x: Values) -> Data:
+    """The numbers of a scene with B's measured speed at the moment of the impact in its record.
+
+    B's speed is no input: its law is part of the impact.
+
+    Args:
+        structure: which vehicles' speeds were recorded.
+        data: the numbers.
+        x: measured inputs.
+    """
+    if "b" not in dict(structure.recorded):
+        return data
+    speed = jnp.stack([x["speed_b"], data.inputs["speed_b"][1]])
+    return data._replace(inputs=data.inputs | {"speed_b": speed})
 
 
 def _has_law(structure: Structure, law: str) -> np.ndarray:

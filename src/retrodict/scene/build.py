@@ -23,6 +23,7 @@ from retrodict.scene.records import (
     Rest,
     RunOutError,
     Scene,
+    SpeedRecord,
     Surface,
     Vehicle,
     Wheels,
@@ -82,7 +83,8 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     in_order = sorted(written.items(), key=lambda item: item[1].edge is not None)
     surfaces = tuple(_surface(*item) for item in in_order)
     friction = surfaces[0].friction.value
-    speed_of_a_is_known = entry.vehicles.A.approach.speed is not None
+    of_a = entry.vehicles.A.approach
+    speed_of_a_is_known = bool(of_a.speed or of_a.speed_record)
     return Scene(
         title=entry.title,
         name=name,
@@ -90,7 +92,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         vehicles={v.lower(): _vehicle(v, entries[v], friction, complain) for v in entries},
         approach={
             "a": _approach_a(entry.vehicles.A.approach, entry.vehicles.A.impact.heading),
-            "b": Approach(**dict(entry.vehicles.B.approach)),
+            "b": _approach_b(entry.vehicles.B.approach),
         },
         rest={
             v.lower(): _rest(v, each.rest, each.impact.heading.value, complain)
@@ -278,14 +280,34 @@ def _estimated_yaw_inertia(
 
 def _approach_a(entry: ApproachEntry, heading: Measured) -> Approach:
     assumed = DEFAULTS["yaw_rate"]
+    speed, record = _speed(entry)
     return Approach(
-        speed=entry.speed,
+        speed=speed,
         direction=entry.direction
         or Measured(heading.value, source="assumed to be the heading at impact", assumed="value"),
         yaw_rate=entry.yaw_rate
         or Measured(0.0, assumed.amount(0.0), source=f"assumed: 0 ± {assumed}", assumed="value"),
         skid=entry.skid,
+        record=record,
     )
+
+
+def _approach_b(entry: ApproachEntry) -> Approach:
+    speed, record = _speed(entry)
+    return Approach(speed, entry.direction, entry.yaw_rate, entry.skid, record)
+
+
+def _speed(entry: ApproachEntry) -> tuple[Measured | None, SpeedRecord | None]:
+    """The speed as measured, or mean and deviation of what a recorder kept, and that record."""
+    if (kept := entry.speed_record) is None:
+        return entry.speed, None
+    times, speeds, window = (
+        tuple(m.value for m in of) for of in (kept.times, kept.speeds, kept.impact)
+    )
+    record = SpeedRecord(times, speeds, *window, kept.uncertainty.value)
+    every = (kept.uncertainty, *kept.speeds, *kept.times)
+    source = "; ".join(dict.fromkeys(m.source for m in every if m.source))  # each once
+    return Measured(*record.moments, source=source), record
 
 
 def _mark(entry: MarkEntry) -> Mark:

@@ -165,6 +165,32 @@ Speed = Annotated[
     Measured,
     Kind(units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required"),
 ]
+_RECORDED = "that of all goes into the key uncertainty"
+RecordedSpeed = Annotated[
+    Measured, Kind(units.SPEED, 0, 150, "40 mph", uncertainty="refused", advice=_RECORDED)
+]
+RecordTime = Annotated[
+    Measured,
+    Kind(
+        units.TIME,
+        -600,
+        600,
+        "-0.5 s",
+        uncertainty="refused",
+        advice="the recorder's clock is exact",
+    ),
+]
+RecordUncertainty = Annotated[
+    Measured,
+    Kind(
+        units.SPEED,
+        0.01,
+        50,
+        "1 mph",
+        uncertainty="refused",
+        advice="it is itself one standard deviation",
+    ),
+]
 Skid = Annotated[Measured, Kind(units.LENGTH, 0.1, 500, "12 ± 0.5 m", "lognormal", default="skid")]
 Course = Annotated[Measured, of_departure("direction")]
 _ORIGIN = "count from an origin near the impact"

@@ -29,6 +29,7 @@ _UNITS: dict[str, dict[Units, Unit]] = {
     "inverse speed": {"si": Unit("s/m", 1.0), "us": Unit("1/mph", 1 / 0.44704)},
     "energy": {"si": Unit("kJ", 1000.0), "us": Unit("ft lbf", 1.3558179483314004)},
     "impulse": {"si": Unit("N s", 1.0), "us": Unit("lbf s", 4.4482216152605)},
+    "time": {"si": Unit("s", 1.0), "us": Unit("s", 1.0)},
     "number": {"si": Unit("", 1.0), "us": Unit("", 1.0)},
 }
 _SI_SYMBOLS = {
@@ -125,6 +126,7 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "end_y": ("end of rotation of {}, y", "length"),
     "end_heading": ("end of rotation of {}, heading", "angle"),
     "skid": ("skid of {} up to impact", "length"),
+    "time_zero": ("time of the impact in the record of {}", "time"),
 }
 
 _AT_MARKS: dict[str, tuple[str, str]] = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from retrodict.scene import discrepancy
@@ -98,17 +99,65 @@ class Vehicle:
 
 
 @dataclass(frozen=True, slots=True)
+class SpeedRecord:
+    """Speeds that a recorder kept up to the impact, whose moment on its clock is uncertain.
+
+    The speed at the impact is the one on straight lines between those recorded, at a moment of which
+    all from `low` to `high` are equally probable, with a normal error.
+
+    Args:
+        times: increasing, s; the window lies within them.
+        speeds: at these, m/s.
+        low: earliest moment of the impact, s.
+        high: latest, s.
+        sd: of a recorded speed, m/s.
+    """
+
+    times: tuple[float, ...]
+    speeds: tuple[float, ...]
+    low: float
+    high: float
+    sd: float
+
+    @property
+    def within(self) -> tuple[tuple[float, float], ...]:
+        """Time and speed where the window begins and ends, and of what was recorded within."""
+        inner = [
+            (t, v) for t, v in zip(self.times, self.speeds, strict=True) if self.low < t < self.high
+        ]
+        return ((self.low, self._at(self.low)), *inner, (self.high, self._at(self.high)))
+
+    @property
+    def moments(self) -> tuple[float, float]:
+        """Mean and standard deviation of the speed at the impact, m/s."""
+        mean = square = 0.0
+        for (t, v), (t_next, v_next) in pairwise(self.within):
+            share = (t_next - t) / (self.high - self.low)
+            mean += share * (v + v_next) / 2
+            square += share * (v * v + v * v_next + v_next * v_next) / 3
+        return mean, math.sqrt(max(square - mean * mean, 0.0) + self.sd**2)
+
+    def _at(self, time: float) -> float:
+        for (t, v), (t_next, v_next) in pairwise(zip(self.times, self.speeds, strict=True)):
+            if time <= t_next:
+                return v + (v_next - v) * (time - t) / (t_next - t)
+        return self.speeds[-1]
+
+
+@dataclass(frozen=True, slots=True)
 class Approach:
     """Motion just before impact (m/s, rad, rad/s, m); what is None is unknown.
 
     `direction` is that of travel, counter-clockwise from the x axis; it need not be the heading.
     `skid` is how far the vehicle skidded on the road, all wheels locked, up to the impact.
+    `record` is the law of `speed` where a recorder kept it: `speed` has its mean and deviation.
     """
 
     speed: Measured | None
     direction: Measured | None
     yaw_rate: Measured | None
     skid: Measured | None = None
+    record: SpeedRecord | None = None
 
 
 Departure = dict[str, Measured]  # motion of a vehicle just after the impact, by name in `ITEMS`

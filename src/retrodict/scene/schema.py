@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -49,6 +50,9 @@ from retrodict.scene.kinds import (
     OutlineLength,
     OutlineWidth,
     ReactionTime,
+    RecordedSpeed,
+    RecordTime,
+    RecordUncertainty,
     RestCoordinate,
     RestHeading,
     Rotation,
@@ -126,6 +130,7 @@ def _by_wheel(raw: object) -> object:
 
 
 _MARKS = 50  # for a vehicle
+_RECORDED = 200  # speeds of a record
 _WHEELS = (
     '{ front_left = "locked", front_right = "rolling", '
     'rear_left = "rolling", rear_right = "0.3 ± 0.1" }'
@@ -165,13 +170,54 @@ class ImpactPoseEntry(_Table):
     heading: Heading
 
 
+class SpeedRecordEntry(_Table):
+    """`[vehicles.A.approach.speed_record]`: speeds that a recorder kept, the impact's time unknown."""
+
+    times: list[RecordTime] = Field(max_length=_RECORDED, examples=['["-1 s", "-0.5 s", "0 s"]'])
+    speeds: list[RecordedSpeed] = Field(
+        max_length=_RECORDED, examples=['["45 mph", "41 mph", "37 mph"]']
+    )
+    impact: tuple[RecordTime, RecordTime] = Field(examples=['["-0.5 s", "0 s"]'])
+    uncertainty: RecordUncertainty
+
+    @model_validator(mode="after")
+    def _impact_lies_within(self) -> SpeedRecordEntry:
+        times = [t.value for t in self.times]
+        if len(times) != len(self.speeds) or len(times) < 2:
+            raise fault("write as many times as speeds, two or more", "times")
+        if any(after <= before for before, after in itertools.pairwise(times)):
+            raise fault("write times that increase", "times")
+        low, high = (t.value for t in self.impact)
+        if not low < high:
+            raise fault("write the earliest and the latest time of the impact; or speed", "impact")
+        if not times[0] <= low < high <= times[-1]:
+            raise fault(
+                "reaches beyond the record; add a time and a speed there, as you assume it went on",
+                "impact",
+            )
+        return self
+
+
 class ApproachEntry(_Table):
     """`[vehicles.A.approach]`: what is known of the motion just before impact."""
 
     speed: Speed | None = None
+    speed_record: SpeedRecordEntry | None = Field(
+        None,
+        examples=[
+            '{ times = ["-1 s", "0 s"], speeds = ["45 mph", "37 mph"], '
+            'impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }'
+        ],
+    )
     direction: Direction | None = None
     yaw_rate: YawRate | None = None
     skid: Skid | None = None
+
+    @model_validator(mode="after")
+    def _has_one_speed(self) -> ApproachEntry:
+        if self.speed and self.speed_record:
+            raise fault("the same twice; keep it, or speed_record", "speed")
+        return self
 
 
 class _DepartureTable(_Table):

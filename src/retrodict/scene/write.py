@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from retrodict.scene.asked import Avoidance, Questions
@@ -15,7 +15,17 @@ from retrodict.scene.errors import SceneError
 from retrodict.scene.load import parse_scene
 from retrodict.scene.priors import Prior, prior_keys
 from retrodict.scene.quantities import si_symbol
-from retrodict.scene.records import VEHICLES, WHEELS, Edge, Mark, Measured, Rest, Scene, Vehicle
+from retrodict.scene.records import (
+    VEHICLES,
+    WHEELS,
+    Edge,
+    Mark,
+    Measured,
+    Rest,
+    Scene,
+    SpeedRecord,
+    Vehicle,
+)
 
 CANNOT_SAY = "# A scene file cannot say: "
 _MADE = "# Made from "
@@ -196,9 +206,13 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
     yield _line("impact_centre.distance", vehicle.impact_distance, "m")
     yield _line("impact_centre.angle", vehicle.impact_angle, "rad")
     yield _line("impact.heading", vehicle.heading, "rad")
-    for each in fields(scene.approach[v]):
-        if (measured := getattr(scene.approach[v], each.name)) is not None:
-            yield _line(f"approach.{each.name}", measured, _OF_APPROACH[each.name])
+    approach = scene.approach[v]
+    if approach.record is not None and approach.speed is not None:
+        yield f"approach.speed_record = {_record(approach.record, approach.speed.source)}"
+        approach = replace(approach, speed=None)
+    for key, unit in _OF_APPROACH.items():
+        if (measured := getattr(approach, key)) is not None:
+            yield _line(f"approach.{key}", measured, unit)
     for name, measured in scene.departure.get(v, {}).items():
         yield _line(f"departure.{name}", measured, si_symbol(ITEMS[name].dimension))
     if marks := scene.marks.get(v):
@@ -211,6 +225,19 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
                 yield _line(f"end_of_rotation.{part}", measured, unit)
     if rest := scene.rest.get(v):
         yield from _rest(rest, vehicle.heading.value)
+
+
+def _record(record: SpeedRecord, source: str) -> str:
+    def several(numbers: tuple[float, ...], unit: str) -> str:
+        return ", ".join(f'"{float(number)!r} {unit}"' for number in numbers)
+
+    parts = (
+        f"times = [{several(record.times, 's')}]",
+        f"speeds = [{several(record.speeds, 'm/s')}]",
+        f"impact = [{several((record.low, record.high), 's')}]",
+        f"uncertainty = {_quantity(Measured(record.sd, source=source), 'm/s')}",
+    )
+    return "{ " + ", ".join(parts) + " }"
 
 
 def _wheels(vehicle: Vehicle) -> Iterator[str]:

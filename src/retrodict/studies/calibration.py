@@ -257,7 +257,7 @@ def digest(scene: Scene, model: str) -> str:
     s, data = RUNGS[model].of_scene(scene)
     fixed = (s.uncertain, s.known_of_b, s.surfaces, s.rolling, s.robust, s.interlocked, s.marks)
     print_ = hashlib.sha256(repr(fixed).encode())
-    for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways):
+    for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways, data.records):
         for name in sorted(numbers):
             print_.update(name.encode() + np.asarray(numbers[name], float).tobytes())
     print_.update(np.concatenate([data.edges.point, data.edges.inward], axis=1).tobytes())
