@@ -14,6 +14,10 @@ CELLS = [
     "\ud7ff", "\r", "\n", '"a\nb"', "<script>", "../../x", "NULL", "1.5.2", "--1", "%s%n", "{0}",
 ]  # fmt: skip
 HEADERS = ["id,x,y", "id;x;y", "id\tx\ty", "ID,X,Y,x", "x,y", "", "id,x,y,h", "Time,Speed"]
+TEXTS = [
+    "m", "furlong", "0.02 m", "-1 m", "1 ± 1 m", "east", "7", "", "\\u0000", "x" * 300, "GOUGE", "mph",
+    "0 s", "\x1b[2J", "survey", "at_least", "[red]", "deg", "A", "front_left", "vehicles.A.mass", "é",
+]  # fmt: skip
 CODES = [
     "0",
     "2",
@@ -40,10 +44,32 @@ VALUES = [
 ]  # fmt: skip
 
 
-def table(rng: random.Random) -> bytes:
-    """Something like CSV."""
+def survey(rng: random.Random) -> bytes:
+    """Something like points as CSV."""
+    return _table(rng, [rng.choice(HEADERS), "7,1,2"])
+
+
+def recorder(rng: random.Random) -> bytes:
+    """Something like a recorder's table as CSV."""
+    return _table(rng, [rng.choice(["Time,Speed", "Time;Speed"]), "-1,20", "0,15"])
+
+
+def map_text(rng: random.Random, text: str) -> bytes:
+    """A map with some lines or values of another."""
+    lines = text.split("\n")
+    for _ in range(rng.randrange(3)):
+        at = rng.randrange(len(lines))
+        key, equals, _ = lines[at].partition(" = ")
+        value = rng.choice([
+            f'"{rng.choice(TEXTS)}"', rng.choice(TEXTS), "1", "-1e999", "nan", "true", "[]", "{}",
+            "[[1]]", "{ value = 1 }", "1979-05-27", '["east", "east"]', '["a", 1]', "9" * 60,
+        ])  # fmt: skip
+        lines[at] = rng.choice([f"{key}{equals}{value}", "", value, f"{key}x{equals}{value}"])
+    return _damaged(rng, "\n".join(lines).encode("utf-8", "replace"))
+
+
+def _table(rng: random.Random, lines: list[str]) -> bytes:
     separator = rng.choice(",;\t|")
-    lines = [rng.choice(HEADERS), "7,1,2"]
     lines += [
         separator.join(rng.choice(CELLS) for _ in range(rng.randrange(6)))
         for _ in range(rng.randrange(8))
@@ -86,7 +112,7 @@ def _damaged(rng: random.Random, content: bytes) -> bytes:
 
 
 def _sound(version: str) -> str:
-    document = ezdxf.new(version)
+    document = ezdxf.new(version, units=0)
     space = document.modelspace()
     space.add_point((0.4, 0.3), dxfattribs={"layer": "GOUGE"})
     space.add_polyline2d([(3, -1), (5, -4)], dxfattribs={"layer": "SKID"})

@@ -17,21 +17,47 @@ from tests.interchange.test_drawing import MAP as DRAWING_MAP
 from tests.interchange.test_survey import ONE, ROOT
 
 SCENE = (ROOT / "examples" / "brach-1977" / "scene.toml").read_bytes()
-KINDS: dict[str, tuple[str, str, Callable[[random.Random], bytes]]] = {
-    "survey": ("points.csv", ONE, hostile.table),
-    "drawing": ("scene.dxf", DRAWING_MAP.split("[edges")[0], hostile.drawing),
+RECORDER_MAP = """
+[recorder]
+vehicle = "A"
+columns = { time = "Time", speed = "Speed" }
+units = { time = "s", speed = "m/s" }
+[recorder.speed]
+impact = ["-1 s", "0 s"]
+uncertainty = "1 mph"
+"""
+SOUND = b"id,x,y,Time,Speed\n7,1,2,-1,20\n8,2,3,0,15\n"
+
+
+def _hostile_file(
+    make: Callable[[random.Random], bytes], map_text: str
+) -> Callable[[random.Random], tuple[bytes, bytes]]:
+    return lambda rng: (make(rng), f"schema = 1\n{map_text}".encode())
+
+
+def _hostile_map(rng: random.Random) -> tuple[bytes, bytes]:
+    return SOUND, hostile.map_text(rng, "schema = 1\n" + rng.choice([ONE, RECORDER_MAP]))
+
+
+# name of the file, and the file and its map at random
+KINDS: dict[str, tuple[str, Callable[[random.Random], tuple[bytes, bytes]]]] = {
+    "survey": ("points.csv", _hostile_file(hostile.survey, ONE)),
+    "recorder": ("recorder.csv", _hostile_file(hostile.recorder, RECORDER_MAP)),
+    "drawing": ("scene.dxf", _hostile_file(hostile.drawing, DRAWING_MAP.split("[edges")[0])),
+    "map": ("both.csv", _hostile_map),
 }
 
 
 def verdicts(folder: Path, kind: str, count: int) -> dict[int, int]:
     """How often each exit status came of `count` hostile files."""
-    name, map_text, make = KINDS[kind]
+    name, make = KINDS[kind]
     file, map_file, scene = folder / name, folder / "map.toml", folder / "scene.toml"
-    map_file.write_text("schema = 1\n" + map_text, "utf-8")
     found: dict[int, int] = {}
     for seed in range(count):
+        content, map_text = make(random.Random(seed))
         scene.write_bytes(SCENE)
-        file.write_bytes(make(random.Random(seed)))
+        file.write_bytes(content)
+        map_file.write_bytes(map_text)
         status, lines = ran(file, map_file, scene)
         assert lines, seed
         assert all(line.isprintable() for line in lines), (seed, lines)

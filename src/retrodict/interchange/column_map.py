@@ -5,13 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from retrodict.interchange.points import SPOTS, Angles, Compass
 from retrodict.scene import units
 from retrodict.scene.errors import SceneError, shown
 from retrodict.scene.explain import problems_of
-from retrodict.scene.kinds import Direction, Kind, RestHeading, fault
+from retrodict.scene.kinds import Direction, Kind, RecordTime, RecordUncertainty, RestHeading, fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.records import Measured
 from retrodict.scene.schema import SurfaceName
@@ -222,33 +231,136 @@ class EdgeEntry(_Table):
     uncertainty: Uncertainty
 
 
+# what a recorder's table may have: unit, and where the sign is the other way round, a scene's name
 RECORDED = {
+    "time": units.TIME,
     "speed": units.SPEED,
+    "delta_v": units.SPEED,
     "delta_v_forward": units.SPEED,
     "delta_v_left": units.SPEED,
+    "delta_v_right": units.SPEED,
     "yaw_rate": units.YAW_RATE,
+    "yaw_rate_clockwise": units.YAW_RATE,
 }
 
 
 class RecorderColumns(_Table):
-    """`[recorder.columns]`: by name in the header."""
+    """`[recorder.columns]`: by name in the header, or all by number where there is none."""
 
     time: Column = Field(examples=['"Time (s)"'])
     speed: Column | None = Field(None, examples=['"Speed (mph)"'])
+    delta_v: Column | None = Field(None, examples=['"Resultant delta-v"'])
     delta_v_forward: Column | None = Field(None, examples=['"Longitudinal delta-v"'])
     delta_v_left: Column | None = Field(None, examples=['"Lateral delta-v"'])
+    delta_v_right: Column | None = Field(None, examples=['"Lateral delta-v"'])
     yaw_rate: Column | None = Field(None, examples=['"Yaw rate"'])
+    yaw_rate_clockwise: Column | None = Field(None, examples=['"Yaw rate"'])
+
+    @model_validator(mode="after")
+    def _each_once(self) -> RecorderColumns:
+        if len({type(each) for _, each in self if each is not None}) > 1:
+            raise fault("write all columns by name, or all by number where there is no header")
+        for key, other in (("delta_v_left", "delta_v_right"), ("yaw_rate", "yaw_rate_clockwise")):
+            if getattr(self, key) is not None and getattr(self, other) is not None:
+                raise fault(f"the same twice; keep it, or {other}", key)
+        return self
 
 
-class _PerVehicle[T](_Table):
-    """`A` and `B`."""
+_SpeedSD = RecordUncertainty
+_YawRateSD = Annotated[
+    Measured, Kind(units.YAW_RATE, 0.01, 100, "2 deg/s", uncertainty="refused", advice=_SD)
+]
 
-    A: T | None = None
-    B: T | None = None
 
-    def items(self) -> list[tuple[str, T]]:
-        """Those that are written, by letter."""
-        return [(v, each) for v, each in (("A", self.A), ("B", self.B)) if each is not None]
+def _moment_or_window(raw: object) -> object:
+    return raw if isinstance(raw, list) else [raw, raw]
+
+
+class RecordedSpeedEntry(_Table):
+    """`[recorder.speed]`."""
+
+    impact: Annotated[tuple[RecordTime, RecordTime], BeforeValidator(_moment_or_window)] = Field(
+        examples=['"0 s", or ["-0.5 s", "0 s"] (earliest and latest)']
+    )
+    uncertainty: _SpeedSD
+
+
+_AT: Any = Field(examples=['"last", or "0.15 s"'])
+
+
+def _at(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
+    return None if raw == "last" else read(raw)
+
+
+_Moment = Annotated[RecordTime | None, WrapValidator(_at)]
+
+
+class RecordedDeltaVEntry(_Table):
+    """`[recorder.delta_v]`."""
+
+    at: _Moment = _AT
+    ended: Literal["early", "after the impact"] = Field(examples=['"early" or "after the impact"'])
+    uncertainty: _SpeedSD
+
+
+class RecordedYawRateEntry(_Table):
+    """`[recorder.yaw_rate]`."""
+
+    at: _Moment = _AT
+    to: Literal["approach", "departure"] = Field(
+        examples=['"approach" or "departure" (just before, or just after the impact)']
+    )
+    uncertainty: _YawRateSD
+
+
+def _known_units(raw: object) -> object:
+    """Units of columns, as factors to SI."""
+    if not isinstance(raw, dict):
+        raise fault('write a table: { time = "s", speed = "mph" }')
+    found = {}
+    for column, unit in raw.items():
+        if column not in RECORDED:
+            raise fault(f"unknown column; write {', '.join(RECORDED)}", column)
+        try:
+            if not isinstance(unit, str):
+                raise QuantityError(f'write a unit in quotes, like "{RECORDED[column].units[0]}"')
+            found[column] = factor(unit, RECORDED[column])
+        except QuantityError as error:
+            raise fault(error.fix, column) from None
+    return found
+
+
+class RecorderEntry(_Table):
+    """`[recorder]`: the table of an event data recorder as CSV."""
+
+    vehicle: Literal["A", "B"] = Field(examples=['"A" or "B"'])
+    columns: RecorderColumns = Field(examples=['{ time = "Time (s)", speed = "Speed (mph)" }'])
+    units: Annotated[dict[str, float], BeforeValidator(_known_units)] = Field(
+        examples=['{ time = "s", speed = "mph" }']
+    )
+    separator: Separator = _SEPARATOR
+    decimal: Decimal = _DECIMAL
+    speed: RecordedSpeedEntry | None = Field(
+        None, examples=['{ impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }']
+    )
+    delta_v: RecordedDeltaVEntry | None = Field(
+        None, examples=['{ at = "last", ended = "early", uncertainty = "1 mph" }']
+    )
+    yaw_rate: RecordedYawRateEntry | None = Field(
+        None, examples=['{ at = "0 s", to = "approach", uncertainty = "2 deg/s" }']
+    )
+
+    @model_validator(mode="after")
+    def _columns_are_explained(self) -> RecorderEntry:
+        for column, there in self.columns:
+            if there is not None and column not in self.units:
+                first = RECORDED[column].units[0]
+                raise fault(f'no unit of {column}; write {column} = "{first}"', "units")
+        for key in ("speed", "delta_v", "yaw_rate"):
+            columns = [c for c, there in self.columns if there is not None and c.startswith(key)]
+            if getattr(self, key) is not None and not columns:
+                raise fault(f'no such column; add it to columns, like {key} = "…"', key)
+        return self
 
 
 class RestsEntry(_Table):
@@ -271,6 +383,7 @@ class MapEntry(_Table):
     schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])
     survey: SurveyEntry | None = Field(None, examples=['{ unit = "m", … }'])
     drawing: DrawingEntry | None = Field(None, examples=['{ unit = "m", … }'])
+    recorder: RecorderEntry | None = Field(None, examples=['{ vehicle = "A", … }'])
     impact_point: ImpactPointEntry | None = Field(
         None, examples=['{ point = "12", uncertainty = "0.3 m" }']
     )
@@ -280,9 +393,14 @@ class MapEntry(_Table):
 
     @model_validator(mode="after")
     def _one_kind_of_file(self) -> MapEntry:
-        if (self.survey is None) == (self.drawing is None):
-            raise fault("write one table of [survey] (points as CSV) or [drawing] (DXF)")
+        if sum(each is not None for each in (self.survey, self.drawing, self.recorder)) != 1:
+            raise fault(
+                "write one table of [survey] (points as CSV), [drawing] (DXF) or [recorder] (CSV)"
+            )
         frame = self.survey or self.drawing
+        of_points = {"impact_point", "rest", "marks", "edges"} & self.model_fields_set
+        if frame is None and of_points:
+            raise fault("points are taken of a [survey] or [drawing]", sorted(of_points)[0])
         headed = [v for v in ("A", "B") if (rest := getattr(self.rest, v)) and rest.heading]
         if headed and frame and frame.angles is None:
             raise fault(f"rest.{headed[0]} has a heading; in the table of the file, {_ANGLES}")

@@ -21,8 +21,10 @@ from retrodict.interchange.points import (
     posed,
     spots_of,
 )
+from retrodict.interchange.recorder_csv import recorder_taken
 from retrodict.interchange.source_file import SourceFile, read_source
 from retrodict.interchange.survey_csv import survey_points
+from retrodict.interchange.taken import Taken, quantity, rounded, written_at
 from retrodict.interchange.vendors import refuse_vendor
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.edit import write_keys
@@ -32,25 +34,6 @@ from retrodict.scene.records import Measured, Scene, Vehicle
 from retrodict.scene.write import document_toml
 
 _MISFIT = 4.0  # standard deviations of a point that points of one line or vehicle may miss it by
-
-
-@dataclass(frozen=True, slots=True)
-class Taken:
-    """A value that a scene file gets.
-
-    Args:
-        key: of the scene file.
-        value: what is written there, as TOML has it.
-        where: in the file it comes from.
-        before: what the scene file had there; None for nothing.
-        remark: how well it fits; empty where there is nothing to say.
-    """
-
-    key: str
-    value: Any
-    where: str
-    before: Any = None
-    remark: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +74,10 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     text = read_text(into)
     document = toml_of(text, str(into))
     source = read_source(file)
-    taking = _Taking(source, str(map_file), entry, document, str(into))
-    taken, left = taking.all()
+    if entry.recorder is not None:
+        taken, left = recorder_taken(source, entry.recorder, document)
+    else:
+        taken, left = _Taking(source, str(map_file), entry, document, str(into)).all()
     if not taken:
         fix = (
             "takes nothing; write what to take: [impact_point], [rest.A], [[marks.A]], [edges.NAME]"
@@ -125,6 +110,8 @@ def _inline(value: Any, nested: bool = False) -> Any:
     """A value as an item of tomlkit: tables in a line, a list of tables one a line."""
     import tomlkit
 
+    if value is None:
+        return None
     if isinstance(value, dict):
         table = tomlkit.inline_table()
         table.update({key: _inline(each, nested=True) for key, each in value.items()})
@@ -226,7 +213,7 @@ class _Taking:
         yield self._value(f"{at}.position", points, xy, "m", remark)
         # what the scene assumes, it is left to assume
         degrees = None if heading.assumed else math.degrees(heading.sd)
-        value = _quantity(math.degrees(heading.value), degrees, "deg", heading.source)
+        value = quantity(math.degrees(heading.value), degrees, "deg", heading.source)
         yield self._taken(f"{at}.heading", value, points)
 
     def _heading(self, entry: RestEntry, point: Point, key: str) -> Measured:
@@ -261,10 +248,10 @@ class _Taking:
                 for point in self._several(entry.points, f"marks.{v}[{i}].points"):
                     used.append(point)
                     x, y = (
-                        _quantity(each, None, "m", self._source([point]))
+                        quantity(each, None, "m", self._source([point]))
                         for each in self.frame.position(point)
                     )
-                    of = {"value": _rounded(sd), "unit": "m"}
+                    of = {"value": rounded(sd), "unit": "m"}
                     marks.append({"point": [x, y], "of": entry.of, "uncertainty": of})
             if marks:
                 yield self._taken(f"vehicles.{v}.marks", marks, used)
@@ -281,10 +268,10 @@ class _Taking:
             self._fits(misfit, sd, f"edges.{name}.points", "one straight line")
             source = self._source(points)
             edge = {
-                "point": [_quantity(each, None, "m", source) for each in at],
-                "direction": _quantity(math.degrees(direction), None, "deg", source),
+                "point": [quantity(each, None, "m", source) for each in at],
+                "direction": quantity(math.degrees(direction), None, "deg", source),
                 "side": entry.side,
-                "uncertainty": {"value": _rounded(sd), "unit": "m"},
+                "uncertainty": {"value": rounded(sd), "unit": "m"},
             }
             yield self._taken(f"surfaces.{name}.edge", edge, points, f"misfit {misfit:.3f} m")
 
@@ -332,11 +319,11 @@ class _Taking:
     ) -> Taken:
         """Values with their standard deviations at a key, all from the same points."""
         source = self._source(points)
-        written = [_quantity(value, sd, unit, source) for value, sd in values]
+        written = [quantity(value, sd, unit, source) for value, sd in values]
         return self._taken(key, written if len(written) > 1 else written[0], points, remark)
 
     def _taken(self, key: str, value: Any, points: Sequence[Point], remark: str = "") -> Taken:
-        return Taken(key, value, _places(points), _before(self.document, key), remark)
+        return Taken(key, value, _places(points), written_at(self.document, key), remark)
 
     def _source(self, points: Sequence[Point]) -> str:
         return self.file.source(_places(points))
@@ -349,21 +336,3 @@ def _places(points: Sequence[Point]) -> str:
     names = ", ".join(shown(point.name)[1:-1] for point in points[:4])
     more = f" and {len(points) - 4} more" if len(points) > 4 else ""
     return f"points {names}{more}"
-
-
-def _before(document: dict[str, Any], key: str) -> Any:
-    at: Any = document
-    for part in key.split("."):
-        at = at.get(part, at.get(part.lower())) if isinstance(at, dict) else None
-    return at
-
-
-def _quantity(value: float, sd: float | None, unit: str, source: str) -> dict[str, Any]:
-    quantity: dict[str, Any] = {"value": round(value, 4)}
-    if sd:
-        quantity["sd"] = _rounded(sd)
-    return quantity | {"unit": unit, "source": source}
-
-
-def _rounded(sd: float) -> float:
-    return float(f"{sd:.3g}")

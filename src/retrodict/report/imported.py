@@ -47,6 +47,10 @@ def print_import(found: Import, console: Console) -> None:
 def _short(value: Any) -> str:
     """A value of a scene file in a few words."""
     match value:
+        case None:
+            return "removed"
+        case {"times": [*times], **_others}:
+            return f"{len(times)} times and speeds"
         case {"value": number, "unit": unit, **others}:
             sd = f" ± {others['sd']}" if "sd" in others else ""
             return f"{number}{sd} {unit}"

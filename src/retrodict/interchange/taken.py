@@ -1,0 +1,46 @@
+"""A value that a scene file takes from another program's file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """A value that a scene file gets.
+
+    Args:
+        key: of the scene file.
+        value: what is written there, as TOML has it; None removes the key.
+        where: in the file it comes from.
+        before: what the scene file had there; None for nothing.
+        remark: how well it fits; empty where there is nothing to say.
+    """
+
+    key: str
+    value: Any
+    where: str
+    before: Any = None
+    remark: str = ""
+
+
+def written_at(document: dict[str, Any], key: str) -> Any:
+    """What the tables and keys of a scene file have at a dotted key; None for nothing."""
+    at: Any = document
+    for part in key.split("."):
+        at = at.get(part, at.get(part.lower())) if isinstance(at, dict) else None
+    return at
+
+
+def quantity(value: float, sd: float | None, unit: str, source: str) -> dict[str, Any]:
+    """A quantity as a table of a scene file, to a ten-thousandth of its unit."""
+    written: dict[str, Any] = {"value": round(value, 4)}
+    if sd:
+        written["sd"] = rounded(sd)
+    return written | {"unit": unit, "source": source}
+
+
+def rounded(sd: float) -> float:
+    """A standard deviation to three digits."""
+    return float(f"{sd:.3g}")
