@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         replay,
         validate,
     )
+    from retrodict.interchange.importing import Import, import_evidence
     from retrodict.live import Answer, Session, session, sweep
     from retrodict.report.figure_path import plot_path
     from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Answer",
     "Calibration",
+    "Import",
     "Ladder",
     "Result",
     "Scene",
@@ -39,6 +41,7 @@ __all__ = [
     "__version__",
     "build_scene",
     "calibrate",
+    "import_evidence",
     "ladder",
     "load",
     "load_result",
@@ -57,10 +60,12 @@ __all__ = [
 _HOMES = {
     "Answer": "retrodict.live",
     "Calibration": "retrodict.api",
+    "Import": "retrodict.interchange.importing",
     "Ladder": "retrodict.studies.comparison",
     "Result": "retrodict.result",
     "Validation": "retrodict.api",
     "calibrate": "retrodict.api",
+    "import_evidence": "retrodict.interchange.importing",
     "ladder": "retrodict.api",
     "load": "retrodict.result",
     "load_result": "retrodict.result",

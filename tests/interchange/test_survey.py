@@ -19,7 +19,7 @@ from retrodict.scene import SceneError, load_scene
 from retrodict.scene.records import Scene
 
 ROOT = Path(__file__).parents[2]
-SURVEY = ROOT / "examples" / "survey"
+SURVEY = ROOT / "examples" / "import"
 PAPER = load_scene(ROOT / "examples" / "brach-1977" / "scene.toml")
 
 
@@ -46,7 +46,7 @@ def same_places(found: Scene, expected: Scene, within: float) -> None:
 def test_the_example_makes_the_papers_scene(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_bytes((SURVEY / "before.toml").read_bytes())
-    arguments = ["import", str(SURVEY / "survey.csv"), "--map", str(SURVEY / "map.toml")]
+    arguments = ["import", str(SURVEY / "survey.csv"), "--map", str(SURVEY / "survey.toml")]
     done = CliRunner().invoke(app, [*arguments, "--into", str(scene)])
     assert done.exit_code == 0, done.output
     assert "hydrant" in done.output
@@ -339,7 +339,7 @@ def test_nothing_is_written_that_the_scene_file_may_not_say(tmp_path: Path) -> N
 def test_a_dry_run_writes_nothing(tmp_path: Path) -> None:
     scene, old = tmp_path / "scene.toml", (SURVEY / "before.toml").read_bytes()
     scene.write_bytes(old)
-    arguments = [str(SURVEY / "survey.csv"), "--map", str(SURVEY / "map.toml")]
+    arguments = [str(SURVEY / "survey.csv"), "--map", str(SURVEY / "survey.toml")]
     done = CliRunner().invoke(app, ["import", *arguments, "--into", str(scene), "--dry-run"])
     assert done.exit_code == 0
     assert scene.read_bytes() == old

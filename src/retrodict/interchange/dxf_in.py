@@ -10,6 +10,7 @@ import logging
 import math
 from collections import Counter
 from collections.abc import Iterator
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from retrodict.interchange.column_map import DrawingEntry
@@ -44,16 +45,14 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
     Raises:
         SceneError: it is not DXF, or too large.
     """
-    document = _document(file)
+    entities, unit = _read(file)
     points: list[Point] = []
     numbers: Counter[str] = Counter()
     left: Counter[tuple[str, str]] = Counter()
-    left_lines = _units(document, drawing)
-    for count, entity in enumerate(document.modelspace()):
-        if count >= ENTITIES:
-            fix = f"more than {ENTITIES} entities; export only what belongs to the scene"
-            raise file.refuse(fix)
-        kind, layer = entity.dxftype(), str(entity.dxf.get("layer", "0"))
+    left_lines = _units(unit, drawing)
+    for entity in entities:
+        kind = entity.dxftype()
+        layer = str(entity.dxf.layer) if entity.dxf.is_supported("layer") else "0"
         if kind not in _TYPES:
             left[layer, kind] += 1
             continue
@@ -78,7 +77,8 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
     return points, left_lines
 
 
-def _document(file: SourceFile) -> Any:
+def _read(file: SourceFile) -> tuple[list[DXFEntity], Any]:
+    """The entities of the model space, and the unit of the header as it is written there."""
     from ezdxf import recover
 
     for beginning, what in _BINARY.items():
@@ -87,14 +87,18 @@ def _document(file: SourceFile) -> Any:
     # it says on standard error what it repairs
     logging.getLogger("ezdxf").setLevel(logging.CRITICAL)
     try:
-        return recover.read(io.BytesIO(file.content))[0]
+        document, _ = recover.read(io.BytesIO(file.content))
+        entities = list(islice(document.modelspace(), ENTITIES + 1))
+        unit = document.header.get("$INSUNITS", 0)
     except Exception:  # a damaged file: its own errors, and ValueError, IndexError, KeyError …
         raise file.refuse("not a DXF file that can be read; save it as DXF anew") from None
+    if len(entities) > ENTITIES:
+        raise file.refuse(f"more than {ENTITIES} entities; export only what belongs to the scene")
+    return entities, unit
 
 
-def _units(document: Any, drawing: DrawingEntry) -> list[str]:
+def _units(code: Any, drawing: DrawingEntry) -> list[str]:
     """A line where the drawing's header says another unit than the map."""
-    code = document.header.get("$INSUNITS", 0)
     worth = _METRES.get(code) if isinstance(code, int) else None
     if worth is None or math.isclose(worth, drawing.unit, rel_tol=1e-5):
         return []

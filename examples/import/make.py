@@ -1,6 +1,6 @@
 """Writes survey.csv and before.toml: the paper's scene as a total station would have measured it.
 
-python3 -m uv run python examples/survey/make.py
+python3 -m uv run python examples/import/make.py
 """
 
 from __future__ import annotations
