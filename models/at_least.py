@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import jax.numpy as jnp
 import numpyro.distributions as dist
 from jax.scipy.special import betainc, log_ndtr
@@ -32,7 +34,7 @@ class AtLeast(dist.Distribution):
         robust: whether the error has heavy tails (Student-t).
     """
 
-    arg_constraints = {}  # noqa: RUF012
+    arg_constraints: ClassVar[dict[str, object]] = {}
     support = constraints.real
 
     def __init__(self, quantity: _Number, sd: _Number, bound: _Number, robust: bool) -> None:

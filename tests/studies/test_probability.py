@@ -11,6 +11,7 @@ from scipy import integrate, stats
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.scene.asked import Comparison, read_proposition
 from retrodict.scene.measured import Measured
+from retrodict.scene.records import SpeedRecord
 from retrodict.studies.draws import NotAnswered
 from retrodict.studies.probability import likelihood_ratio, probability
 from tests.models.closed_form import everything_exact, momentum_and_slide
@@ -135,6 +136,27 @@ def test_a_measured_speed_is_the_prior_of_the_model():
     pair = [read_proposition(t) for t in ("speed_a < 19 m/s", "speed_a > 21 m/s")]
     found = likelihood_ratio(made, Comparison(*pair))
     assert found.prior_first == pytest.approx(stats.norm.cdf(-0.5))
+    assert math.log(found.value) == pytest.approx(0, abs=4 * found.error)
+
+
+def test_a_recorded_speed_is_the_prior_over_all_moments_of_the_impact():
+    """Braking from 22 to 18 m/s in the window: flat-topped, its edges blurred by 0.4 m/s."""
+    record = SpeedRecord((-1.0, 0.0), (22.0, 18.0), -1.0, 0.0, 0.4)
+    scene = outcome().scene
+    own = replace(scene.approach["a"], speed=Measured(*record.moments), record=record)
+    rng = np.random.default_rng(0)
+    draws = rng.uniform(18, 22, (4, 20_000)) + 0.4 * rng.standard_normal((4, 20_000))
+    made = replace(
+        outcome(speed_a=draws), scene=replace(scene, approach=scene.approach | {"a": own})
+    )
+    pair = [read_proposition(t) for t in ("speed_a < 18 m/s", "speed_a > 21 m/s")]
+    found = likelihood_ratio(made, Comparison(*pair))
+    below = [
+        integrate.quad(lambda v, at=at: stats.norm.cdf((at - v) / 0.4) / 4, 18, 22)[0]
+        for at in (18, 21)
+    ]
+    assert found.prior_first == pytest.approx(below[0], abs=1e-5)
+    assert found.prior_second == pytest.approx(1 - below[1], abs=1e-5)
     assert math.log(found.value) == pytest.approx(0, abs=4 * found.error)
 
 

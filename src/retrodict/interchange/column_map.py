@@ -366,15 +366,15 @@ class RecorderEntry(_Table):
 class RestsEntry(_Table):
     """`[rest]`."""
 
-    A: RestEntry | None = Field(None, examples=[f"{{ points = {_POINTS}, … }}"])
-    B: RestEntry | None = Field(None, examples=[f"{{ points = {_POINTS}, … }}"])
+    A: RestEntry | None = Field(default=None, examples=[f"{{ points = {_POINTS}, … }}"])
+    B: RestEntry | None = Field(default=None, examples=[f"{{ points = {_POINTS}, … }}"])
 
 
 class AllMarksEntry(_Table):
     """`[marks]`."""
 
-    A: list[MarksEntry] = Field([], max_length=50, examples=['[{ points = ["21"], … }]'])
-    B: list[MarksEntry] = Field([], max_length=50, examples=['[{ points = ["21"], … }]'])
+    A: list[MarksEntry] = Field(default=[], max_length=50, examples=['[{ points = ["21"], … }]'])
+    B: list[MarksEntry] = Field(default=[], max_length=50, examples=['[{ points = ["21"], … }]'])
 
 
 class MapEntry(_Table):

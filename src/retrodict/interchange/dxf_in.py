@@ -9,7 +9,7 @@ import io
 import logging
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -77,7 +77,7 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
     return points, left_lines
 
 
-def _read(file: SourceFile) -> tuple[list[DXFEntity], Any]:
+def _read(file: SourceFile) -> tuple[Sequence[DXFEntity], Any]:
     """The entities of the model space, and the unit of the header as it is written there."""
     from ezdxf import recover
 

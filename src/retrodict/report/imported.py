@@ -51,11 +51,12 @@ def _short(value: Any) -> str:
             return "removed"
         case {"times": [*times], **_others}:
             return f"{len(times)} times and speeds"
-        case {"value": number, "unit": unit, **others}:
-            sd = f" ± {others['sd']}" if "sd" in others else ""
-            return f"{number}{sd} {unit}"
-        case [first, *others] if isinstance(first, dict) and "point" in first:
-            return f"{len(others) + 1} points"
+        case {"value": number, "sd": sd, "unit": unit, **_others}:
+            return f"{number} ± {sd} {unit}"
+        case {"value": number, "unit": unit, **_others}:
+            return f"{number} {unit}"
+        case [{"point": _, **_others}, *_points]:
+            return f"{len(value)} points"
         case list():
             return ", ".join(map(_short, value[:4]))
         case {"point": point, "direction": direction, **_others}:

@@ -301,10 +301,14 @@ def _speed(entry: ApproachEntry) -> tuple[Measured | None, SpeedRecord | None]:
     """The speed as measured, or mean and deviation of what a recorder kept, and that record."""
     if (kept := entry.speed_record) is None:
         return entry.speed, None
-    times, speeds, window = (
-        tuple(m.value for m in of) for of in (kept.times, kept.speeds, kept.impact)
+    low, high = (moment.value for moment in kept.impact)
+    record = SpeedRecord(
+        times=tuple(t.value for t in kept.times),
+        speeds=tuple(v.value for v in kept.speeds),
+        low=low,
+        high=high,
+        sd=kept.uncertainty.value,
     )
-    record = SpeedRecord(times, speeds, *window, kept.uncertainty.value)
     every = (kept.uncertainty, *kept.speeds, *kept.times)
     source = "; ".join(dict.fromkeys(m.source for m in every if m.source))  # each once
     return Measured(*record.moments, source=source), record

@@ -203,7 +203,7 @@ class ApproachEntry(_Table):
 
     speed: Speed | None = None
     speed_record: SpeedRecordEntry | None = Field(
-        None,
+        default=None,
         examples=[
             '{ times = ["-1 s", "0 s"], speeds = ["45 mph", "37 mph"], '
             'impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }'

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.asked import Comparison, Proposition
     from retrodict.scene.measured import Measured
+    from retrodict.scene.records import SpeedRecord
 
 CONFIDENCE = 0.95  # of a bound
+_MOMENTS = 400  # of an impact, over which the law of a recorded speed is a mean
 _FEW = 10  # effective draws below which a share has bounds, and no standard error that tells much
 
 
@@ -177,6 +179,9 @@ def _prior(outcome: Outcome, name: str) -> tuple[Callable[[Proposition], float],
         law, words = stats.halfnorm(scale=prior.numbers[0]), prior.text
     elif measured.sd == 0:
         raise NotAnswered(f"{speed} is taken as exact: no evidence speaks of it")
+    elif (record := scene.approach[speed[-1]].record) is not None:
+        law = _OfRecord(record, cut=speed == "speed_b")
+        words = f"as recorded from {record.low:g} to {record.high:g} s, ± {record.sd:.2g} m/s"
     else:
         law, words = _law_of(measured, cut=speed == "speed_b")
     if name == speed:
@@ -194,6 +199,22 @@ def _prior(outcome: Outcome, name: str) -> tuple[Callable[[Proposition], float],
         return float(law.cdf(np.sqrt(np.maximum(max(limit, 0.0) ** 2 - gained, 0.0))).mean())
 
     return lambda each: below(each.high) - below(each.low), f"{words}, and the prior of the skid"
+
+
+class _OfRecord:
+    """The law of a speed of which the recorder's time zero is uncertain, as the model has it."""
+
+    def __init__(self, record: SpeedRecord, cut: bool) -> None:
+        from scipy import stats
+
+        moments = record.low + (np.arange(_MOMENTS) + 0.5) / _MOMENTS * (record.high - record.low)
+        speeds = np.interp(moments, record.times, record.speeds)
+        low = -speeds / record.sd if cut else -math.inf
+        self._each = stats.truncnorm(low, math.inf, speeds, record.sd)
+
+    def cdf(self, speed: np.ndarray | float) -> np.ndarray:
+        """Probability of what is below, the mean over the moments of the impact."""
+        return self._each.cdf(np.asarray(speed)[..., None]).mean(-1)
 
 
 def _law_of(m: Measured, cut: bool) -> tuple[Any, str]:

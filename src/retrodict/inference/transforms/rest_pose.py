@@ -103,8 +103,8 @@ def length_for_regressions(structure: Structure) -> int:
 def shaping_inputs(structure: Structure, vehicle: str) -> list[int]:
     """Which uncertain inputs shape a vehicle's run-out, by index."""
     other = "_b" if vehicle == "a" else "_a"
-    before = ("Gamma", "speed_a", "direction_a", "omega_a", "skid_a", "skid_b")
-    before += ("time_zero_a", "time_zero_b")
+    of_either = ("skid_a", "skid_b", "time_zero_a", "time_zero_b")
+    before = ("Gamma", "speed_a", "direction_a", "omega_a", *of_either)
     return [i for i, n in enumerate(structure.names) if not n.endswith(other) and n not in before]
 
 
