@@ -112,7 +112,7 @@ def _damaged(rng: random.Random, content: bytes) -> bytes:
 
 
 def _sound(version: str) -> str:
-    document = ezdxf.new(version, units=0)
+    document = ezdxf.new(version)
     space = document.modelspace()
     space.add_point((0.4, 0.3), dxfattribs={"layer": "GOUGE"})
     space.add_polyline2d([(3, -1), (5, -4)], dxfattribs={"layer": "SKID"})

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from retrodict.interchange.importing import import_evidence
+from retrodict.scene import parse_scene
+from retrodict.scene.write import scene_toml
 from tests.interchange.test_survey import PAPER, imported, refusal
 
 PRE_CRASH = """\
@@ -116,6 +118,20 @@ def test_what_a_recorder_does_not_say_is_refused(
     tmp_path: Path, content: str, map_text: str, said: str
 ) -> None:
     assert said in refusal(tmp_path, content, map_text)
+
+
+def test_a_long_record_can_be_read_again(tmp_path: Path) -> None:
+    """200 speeds, in lines that a scene file may have."""
+    rows = "".join(f"{-2 + i / 100:.2f};{72 - i / 20:.4f};;0\n" for i in range(200))
+    whole = BEFORE.replace('["-0.6 s", "-0.1 s"]', '["-2 s", "-0.01 s"]').replace(
+        'decimal = ","', 'decimal = "."'
+    )
+    found = imported(tmp_path, PRE_CRASH.split("\n")[0] + "\n" + rows, whole)
+    record = found.scene.approach["a"].record
+    assert record is not None
+    assert len(record.times) == 200
+    for text in (found.text, scene_toml(found.scene)):
+        assert parse_scene(text, "again").approach["a"].record == record
 
 
 def test_one_import_after_another(tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ from retrodict.scene.load import READERS, read_text, scene_from, toml_of
 from retrodict.scene.records import Measured, Scene, Vehicle
 from retrodict.scene.write import document_toml
 
+_IN_A_LINE = 12  # items of a list, beyond which each has a line
 _MISFIT = 4.0  # standard deviations of a point that points of one line or vehicle may miss it by
 
 
@@ -88,11 +89,15 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     write_keys(changed, changes, str(into))
     name = Path(into).stem if Path(into).stem != "scene" else Path(into).resolve().parent.name
     new = _kept(text, changes, changed, str(into))
+    if not new:
+        new = document_toml(changed)
+        left.append("comments of the scene file: its layout could not be kept, it is written anew")
+    toml_of(new, str(into))  # refuses what is too long to be read again
     return Import(tuple(taken), tuple(left), scene_from(changed, name, new, str(into)), new)
 
 
 def _kept(text: str, changes: Mapping[str, Any], changed: dict[str, Any], file: str) -> str:
-    """The text of a scene file with changes, its comments kept."""
+    """The text of a scene file with changes, its comments kept; empty where its layout cannot be."""
     import tomlkit
 
     try:
@@ -102,8 +107,8 @@ def _kept(text: str, changes: Mapping[str, Any], changed: dict[str, Any], file: 
         if tomllib.loads(new) == changed:
             return new
     except (tomlkit.exceptions.TOMLKitError, ValueError, TypeError, AttributeError):
-        pass  # a layout that it cannot change: the same values, without comments
-    return document_toml(changed)
+        pass
+    return ""
 
 
 def _inline(value: Any, nested: bool = False) -> Any:
@@ -119,7 +124,8 @@ def _inline(value: Any, nested: bool = False) -> Any:
     if isinstance(value, list):
         array = tomlkit.array()
         array.extend(_inline(each, nested=True) for each in value)
-        array.multiline(not nested and any(isinstance(each, dict) for each in value))
+        tables = not nested and any(isinstance(each, dict) for each in value)
+        array.multiline(tables or len(value) > _IN_A_LINE)
         return array
     return tomlkit.item(value)
 

@@ -229,7 +229,8 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
 
 def _record(record: SpeedRecord, source: str) -> str:
     def several(numbers: tuple[float, ...], unit: str) -> str:
-        return ", ".join(f'"{float(number)!r} {unit}"' for number in numbers)
+        # one a line: a scene file's lines have an end
+        return ",\n  ".join(f'"{float(number)!r} {unit}"' for number in numbers)
 
     parts = (
         f"times = [{several(record.times, 's')}]",
