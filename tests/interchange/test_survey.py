@@ -109,6 +109,24 @@ def test_comments_of_the_scene_file_are_kept(tmp_path: Path) -> None:
     assert tomllib.loads(found.text)["impact"]["point"][0]["value"] == 1.5
 
 
+@pytest.mark.parametrize("layout", ["CRLF", "lower case", "dotted keys"])
+def test_other_layouts_of_a_scene_file_are_kept_too(tmp_path: Path, layout: str) -> None:
+    text = (SURVEY / "before.toml").read_text("utf-8")
+    if layout == "CRLF":
+        text = text.replace("\n", "\r\n")
+    elif layout == "lower case":
+        text = text.replace("vehicles.A", "vehicles.a")
+    else:
+        text = text.replace('[vehicles.A.rest]\nrotation = "38 deg"\n', "")
+        text = text.replace("[vehicles.A]\n", '[vehicles.A]\nrest.rotation = "38 deg"\n')
+    scene = tmp_path / "scene.toml"
+    scene.write_bytes(text.encode())
+    found = import_evidence(SURVEY / "survey.csv", SURVEY / "survey.toml", scene)
+    assert not [line for line in found.left if "comments" in line]
+    assert found.text.startswith("# The collision of Brach")
+    assert found.scene.rest["a"].turns_known
+
+
 # the same three points in files of different conventions: (2, 1), (3, -1), (0.4, 0.3)
 CONVENTIONS = {
     "BOM, semicolons, decimal commas": (
