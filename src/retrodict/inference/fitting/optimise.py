@@ -26,7 +26,6 @@ _LOWER, _LAST = 1e-2, 4
 # After so many steps it is given up where so many times their way down as of late would not reach what
 # is asked for: on a scene's other branch, where searches took half of the time of all (measured).
 _AFTER, _TIMES = 10, 4
-_FIRST = 3.0  # the first step's length at most
 _OUTSIDE, _BACK = 1e10, 1e8  # the value where there is no potential, and how it rises outwards
 _STRIDE, _ROUNDS = 0.25, 30  # of many searches at once: share of the way to w = 0, and how many
 _LEVEL = 1e-300  # least slope that is divided by
@@ -135,7 +134,6 @@ class Differenced(Potential):
             method="trust-exact",
             jac=lambda w: self._about(w).slope,
             hess=lambda w: self._about(w).curvature,
-            initial_trust_radius=_FIRST,
         )
 
     @override
@@ -236,7 +234,6 @@ def _minimise(
     method: str,
     jac: Any,
     hess: Any = None,
-    **options: float,
 ) -> Found:
     from scipy.optimize import minimize  # slow to import, and compilers are at work by now
 
@@ -244,6 +241,6 @@ def _minimise(
         if arrived and arrived(intermediate_result.x):
             raise StopIteration
 
-    options |= {"gtol": _STILL, "maxiter": _MOST}
+    options = {"gtol": _STILL, "maxiter": _MOST}
     end = minimize(potential, start, (), method, jac, hess, callback=report, options=options)
     return Found(end.x, np.inf if end.fun >= _OUTSIDE else float(end.fun), end.jac)
