@@ -28,7 +28,7 @@ from benchmarks.__main__ import DOCS
 from benchmarks.machine import machine
 from retrodict.explore.controls import GROUPS, controls
 from retrodict.inference.points import SCRAMBLINGS
-from retrodict.inference.samplers.importance import weighted_at
+from retrodict.inference.samplers.importance import evaluated
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.samplers.quasi import Weighted, scrambled
 from retrodict.inference.warm import WarmPoints
@@ -119,13 +119,15 @@ def errors(name: str) -> Iterator[tuple[str, str, int, float, float]]:
 
     def means(u: np.ndarray) -> np.ndarray:
         w = proposal.at(u)
-        log_weight, quantities = weighted_at(posterior, proposal, w)
+        heights, quantities = evaluated(posterior, w)
+        log_weight = heights - proposal.log_density(w)
         weighted = Weighted(smoothed(log_weight)[0], SCRAMBLINGS)
         return np.array([weighted.mean(quantities[each])[0] for each in OF])
 
     sure = np.mean([means(scrambled(size, 8192, SCRAMBLINGS, 1000 + i)) for i in range(4)], axis=0)
     w = proposal.at(scrambled(size, 4096, 1, 999))
-    log_weight, quantities = weighted_at(posterior, proposal, w)
+    heights, quantities = evaluated(posterior, w)
+    log_weight = heights - proposal.log_density(w)
     weighted = Weighted(smoothed(log_weight)[0], SCRAMBLINGS)
     sd = np.array([weighted.sd(quantities[each])[0] for each in OF])
     for kind in ("scrambled Sobol", "independent"):
