@@ -121,7 +121,8 @@ def towards_b(bodies: Bodies) -> Float[Array, ""]:
         bodies: lever arms and Gamma.
 
     Returns:
-        1, or -1 where the reversed normal points from A to B.
+        1, or -1 where the reversed normal points from A to B. A barrier has no lever arms: it lies
+        beyond the contact, as A sees it.
     """
     of_a, of_b = _sides(bodies)
     return jnp.where(of_a - of_b < 0, -1.0, 1.0)
@@ -142,4 +143,5 @@ def _sides(bodies: Bodies) -> tuple[Float[Array, ""], Float[Array, ""]]:
     _, _, _, _, d1, d2, d3, d4, _ = bodies
     normal = axes(bodies)[0]
     to_a, to_b = jnp.stack([-d4, -d3]), jnp.stack([d2, d1])
-    return to_a @ normal / jnp.hypot(*to_a), to_b @ normal / jnp.hypot(*to_b)
+    of_a, size = to_a @ normal / jnp.hypot(*to_a), jnp.hypot(*to_b)
+    return of_a, jnp.where(size > 0, to_b @ normal / jnp.where(size > 0, size, 1.0), -of_a)

@@ -15,6 +15,7 @@ from retrodict.scene.questions import questions_of
 from retrodict.scene.records import (
     WHEELS,
     Approach,
+    Barrier,
     Contact,
     Edge,
     EndOfRotation,
@@ -30,6 +31,7 @@ from retrodict.scene.records import (
 )
 from retrodict.scene.schema import (
     ApproachEntry,
+    BarrierEntry,
     EdgeEntry,
     MarkEntry,
     PriorsEntry,
@@ -70,7 +72,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     Returns:
         The scene, with every default filled in.
     """
-    entries = {"A": entry.vehicles.A, "B": entry.vehicles.B}
+    entries = entry.vehicles.by_letter
     if _exchanged(entries):
         complain(
             "vehicles.A.rest.position",
@@ -84,15 +86,18 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     surfaces = tuple(_surface(*item) for item in in_order)
     friction = surfaces[0].friction.value
     of_a = entry.vehicles.A.approach
-    speed_of_a_is_known = bool(of_a.speed or of_a.speed_record)
+    speed_is_known = bool(of_a.speed or of_a.speed_record)
+    not_asked = {"speed_a" if speed_is_known else "", "speed_b" if entry.barrier else ""}
     return Scene(
         title=entry.title,
         name=name,
         text=text,
         vehicles={v.lower(): _vehicle(v, entries[v], friction, complain) for v in entries},
         approach={
-            "a": _approach_a(entry.vehicles.A.approach, entry.vehicles.A.impact.heading),
-            "b": _approach_b(entry.vehicles.B.approach),
+            v.lower(): _approach_b(each.approach)
+            if v == "B"
+            else _approach_a(each.approach, each.impact.heading)
+            for v, each in entries.items()
         },
         rest={
             v.lower(): _rest(v, each.rest, each.impact.heading.value, complain)
@@ -102,7 +107,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         contact=Contact(*entry.impact.point, entry.impact.contact_line, entry.impact.interlocked),
         surfaces=surfaces,
         notes=tuple(entry.notes),
-        question=entry.question or UNKNOWNS[speed_of_a_is_known:],
+        question=entry.question or tuple(name for name in UNKNOWNS if name not in not_asked),
         priors=_priors(entry.priors),
         departure={
             v.lower(): {name: measured for name, measured in each.departure if measured}
@@ -119,7 +124,13 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         },
         robust=entry.errors == "robust",
         questions=questions_of(entry.questions),
+        barrier=_barrier(entry.barrier) if entry.barrier else None,
     )
+
+
+def _barrier(entry: BarrierEntry) -> Barrier:
+    diameter = entry.diameter.value if entry.diameter else 0.0
+    return Barrier(entry.kind, entry.name or entry.kind, diameter)
 
 
 def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Complain) -> Vehicle:
@@ -357,6 +368,8 @@ def _contradicts(entry: RestEntry, at_impact: float) -> bool:
 
 def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:
     """Whether rotations contradict headings, and would not if A had the rest pose of B and B A's."""
+    if len(entries) < 2:
+        return False
 
     def contradiction(of: str, rest_of: str) -> bool:
         rest = entries[rest_of].rest

@@ -48,9 +48,9 @@ def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> l
             continue
         if kind == "fault":
             fix, at = found["ctx"]["fix"], found["ctx"]["at"]
-            if at:
-                parts.append(at)
-                value = value.get(at)
+            for part in at.split(".") if at else ():
+                parts.append(part)
+                value = value.get(part)
         elif kind == "extra_forbidden":
             fix = _unknown_key(parts, root)
         else:

@@ -151,6 +151,9 @@ OutlineLength = Annotated[
 OutlineWidth = Annotated[
     Measured, Kind(units.LENGTH, 0.3, 6, "1.8 m", uncertainty="refused", advice=_OUTLINE)
 ]
+PoleDiameter = Annotated[
+    Measured, Kind(units.LENGTH, 0.02, 10, "0.3 m", uncertainty="refused", advice=_OUTLINE)
+]
 ImpactDistance = Annotated[
     Measured,
     Kind(units.LENGTH, 0.01, 20, "2.09 ± 0.05 m", "lognormal", default="impact_distance"),

@@ -135,7 +135,8 @@ def scene_from(document: dict[str, Any], name: str, text: str, file: str) -> Sce
     from retrodict.scene.schema import SceneEntry
 
     try:
-        entry = SceneEntry.model_validate(document)
+        struck = {"barrier": document.get("barrier") is not None}
+        entry = SceneEntry.model_validate(document, context=struck)
     except ValidationError as error:
         raise SceneError(file, problems_of(error)) from None
     problems: list[Problem] = []

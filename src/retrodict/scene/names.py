@@ -33,6 +33,19 @@ class Name(NamedTuple):
         return self.kind in _AT_REST
 
 
+_VELOCITIES = {f"{V}{v}{axis}": v for V in "vV" for v in "ab" for axis in "xy"}
+
+
+def vehicle_of(name: str) -> str | None:
+    """Which vehicle a reported quantity is of: "a" or "b"; None where it is of the impact.
+
+    Args:
+        name: in `quantities.REPORTED` or `quantities.DERIVED`.
+    """
+    last = name.rpartition("_")[2]
+    return _VELOCITIES.get(name) or (last if last in ("a", "b") else None)
+
+
 @cache
 def parsed(name: str) -> Name:
     """A flat name taken apart.

@@ -6,7 +6,7 @@ import cmath
 import math
 from dataclasses import replace
 
-from retrodict.scene.records import VEHICLES, Measured, Scene, Vehicle
+from retrodict.scene.records import Measured, Scene, Vehicle
 
 # of the way between the centres of gravity: two cars side by side, a length apart, have two fifths
 _ACROSS = 1 / 3
@@ -30,6 +30,7 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     """
     # one wrong angle may cause several of these: only the most specific is given
     of_impact = _bearings(scene) or _sides(scene) or _overlaps(scene)
+    of_impact = of_impact or _beyond_the_wall(scene)
     return (*of_impact, *_inertias(scene), *_courses(scene), *_rolls(scene))
 
 
@@ -37,7 +38,7 @@ def _bearings(scene: Scene) -> list[str]:
     """Headings that fit as compass bearings, clockwise from north, and do not as they are."""
     as_bearings = _as_bearings(scene)
     # a contact line that parts no vehicles, alone, may have been counted from another axis itself
-    if not (_overlaps(scene) or _off_course(scene) > _ASTRAY):
+    if scene.barrier or not (_overlaps(scene) or _off_course(scene) > _ASTRAY):
         return []
     if _sides(as_bearings) or _overlaps(as_bearings) or _off_course(as_bearings) > _ON_COURSE:
         return []
@@ -92,7 +93,17 @@ def _sides(scene: Scene) -> list[str]:
         angle = vehicle.heading.value + vehicle.impact_angle.value - scene.contact.Gamma.value
         return -cmath.rect(vehicle.impact_distance.value, angle)
 
-    of_a, of_b = map(beyond, VEHICLES)
+    if scene.barrier:
+        off = beyond("a")
+        if abs(off.real) >= _ACROSS * abs(off):
+            return []
+        return [
+            f"impact.contact_line: it hardly parts the vehicle from the {scene.barrier.kind}: of the "
+            f"{abs(off):.1f} m from its centre of gravity to the impact centre "
+            f"{abs(off.real):.1f} m lie across it; it is counted from the y axis: look at it and at the "
+            "angle of the impact centre"
+        ]
+    of_a, of_b = map(beyond, scene.vehicles)
     across, apart = abs((of_a - of_b).real), abs(of_a - of_b)
     if of_a.real * of_b.real > 0:
         odd = (
@@ -114,7 +125,9 @@ def _sides(scene: Scene) -> list[str]:
 
 def _overlaps(scene: Scene) -> list[str]:
     """Vehicles that stand within each other at impact, deeper than any crush."""
-    a, b = (scene.vehicles[v] for v in VEHICLES)
+    if scene.barrier:
+        return []
+    a, b = scene.vehicles.values()
     between = complex(*scene.at_impact("b")) - complex(*scene.at_impact("a"))
 
     def reach(vehicle: Vehicle, along: complex) -> float:
@@ -136,10 +149,29 @@ def _overlaps(scene: Scene) -> list[str]:
     ]
 
 
+def _beyond_the_wall(scene: Scene) -> list[str]:
+    """A rest position on the other side of the wall that was struck: no run-out passes through it."""
+    if scene.barrier is None or scene.barrier.kind != "wall" or "a" not in scene.rest:
+        return []
+    normal = cmath.rect(1, scene.contact.Gamma.value)
+    struck = complex(scene.contact.x.value, scene.contact.y.value)
+
+    def off(x: float, y: float) -> float:
+        return ((complex(x, y) - struck) * normal.conjugate()).real
+
+    rest = scene.rest["a"]
+    before, after = off(*scene.at_impact("a")), off(rest.x.value, rest.y.value)
+    if before * after > 0:
+        return []
+    return [
+        f"vehicles.A.rest.position: {abs(after):.1f} m beyond the face of the wall, which the vehicle "
+        "did not pass: look at it, at impact.point and at impact.contact_line"
+    ]
+
+
 def _inertias(scene: Scene) -> list[str]:
     found = []
-    for v in VEHICLES:
-        vehicle = scene.vehicles[v]
+    for v, vehicle in scene.vehicles.items():
         wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
         radius = math.sqrt(vehicle.yaw_inertia.value / vehicle.mass.value) / wheelbase
         if not _RADIUS[0] <= radius <= _RADIUS[1]:
@@ -153,7 +185,7 @@ def _inertias(scene: Scene) -> list[str]:
 
 def _courses(scene: Scene) -> list[str]:
     found = []
-    for v in VEHICLES:
+    for v in scene.vehicles:
         course = scene.approach[v].direction
         if course is None:
             continue

@@ -12,6 +12,7 @@ from retrodict.scene.asked import Questions
 from retrodict.scene.departure import ITEMS
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
+from retrodict.scene.names import vehicle_of
 from retrodict.scene.priors import Prior, default_priors
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
 
@@ -251,6 +252,21 @@ class Surface:
     edge: Edge | None
 
 
+@dataclass(frozen=True, slots=True)
+class Barrier:
+    """What vehicle A struck in the place of a vehicle B: rigid, and immovable.
+
+    Args:
+        kind: "wall", whose face is the contact line, or "pole", which touches that from beyond.
+        name: in words.
+        diameter: of a pole, m; it is for drawing.
+    """
+
+    kind: Literal["wall", "pole"]
+    name: str
+    diameter: float = 0.0
+
+
 @dataclass(frozen=True)
 class Scene:
     """A whole measured scene: what a model needs and a report prints.
@@ -259,7 +275,7 @@ class Scene:
         title: one line.
         name: short identifier, used to name output.
         text: the scene file as it was written, for the record.
-        vehicles: keyed "a" and "b".
+        vehicles: keyed "a" and "b"; "a" alone where it struck a barrier.
         approach: motion before impact, keyed likewise.
         rest: where each vehicle came to rest, keyed likewise; without those that were not measured.
         contact: where and along which line they touched.
@@ -275,6 +291,7 @@ class Scene:
         approximations: what a model misses of a fuller one, by flat name: inputs that it adds to the
             scene it sees.
         questions: what is asked of the answer.
+        barrier: what A struck in the place of a vehicle B; None where that was a vehicle.
     """
 
     title: str
@@ -294,6 +311,7 @@ class Scene:
     robust: bool = False
     approximations: dict[str, Measured] = field(default_factory=dict)
     questions: Questions = field(default_factory=Questions)
+    barrier: Barrier | None = None
 
     if TYPE_CHECKING:
         # what needs the schema, or matplotlib, knows this module: it attaches itself (`scene.edit`,
@@ -310,13 +328,17 @@ class Scene:
     @property
     def rolling(self) -> tuple[str, ...]:
         """Vehicles of which some wheel was not locked after the impact."""
-        return tuple(v for v in VEHICLES if self.vehicles[v].wheels is not None)
+        return tuple(v for v, vehicle in self.vehicles.items() if vehicle.wheels is not None)
+
+    @property
+    def sought(self) -> Literal["speed_a", "speed_b"]:
+        """The speed that studies follow: that of B, or of A where it struck a barrier."""
+        return "speed_a" if self.barrier else "speed_b"
 
     def inputs(self) -> dict[str, Measured]:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
         flat: dict[str, Measured] = {}
-        for v in VEHICLES:
-            vehicle = self.vehicles[v]
+        for v, vehicle in self.vehicles.items():
             for part, names in (
                 (vehicle, {}),
                 (vehicle.wheels, _WHEEL_NAMES),
@@ -345,7 +367,7 @@ class Scene:
         its `run_out_error`.
         """
         flat: dict[str, Measured | None] = {}
-        for v in VEHICLES:
+        for v in self.vehicles:
             if (rest := self.rest.get(v)) is None:
                 continue
             way = self.way_to(v, rest.x.value, rest.y.value)
@@ -354,7 +376,7 @@ class Scene:
             flat[f"rest_y_{v}"] = rest.y.with_model_sd(missed.of_position(way))
             if rest.heading is not None:
                 flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(way))
-        for v in VEHICLES:
+        for v in self.vehicles:
             departure, missed = self.departure.get(v, {}), self.vehicles[v].run_out_error
             # programs do not depend on the order written
             for name in sorted(departure, key=list(ITEMS).index):
@@ -405,7 +427,9 @@ class Scene:
         """Which of `REPORTED` its results contain, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
         left_out = {"speed_a"} if known else set()
-        left_out |= {f"initial_speed_{v}" for v in VEHICLES if self.approach[v].skid is None}
+        left_out |= {f"initial_speed_{v}" for v in self.vehicles if self.approach[v].skid is None}
+        if self.barrier:
+            left_out |= {name for name in REPORTED if vehicle_of(name) == "b"}
         return tuple(name for name in REPORTED if name not in left_out)
 
     def __repr__(self) -> str:

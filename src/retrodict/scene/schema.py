@@ -14,6 +14,7 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainValidator,
+    ValidationInfo,
     create_model,
     model_validator,
 )
@@ -49,6 +50,7 @@ from retrodict.scene.kinds import (
     NumberScale,
     OutlineLength,
     OutlineWidth,
+    PoleDiameter,
     ReactionTime,
     RecordedSpeed,
     RecordTime,
@@ -74,6 +76,7 @@ from retrodict.scene.kinds import (
     fault,
     of_departure,
 )
+from retrodict.scene.names import vehicle_of
 from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.records import Measured
 from retrodict.scene.units import QuantityError
@@ -373,24 +376,59 @@ class VehicleEntry(_Table):
         return self
 
 
+def _a_vehicle_or_a_barrier(raw: object, info: ValidationInfo) -> object:
+    """Of what A struck, one: whether there is a barrier is the context, since it stands elsewhere."""
+    barrier = bool(info.context and info.context["barrier"])
+    if raw is None and not barrier:
+        raise fault('missing; write B = { mass = "1778 ± 36 kg", … }, or what A struck: [barrier]')
+    if raw is not None and barrier:
+        raise fault("A struck a vehicle or a barrier; leave out one, vehicles.B or barrier")
+    return raw
+
+
 class VehiclesEntry(_Table):
-    """`[vehicles]`: exactly A and B."""
+    """`[vehicles]`: exactly A and B, or A alone where it struck a barrier."""
 
     A: VehicleEntry = Field(
         validation_alias=AliasChoices("A", "a"), examples=['{ mass = "1857 ± 37 kg", … }']
     )
-    B: VehicleEntry = Field(
-        validation_alias=AliasChoices("B", "b"), examples=['{ mass = "1778 ± 36 kg", … }']
+    B: Annotated[VehicleEntry | None, BeforeValidator(_a_vehicle_or_a_barrier)] = Field(
+        None,
+        validation_alias=AliasChoices("B", "b"),
+        validate_default=True,
+        examples=['{ mass = "1778 ± 36 kg", … }'],
     )
 
     @model_validator(mode="after")
     def _something_is_known_after_impact(self) -> VehiclesEntry:
-        vehicles = (self.A, self.B)
+        vehicles = self.by_letter.values()
         if not any(v.rest or v.departure or v.marks or v.end_of_rotation for v in vehicles):
+            whose = ("either", " of one") if self.B else ("the vehicle", "")
             raise fault(
-                "nothing is known of either after the impact; "
-                f"write rest = {_REST}, departure, marks or end_of_rotation of one"
+                f"nothing is known of {whose[0]} after the impact; "
+                f"write rest = {_REST}, departure, marks or end_of_rotation{whose[1]}"
             )
+        return self
+
+    @property
+    def by_letter(self) -> dict[str, VehicleEntry]:
+        """Those that are written."""
+        return {"A": self.A} | ({"B": self.B} if self.B else {})
+
+
+class BarrierEntry(_Table):
+    """`[barrier]`: what vehicle A struck in the place of a vehicle B, rigid and immovable."""
+
+    kind: Literal["wall", "pole"] = Field(examples=['"wall" or "pole"'])
+    name: Annotated[str, _line(60)] | None = Field(None, examples=['"concrete wall"'])
+    diameter: PoleDiameter | None = None
+
+    @model_validator(mode="after")
+    def _a_pole_is_round(self) -> BarrierEntry:
+        if self.kind == "pole" and self.diameter is None:
+            raise fault('missing; write diameter = "0.3 m"', "diameter")
+        if self.kind == "wall" and self.diameter is not None:
+            raise fault('a wall has none; leave it out, or write kind = "pole"', "diameter")
         return self
 
 
@@ -616,6 +654,7 @@ class SceneEntry(_Table):
     )
     errors: Literal["normal", "robust"] = Field("normal", examples=['"robust", or "normal"'])
     vehicles: VehiclesEntry = Field(examples=["{ A = { … }, B = { … } }"])
+    barrier: BarrierEntry | None = Field(None, examples=['{ kind = "wall" }'])
     impact: ImpactEntry = Field(
         examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }']
     )
@@ -631,8 +670,35 @@ class SceneEntry(_Table):
     def _what_slid_slid_on_something(self) -> SceneEntry:
         slid = any(
             v.rest or v.marks or v.end_of_rotation or v.approach.skid
-            for v in (self.vehicles.A, self.vehicles.B)
+            for v in self.vehicles.by_letter.values()
         )
         if slid and not self.surfaces:
             raise fault(f"missing; write surfaces = {_ROAD}", "surfaces")
+        return self
+
+    @model_validator(mode="after")
+    def _a_barrier_is_asked_nothing(self) -> SceneEntry:
+        if self.barrier is None:
+            return self
+        still = "a barrier stands still, so that nothing is to be found of a vehicle B"
+        if "speed_b" in self.question:
+            raise fault(f'{still}; write question = ["speed_a"]', "question")
+        for prior in ("speed_b", "omega_b"):
+            if getattr(self.priors, prior) is not None:
+                raise fault(f"{still}; leave this prior out", f"priors.{prior}")
+        asked = self.questions
+        for key, propositions in (
+            ("exceeds", asked.exceeds),
+            ("between", asked.between),
+            ("likelihood_ratio", [each.first for each in asked.likelihood_ratio]),
+        ):
+            if any(vehicle_of(each.name) == "b" for each in propositions):
+                raise fault(f"{still}; ask it of A, as in speed_a", f"questions.{key}")
+        if any(each.vehicle == "B" for each in asked.avoidable):
+            raise fault(f'{still}; write vehicle = "A"', "questions.avoidable")
+        if any(each.clear for each in asked.avoidable):
+            raise fault("a barrier never clears the way; leave clear out", "questions.avoidable")
+        if asked.corners:
+            fix = "corners are of the speed of a vehicle B, and a barrier stands still; leave them out"
+            raise fault(fix, "questions.corners")
         return self

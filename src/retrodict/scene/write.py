@@ -16,7 +16,6 @@ from retrodict.scene.load import parse_scene
 from retrodict.scene.priors import Prior, prior_keys
 from retrodict.scene.quantities import si_symbol
 from retrodict.scene.records import (
-    VEHICLES,
     WHEELS,
     Edge,
     Mark,
@@ -117,8 +116,11 @@ def scene_toml(scene: Scene) -> str:
         f"question = [{', '.join(map(_quoted, scene.question))}]",
         f'errors = "{"robust" if scene.robust else "normal"}"',
     ]
-    for v in VEHICLES:
+    for v in scene.vehicles:
         lines += ["", *_vehicle(scene, v)]
+    if barrier := scene.barrier:
+        lines += ["", "[barrier]", f'kind = "{barrier.kind}"', f"name = {_quoted(barrier.name)}"]
+        lines += [f'diameter = "{float(barrier.diameter)!r} m"'] if barrier.diameter else []
     x, y = scene.contact.x, scene.contact.y
     lines += [
         "",
