@@ -46,6 +46,7 @@ class Structure:
         recorded: vehicles of which a recorder kept the speed up to the impact, and its number of points.
         steps: number of integration steps of each run-out; None where it is an argument, for run-outs
             that are not differentiated in reverse mode.
+        vehicles: A and B; A alone where it struck a barrier.
     """
 
     rung: str
@@ -65,6 +66,12 @@ class Structure:
     around: tuple[str, ...] = ()
     recorded: tuple[tuple[str, int], ...] = ()
     steps: int | None = None
+    vehicles: tuple[str, ...] = VEHICLES
+
+    @property
+    def barrier(self) -> bool:
+        """Whether A struck a barrier, which neither moves nor runs out."""
+        return "b" not in self.vehicles
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,7 +81,7 @@ class Structure:
     @property
     def rest_components(self) -> tuple[str, ...]:
         """Measurable components of the rest poses, A's first, by name of evidence."""
-        return tuple(f"rest_{part}_{v}" for v in VEHICLES for part in self.rests)
+        return tuple(f"rest_{part}_{v}" for v in self.vehicles for part in self.rests)
 
     @property
     def unmeasured(self) -> tuple[str, ...]:
@@ -100,7 +107,7 @@ class Structure:
     @property
     def followed(self) -> bool:
         """Whether something was measured on the way to rest."""
-        return any(self.on_way_of(v) for v in VEHICLES)
+        return any(self.on_way_of(v) for v in self.vehicles)
 
     @property
     def rested(self) -> bool:

@@ -16,7 +16,7 @@ from retrodict.models.at_least import AtLeast
 
 from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
 from retrodict.scene.names import parsed
-from retrodict.scene.records import FREEDOM, VEHICLES, WHEELS
+from retrodict.scene.records import FREEDOM, WHEELS
 
 # degrees of freedom of the Student-t in a robust scene: mean and variance exist, and a residual of
 # four standard deviations has no more influence than one of two
@@ -101,7 +101,7 @@ def observe(
     data: Data,
     x: parts.Values,
     after: Float[Array, " separation"],
-    rests: Float[Array, "2 rest"],
+    rests: Float[Array, "vehicles rest"],
     paths: Path | None,
     surrogate: Surrogate | None = None,
 ) -> None:
@@ -112,17 +112,17 @@ def observe(
         data: what was measured.
         x: measured inputs.
         after: velocities after the impact, A's first.
-        rests: of A and B.
-        paths: of A and B, stacked; None where nothing was measured on the way to rest.
+        rests: of the vehicles.
+        paths: of the vehicles, stacked; None where nothing was measured on the way to rest.
         surrogate: of the run-out predictions; gives back what it has no surrogate for.
     """
     cars, changes, velocities = (
         parts.cars(structure, x),
         parts.delta_v(x, after),
-        after.reshape(2, -1),
+        after.reshape(len(structure.vehicles), -1),
     )
     passed = dict(structure.marks)
-    for i, v in enumerate(VEHICLES):
+    for i, v in enumerate(structure.vehicles):
         k2, front, rear, track = (jnp.asarray(own)[i] for own in cars[:4])
         car = Car(k2, front, rear, track)
         path = None if paths is None else Path(*(rows[i] for rows in paths))

@@ -68,6 +68,7 @@ class Impact:
             direction of B, which stands as "velocity_b", and log |d sites / d velocities|.
         priors: names of the priors it uses, in `Scene.priors`.
         nesting: what it models beyond momentum; a model with more of these contains one with fewer.
+        against_barrier: the model in words where A strikes a barrier; None where it is no model of that.
     """
 
     description: Description
@@ -77,6 +78,7 @@ class Impact:
     unknowns: Callable[[Separation, parts.Values], tuple[parts.Values, Float[Array, ""]]]
     priors: tuple[str, ...]
     nesting: frozenset[str]
+    against_barrier: Description | None = None
 
 
 SHORT = "the impact is short: vehicles do not move and tyres do nothing while it lasts"

@@ -18,7 +18,7 @@ from retrodict.models.of_scene import of_scene
 from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import roll, slide, spin, wheels
 
-from retrodict.scene.names import parsed
+from retrodict.scene.names import parsed, vehicle_of
 from retrodict.scene.quantities import describe
 from retrodict.scene.records import Scene
 
@@ -46,17 +46,25 @@ class Rung:
         theirs = (other.impact.nesting, other.run_out.nesting)
         return mine != theirs and all(a >= b for a, b in zip(mine, theirs, strict=True))
 
+    def refusal(self, scene: Scene) -> str:
+        """Why it does not apply to a scene; empty where it does."""
+        if scene.barrier and self.impact.against_barrier is None:
+            return _NO_MOMENTUM
+        return self.run_out.refusal(scene)
+
     def description(self, scene: Scene) -> Description:
         """The model in words, with the priors of a scene."""
         one, two = self.impact.description, self.run_out.description
+        if scene.barrier:
+            one = self.impact.against_barrier or one
         known = scene.inputs()
         priors = [
             (describe(name)[0], p.text, f"{p.reason} ({p.source})")
             for name in self.impact.priors
-            if name not in known
+            if name not in known and not (scene.barrier and vehicle_of(name) == "b")
             for p in [scene.priors[name]]
         ]
-        if "direction_b" not in known:
+        if "direction_b" not in known and not scene.barrier:
             priors.append(_NO_DIRECTION)
         return Description(
             name=self.name,
@@ -106,7 +114,8 @@ class Rung:
         x = parts.measured(structure, data)
         data = parts.as_recorded(structure, data, x)
         after = self.impact.forward_model(structure, data, x)
-        rests, paths = jnp.full((2, len(structure.rests)), jnp.nan), None
+        rests = jnp.full((len(structure.vehicles), len(structure.rests)), jnp.nan)
+        paths = None
         at = (x, after)
         if surrogate and not structure.steps:
             at = jax.lax.stop_gradient(at)
@@ -119,6 +128,9 @@ class Rung:
         parts.record_skids(structure, x, after)
 
 
+_NO_MOMENTUM = (
+    "goes by momentum alone, and a barrier takes up any: what it took shows in no motion of it"
+)
 _NO_DIRECTION = (
     describe("direction_b")[0],
     "uniform over the circle",

@@ -76,6 +76,7 @@ def of_scene(
         interlocked=scene.contact.interlocked,
         ways=tuple((v, len(way)) for v, way in ways.items()),
         recorded=tuple((v, len(record.within)) for v, record in records.items()),
+        vehicles=tuple(scene.vehicles),
     )
     data = Data(
         inputs=numbers,
@@ -87,7 +88,8 @@ def of_scene(
         ways=ways,
         records={v: np.array(record.within) for v, record in records.items()},
     )
-    if loose or structure.unmeasured == structure.rest_components:
+    # one vehicle's rest pose determines fewer velocities than an impact has unknowns
+    if loose or structure.barrier or structure.unmeasured == structure.rest_components:
         structure = replace(structure, transform="velocity")
     # run-outs that are differentiated in reverse
     if structure.transform == "velocity" or (structure.followed and not structure.paced):

@@ -20,6 +20,7 @@ from retrodict.mechanics import (
     Path,
     Wheels,
     Zone,
+    against_barrier,
     lever_arms,
 )
 from retrodict.mechanics.runout import GRAVITY
@@ -96,10 +97,15 @@ def _has_law(structure: Structure, law: str) -> np.ndarray:
     return np.array([own == law for _, own in structure.uncertain])
 
 
-def levers(x: Values) -> Float[Array, "2 2"]:
+def vehicles(x: Values) -> tuple[str, ...]:
+    """Vehicles of a scene: A and B, or A alone where it struck a barrier."""
+    return tuple(v for v in VEHICLES if f"mass_{v}" in x)
+
+
+def levers(x: Values) -> Float[Array, "vehicles 2"]:
     """Vectors from each centre of gravity to the impact centre, road frame, m."""
     rows = []
-    for v in VEHICLES:
+    for v in vehicles(x):
         angle = x[f"heading_{v}"] + x[f"impact_angle_{v}"]
         rows.append(x[f"impact_distance_{v}"] * jnp.stack([jnp.cos(angle), jnp.sin(angle)]))
     return jnp.stack(rows)
@@ -107,6 +113,9 @@ def levers(x: Values) -> Float[Array, "2 2"]:
 
 def bodies(x: Values) -> Bodies:
     """Masses, inertias, lever arms and Gamma for the impact equations."""
+    if "b" not in vehicles(x):
+        _, _, d3, d4 = lever_arms(levers(x)[0], jnp.zeros(2))
+        return against_barrier(x["mass_a"], x["yaw_inertia_a"], d3, d4, x["Gamma"])
     masses = (x["mass_a"], x["mass_b"], x["yaw_inertia_a"], x["yaw_inertia_b"])
     return Bodies(*masses, *lever_arms(*levers(x)), x["Gamma"])
 
@@ -117,15 +126,15 @@ def approach_of_a(x: Values) -> Float[Array, "3"]:
     return jnp.stack([speed * jnp.cos(direction), speed * jnp.sin(direction), x["omega_a"]])
 
 
-def impact_poses(x: Values) -> Float[Array, "2 3"]:
-    """Poses of A and B at impact: the impact centre minus each lever, and the headings."""
+def impact_poses(x: Values) -> Float[Array, "vehicles 3"]:
+    """Poses of the vehicles at impact: the impact centre minus each lever, and the headings."""
     centre = jnp.stack([x["impact_x"], x["impact_y"]]) - levers(x)
-    headings = jnp.stack([x["heading_a"], x["heading_b"]])
+    headings = jnp.stack([x[f"heading_{v}"] for v in vehicles(x)])
     return jnp.concatenate([centre, headings[:, None]], axis=1)
 
 
 def cars(structure: Structure, x: Values) -> Car:
-    """Both vehicles for the run-out, stacked."""
+    """The vehicles for the run-out, stacked."""
     columns = [
         (
             x[f"yaw_inertia_{v}"] / x[f"mass_{v}"],
@@ -133,16 +142,17 @@ def cars(structure: Structure, x: Values) -> Car:
             x[f"rear_axle_{v}"],
             x[f"track_{v}"],
         )
-        for v in VEHICLES
+        for v in vehicles(x)
     ]
     k2, front, rear, track = (jnp.stack(pair) for pair in zip(*columns, strict=True))
     return Car(k2, front, rear, track, _wheels(x) if structure.rolling else None)
 
 
-def drag_factors(structure: Structure, x: Values) -> Float[Array, "2"]:
-    """Drag factors of A and B on the first surface: mean over the wheels, by static load."""
+def drag_factors(structure: Structure, x: Values) -> Float[Array, " vehicles"]:
+    """Drag factors of the vehicles on the first surface: mean over the wheels, by static load."""
     car = cars(structure, x)
-    grip = jnp.stack([x[f"grip_{v}"] for v in VEHICLES]) * x[f"friction_{structure.surfaces[0]}"]
+    grip = jnp.stack([x[f"grip_{v}"] for v in vehicles(x)])
+    grip = grip * x[f"friction_{structure.surfaces[0]}"]
     if car.wheels is None:
         return grip
     front = car.rear_axle / (car.front_axle + car.rear_axle)
@@ -151,40 +161,40 @@ def drag_factors(structure: Structure, x: Values) -> Float[Array, "2"]:
 
 
 def _wheels(x: Values) -> Wheels:
-    """Drag and steer of both vehicles' wheels; locked by default."""
+    """Drag and steer of the vehicles' wheels; locked by default."""
     drag = []
-    for v in VEHICLES:
+    for v in vehicles(x):
         own = jnp.stack([x.get(f"drag_{wheel}_{v}", jnp.ones(())) for wheel in WHEELS])
         if f"drag_factor_{v}" in x:  # times the odds: shares stay below 1, locked stays locked
             times = x[f"drag_factor_{v}"] * own
             own = times / (1 - own + times)
         drag.append(own)
-    steer = [x.get(f"steer_{v}", jnp.zeros(())) for v in VEHICLES]
+    steer = [x.get(f"steer_{v}", jnp.zeros(())) for v in vehicles(x)]
     front = jnp.array([1.0, 1.0, 0.0, 0.0])
     return Wheels(jnp.stack(drag), jnp.stack(steer)[:, None] * front)
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:
-    """Friction and edges of the surfaces for both vehicles; friction is stacked."""
+    """Friction and edges of the surfaces for the vehicles; friction is stacked."""
     inward = data.edges.inward
     shifts = [x[f"edge_{name}"] for name in structure.surfaces[1:]]
     shift = jnp.stack(shifts)[:, None] * inward if shifts else inward
     dependence = [x[f"speed_dependence_{s}"] for s in structure.surfaces]
     friction = jnp.stack([x[f"friction_{s}"] for s in structure.surfaces])
     return Ground(
-        coefficients=jnp.stack([x[f"grip_{v}"] for v in VEHICLES])[:, None] * friction,
+        coefficients=jnp.stack([x[f"grip_{v}"] for v in vehicles(x)])[:, None] * friction,
         speed_dependence=None if structure.constant_friction else jnp.stack(dependence),
         zones=Zone(data.edges.point + shift, inward),
     )
 
 
 def each_vehicle[T](function: Callable[..., T], *arguments: Array, car: Car, on: Ground) -> T:
-    """function(*arguments, car, ground) of both vehicles.
+    """function(*arguments, car, ground) of each vehicle.
 
     Args:
         function: of one vehicle.
         arguments: with a row for each.
-        car: both, stacked.
+        car: all, stacked.
         on: as `ground` gives it.
     """
     friction = jnp.asarray(on.coefficients)
@@ -201,19 +211,21 @@ Paths = Callable[[Structure, Data, Values, Float[Array, " separation"]], Path]
 
 def rest_poses_at(
     structure: Structure, data: Data, z: Float[Array, " components"]
-) -> Float[Array, "2 component"]:
+) -> Float[Array, "vehicles component"]:
     """Rest poses z standard deviations from the measured ones, one row for each vehicle.
 
     Components that were not measured are z itself.
     """
     pairs = [data.evidence.get(name, np.array([0.0, 1.0])) for name in structure.rest_components]
     value, sd = jnp.stack(pairs, axis=1)
-    return (value + sd * z).reshape(2, -1)
+    return (value + sd * z).reshape(len(structure.vehicles), -1)
 
 
-def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "2 2"]:
+def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "vehicles 2"]:
     """Change of velocity of A and of B, m/s: B's by momentum (SAE 770014 eqs 19, 20)."""
     of_a = after[:2] - approach_of_a(x)[:2]
+    if "b" not in vehicles(x):
+        return of_a[None]
     return jnp.stack([of_a, -x["mass_a"] / x["mass_b"] * of_a])
 
 
@@ -223,8 +235,8 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
     v0² = v² + 2 g f exp(−c v̄) s, v̄ the mean of v0 and v.
     """
     road = structure.surfaces[0]
-    before = after.reshape(2, -1)[:, :2] - delta_v(x, after)
-    for i, v in enumerate(VEHICLES):
+    before = after.reshape(len(structure.vehicles), -1)[:, :2] - delta_v(x, after)
+    for i, v in enumerate(structure.vehicles):
         if f"skid_{v}" not in x:
             continue
         square = jnp.sum(before[i] ** 2)
@@ -236,15 +248,16 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
         numpyro.deterministic(f"initial_speed_{v}", initial)
 
 
-def record_motion(after: Float[Array, " separation"], delta_v: Float[Array, "2 2"]) -> None:
+def record_motion(after: Float[Array, " separation"], delta_v: Float[Array, "vehicles 2"]) -> None:
     """Record velocities after the impact and each vehicle's delta-v.
 
     Args:
         after: of A, then B: x and y (m/s), and the yaw rate (rad/s) where the rung has one.
-        delta_v: change of velocity of A and of B, m/s.
+        delta_v: change of velocity of A and of B, m/s; of A alone where it struck a barrier.
     """
-    names = [name for of_one in AFTER for name in of_one[: after.size // 2]]
+    count = len(delta_v)
+    names = [name for of_one in AFTER[:count] for name in of_one[: after.size // count]]
     for name, value in zip(names, after, strict=True):
         numpyro.deterministic(name, value)
-    for v, change in zip(VEHICLES, delta_v, strict=True):
+    for v, change in zip(VEHICLES[:count], delta_v, strict=True):
         numpyro.deterministic(f"delta_v_{v}", jnp.hypot(*change))

@@ -11,7 +11,7 @@ from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 
-from retrodict.scene.records import VEHICLES, Measured, Scene
+from retrodict.scene.records import Measured, Scene
 
 
 def rolls(scene: Scene) -> str:
@@ -19,7 +19,7 @@ def rolls(scene: Scene) -> str:
     return "takes every wheel as locked, and some roll" if scene.rolling else ""
 
 
-ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for both vehicles"
+ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for all vehicles"
 NORMAL_ERRORS = (
     "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
     "cannot be negative) about what was measured, and independent of one another"
@@ -54,7 +54,7 @@ class RunOut:
     rest_poses: parts.RestPoses
     paths: parts.Paths
     nesting: frozenset[str]
-    integrated: Callable[[Scene], tuple[str, ...]] = lambda scene: VEHICLES
+    integrated: Callable[[Scene], tuple[str, ...]] = lambda scene: tuple(scene.vehicles)
     ways: Callable[[Scene], dict[str, Float[Array | np.ndarray, "points 3"]]] = lambda scene: {}
     approximations: Callable[[Scene], dict[str, Measured]] = lambda scene: {}
     inverse: Inverse | None = None

@@ -6,6 +6,7 @@ friction mu is either unknown or fixed at mu_c (sliding ends within the contact)
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -58,31 +59,12 @@ def forward_model(
         x: measured inputs.
 
     Returns:
-        Velocities after the impact, shape (6,): x and y (m/s) and yaw rate (rad/s), A's first.
+        Velocities after the impact, shape (6,): x and y (m/s) and yaw rate (rad/s), A's first; shape
+        (3,), those of A, where it struck a barrier, which keeps still.
     """
-    known, inputs, priors = structure.known_of_b, data.inputs, data.priors
-    bodies = parts.bodies(x)
-
-    # B's approach
-    if "speed_b" in known:
-        law = dist.TruncatedNormal(*inputs["speed_b"], low=0.0)
-    else:
-        law = dist.HalfNormal(priors["speed_b"][0])
-    speed_b = numpyro.sample("speed_b", law)
-    if "direction_b" in known:
-        law = dist.Normal(*inputs["direction_b"])
-    else:
-        law = dist.Uniform(-jnp.pi, jnp.pi)
-    direction_b = numpyro.sample("direction_b", law)
-    v_bx = numpyro.deterministic("vbx", speed_b * jnp.cos(direction_b))
-    v_by = numpyro.deterministic("vby", speed_b * jnp.sin(direction_b))
-    v_b = jnp.stack([v_bx, v_by])
-    if "omega_b" in known:
-        law = dist.Normal(*inputs["omega_b"])
-    else:
-        law = dist.Normal(0.0, priors["omega_b"][0])
-    omega_b = numpyro.sample("omega_b", law)
-    before = jnp.append(jnp.concatenate([parts.approach_of_a(x), v_b]), omega_b)
+    priors, bodies = data.priors, parts.bodies(x)
+    of_b = jnp.zeros(3) if structure.barrier else _approach_of_b(structure, data)
+    before = jnp.concatenate([parts.approach_of_a(x), of_b])
 
     # coefficient of restitution: lower at higher closing speeds
     closing = jnp.abs(closing_speed(before, bodies))
@@ -108,7 +90,32 @@ def forward_model(
     coefficients = Coefficients(e, mu, e_m)
     after = separation(before, bodies, coefficients)  # eqs 19-24
     _record(before, bodies, coefficients, mu_c, after)
-    return after
+    moved = 3 * len(structure.vehicles)
+    parts.record_motion(after[:moved], (after - before)[:moved].reshape(-1, 3)[:, :2])
+    return after[:moved]
+
+
+def _approach_of_b(structure: Structure, data: Data) -> Float[Array, "3"]:
+    """Sample B's velocity before the impact: x and y (m/s) and yaw rate (rad/s)."""
+    known, inputs, priors = structure.known_of_b, data.inputs, data.priors
+    if "speed_b" in known:
+        law = dist.TruncatedNormal(*inputs["speed_b"], low=0.0)
+    else:
+        law = dist.HalfNormal(priors["speed_b"][0])
+    speed_b = numpyro.sample("speed_b", law)
+    if "direction_b" in known:
+        law = dist.Normal(*inputs["direction_b"])
+    else:
+        law = dist.Uniform(-jnp.pi, jnp.pi)
+    direction_b = numpyro.sample("direction_b", law)
+    v_bx = numpyro.deterministic("vbx", speed_b * jnp.cos(direction_b))
+    v_by = numpyro.deterministic("vby", speed_b * jnp.sin(direction_b))
+    if "omega_b" in known:
+        law = dist.Normal(*inputs["omega_b"])
+    else:
+        law = dist.Normal(0.0, priors["omega_b"][0])
+    omega_b = numpyro.sample("omega_b", law)
+    return jnp.stack([v_bx, v_by, omega_b])
 
 
 def _record(
@@ -118,7 +125,7 @@ def _record(
     mu_c: Float[Array, ""] | float,
     after: Float[Array, "6"],
 ) -> None:
-    """Record energies, closing speed, normal impulse, mu_c and the motion after the impact."""
+    """Record energies, closing speed, normal impulse and mu_c."""
     energy = audit(before, bodies, coefficients)
     numpyro.deterministic("energy_lost", energy.before - energy.after)
     numpyro.deterministic("moment_work", energy.moment)
@@ -129,7 +136,6 @@ def _record(
     P_n = impulse(before, bodies, coefficients)[0] @ axes(bodies)[0]
     numpyro.deterministic("normal_impulse", -P_n * sign)
     numpyro.deterministic("mu_critical", mu_c)
-    parts.record_motion(after, (after - before).reshape(2, 3)[:, :2])
 
 
 def unknowns(
@@ -191,37 +197,58 @@ _ASSUMPTIONS = {
         "friction opposes the sliding along the contact line and does not reverse it, unless the "
         "scene says that parts interlocked",
     ),
-    ("mu", False): ("the vehicles reach a common velocity along the contact line: μ = μ_c",),
+    ("mu", False): ("sliding along the contact line ends before the contact does: μ = μ_c",),
 }
+_FIXED = "impulse and moment on A: SAE 770014 eqs 9 to 11; a barrier takes up any, and keeps still"
+_MOMENT_OF_BARRIER = (
+    "impact moment coefficient e_m: SAE 770014 eq 24, the sign of its bracket corrected, against what "
+    "does not turn, so that Ω_a = e_m (ω_a + f_a/I_a)"
+)
 
 
 def _variant(name: str, title: str, *free: str) -> Impact:
     moment, friction = ("e_m", "e_m" in free), ("mu", "mu" in free)
-    return Impact(
-        description=Description(
-            name=name,
-            title=title,
-            equations=(
-                *MOMENTUM,
-                "angular momentum: SAE 770014 eq 21, its misprinted last term corrected to "
-                "m_a (d2+d4)(V_ay − v_ay)",
-                *_EQUATIONS[friction],
-                *_EQUATIONS[moment],
-            ),
-            assumptions=(
-                SHORT,
-                "the vehicles close in, each from its own side of the contact where it has one",
-                *_ASSUMPTIONS[moment],
-                *_ASSUMPTIONS[friction],
-            ),
-            left_out=("secondary impacts, and crush as evidence",),
+    description = Description(
+        name=name,
+        title=title,
+        equations=(
+            *MOMENTUM,
+            "angular momentum: SAE 770014 eq 21, its misprinted last term corrected to "
+            "m_a (d2+d4)(V_ay − v_ay)",
+            *_EQUATIONS[friction],
+            *_EQUATIONS[moment],
         ),
+        assumptions=(
+            SHORT,
+            "the vehicles close in, each from its own side of the contact where it has one",
+            *_ASSUMPTIONS[moment],
+            *_ASSUMPTIONS[friction],
+        ),
+        left_out=("secondary impacts, and crush as evidence",),
+    )
+    of_moment = (_MOMENT_OF_BARRIER,) if "e_m" in free else _EQUATIONS[moment]
+    return Impact(
+        description=description,
         forward_model=partial(forward_model, free),
         answers=("speed_a", "speed_b", "e", *free),
         levels=(E, E_M if "e_m" in free else NO_MOMENT, SLIDING if "mu" in free else NO_SLIP),
         unknowns=partial(unknowns, free),
         priors=("speed_a", "speed_b", "omega_b", "e", *free),
         nesting=frozenset({"contact", *free}),
+        against_barrier=replace(
+            description,
+            equations=(_FIXED, *_EQUATIONS[friction], *of_moment),
+            assumptions=(
+                SHORT,
+                "the barrier is rigid, and neither moves nor breaks; the vehicle closes in on it",
+                *_ASSUMPTIONS[moment],
+                *_ASSUMPTIONS[friction],
+            ),
+            left_out=(
+                "secondary impacts, and crush as evidence; a vehicle that climbs the barrier, dives "
+                "under it or is held by it",
+            ),
+        ),
     )
 
 

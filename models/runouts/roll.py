@@ -30,18 +30,18 @@ from retrodict.mechanics import (
 from retrodict.mechanics.rollout import MEAN_YAW_RATE, WayTaken, turning
 from retrodict.mechanics.rotation import cos_sin
 from retrodict.mechanics.runout import ROWS
-from retrodict.scene.records import VEHICLES, WHEELS, Measured, Scene
+from retrodict.scene.records import WHEELS, Measured, Scene
 
 _SOURCE = "run-outs on wheels simulated at random, of which this model misses so much (grade B)"
 
 
 def rest_poses(
-    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
-) -> Float[Array, "2 3"]:
-    """Rest poses of both vehicles for velocities after the impact."""
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+) -> Float[Array, "vehicles 3"]:
+    """Rest poses of the vehicles for velocities after the impact."""
     steps = structure.steps or data.steps
     ends = []
-    for i, v in enumerate(VEHICLES):
+    for i, v in enumerate(structure.vehicles):
         start, velocity, car, ground = _of_one(structure, data, x, after, i)
         if v in structure.integrated:
             ends.append(rest(start, velocity, car._replace(wheels=None), ground, steps))
@@ -51,11 +51,13 @@ def rest_poses(
     return jnp.stack(ends)
 
 
-def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]) -> Path:
-    """Paths of both vehicles to rest, stacked."""
+def paths(
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+) -> Path:
+    """Paths of the vehicles to rest, stacked."""
     steps = structure.steps or ROWS
     ways = []
-    for i, v in enumerate(VEHICLES):
+    for i, v in enumerate(structure.vehicles):
         start, velocity, car, ground = _of_one(structure, data, x, after, i)
         if v in structure.integrated:
             ways.append(run_out(start, velocity, car._replace(wheels=None), ground, steps))
@@ -86,7 +88,8 @@ def inverse(
     structure: Structure, data: Data, x: parts.Values, v: str
 ) -> Callable[[Float[Array, "3"]], Float[Array, "3"]]:
     """The function from the rest pose of a rolling vehicle to its velocity after the impact."""
-    start, _, car, ground = _of_one(structure, data, x, jnp.zeros(6), VEHICLES.index(v))
+    still, i = jnp.zeros(3 * len(structure.vehicles)), structure.vehicles.index(v)
+    start, _, car, ground = _of_one(structure, data, x, still, i)
     taken = _taken(data, v, start, car, ground)
     # an unmeasured rest heading is relative to the heading at impact
     heading = 0.0 if f"rest_heading_{v}" in structure.evidence else start[2]
@@ -98,13 +101,13 @@ def inverse(
 
 
 def _of_one(
-    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"], i: int
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"], i: int
 ) -> tuple[Float[Array, "3"], Float[Array, "3"], Car, Ground]:
     """Pose at impact, velocity after it, car and ground of one vehicle."""
     car = jax.tree.map(lambda both: jnp.asarray(both)[i], parts.cars(structure, x))
     ground = parts.ground(structure, data, x)
     ground = ground._replace(coefficients=jnp.asarray(ground.coefficients)[i])
-    return parts.impact_poses(x)[i], after.reshape(2, 3)[i], car, ground
+    return parts.impact_poses(x)[i], after.reshape(-1, 3)[i], car, ground
 
 
 def _taken(data: Data, v: str, start: Float[Array, "3"], car: Car, ground: Ground) -> WayTaken:
@@ -292,7 +295,7 @@ RUN_OUT = RunOut(
     rest_poses=rest_poses,
     paths=paths,
     nesting=frozenset({"yaw", "rolling"}),
-    integrated=lambda scene: tuple(v for v in VEHICLES if v not in scene.rolling),
+    integrated=lambda scene: tuple(v for v in scene.vehicles if v not in scene.rolling),
     ways=lambda scene: {v: way_of(scene, v) for v in scene.rolling},
     approximations=approximations,
     inverse=inverse,

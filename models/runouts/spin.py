@@ -30,7 +30,7 @@ RUN_OUT = RunOut(
             "against the slip of each wheel, in the spirit of Ellis, which SAE 770014 cites",
         ),
         assumptions=(
-            "all four wheels of both vehicles are locked, or slide as if they were, from impact to rest",
+            "all four wheels of every vehicle are locked, or slide as if they were, from impact to rest",
             ONE_FRICTION,
             NORMAL_ERRORS,
         ),

@@ -16,18 +16,19 @@ from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import Car, Ground, Path, rest, run_out
 from retrodict.mechanics.runout import ROWS, Paced, Steps
-from retrodict.scene.records import VEHICLES
 
 
 def rest_poses(
-    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]
-) -> Float[Array, "2 3"]:
-    """Rest poses of both vehicles for velocities after the impact."""
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+) -> Float[Array, "vehicles 3"]:
+    """Rest poses of the vehicles for velocities after the impact."""
     return _both(rest, structure, data, x, after)
 
 
-def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]) -> Path:
-    """Paths of both vehicles to rest, stacked."""
+def paths(
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+) -> Path:
+    """Paths of the vehicles to rest, stacked."""
 
     def follow(pose: Array, velocity: Array, car: Car, on: Ground, steps: Any) -> Path:
         return run_out(pose, velocity, car, on, ROWS if isinstance(steps, Steps) else steps)
@@ -40,10 +41,10 @@ def _both[T](
     structure: Structure,
     data: Data,
     x: parts.Values,
-    after: Float[Array, "6"],
+    after: Float[Array, " separation"],
 ) -> T:
     """`follow(pose, velocity, car, ground, steps)` of each vehicle, stacked."""
-    where = (parts.impact_poses(x), after.reshape(2, 3))
+    where = (parts.impact_poses(x), after.reshape(-1, 3))
     on = parts.ground(structure, data, x)
     steps = structure.steps or data.steps
     if structure.steps or not structure.rolling:
@@ -52,7 +53,7 @@ def _both[T](
     # one after the other: under vmap both would take as many steps as the slower
     paced = Paced(data.steps.number / STEPS)
     ends = []
-    for i, v in enumerate(VEHICLES):
+    for i, v in enumerate(structure.vehicles):
         rolls = v in structure.rolling
         car = jax.tree.map(lambda own: own[i], parts.cars(structure, x))  # noqa: B023
         ground = on._replace(coefficients=jnp.asarray(on.coefficients)[i])
@@ -72,7 +73,7 @@ RUN_OUT = RunOut(
         assumptions=(
             "wheels keep their state from impact to rest; those of which the scene says nothing are "
             "locked, or slide as if they were",
-            "the road is plane and level; a surface's friction is shared by both vehicles but for a "
+            "the road is plane and level; a surface's friction is shared by all vehicles but for a "
             "factor of each one's tyres",
             NORMAL_ERRORS,
         ),

@@ -115,8 +115,9 @@ def _trajectories(posterior: Posterior, quantities: dict[str, np.ndarray]) -> xr
     """Run-outs of draws taken evenly along the chains."""
     import xarray as xr
 
-    index = np.linspace(0, len(quantities["speed_b"]) - 1, RUNS).astype(int)
     V, xi = run_outs_of(quantities)
+    index = np.linspace(0, len(V) - 1, RUNS).astype(int)
+    vehicles = posterior.programs.structure.vehicles
     taken = posterior.programs(PATHS, posterior.data, V[index], xi[index])
     return xr.Dataset(
         {
@@ -124,5 +125,5 @@ def _trajectories(posterior: Posterior, quantities: dict[str, np.ndarray]) -> xr
             "time": (("run", "vehicle", "step"), np.asarray(taken["time"])),
             "before": (("run", "vehicle", "axis"), np.asarray(taken["before"])),
         },
-        coords={"vehicle": ["a", "b"], "pose": ["x", "y", "heading"], "axis": ["x", "y"]},
+        coords={"vehicle": list(vehicles), "pose": ["x", "y", "heading"], "axis": ["x", "y"]},
     )

@@ -27,7 +27,7 @@ from retrodict.inference.samplers.importance import Evidence, log_evidence
 from retrodict.inference.threads import one_blas_thread
 from retrodict.models import RUNGS
 from retrodict.scene.quantities import REPORTED
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +103,7 @@ def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list
     """
     items = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
     unknown = [
-        v for v in VEHICLES if f"rest_heading_{v}" in items and not scene.rest[v].turns_known
+        v for v in scene.vehicles if f"rest_heading_{v}" in items and not scene.rest[v].turns_known
     ]
     if not unknown:
         return _on_branches(scene, rung, {})

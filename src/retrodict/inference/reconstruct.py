@@ -60,7 +60,7 @@ def reconstruct(
     search: ModeSearch | None = None,
     asked: dict[str, int | str | None] | None = None,
 ) -> Outcome:
-    """The joint posterior of B's approach, e, e_m and mu, with its checks.
+    """The joint posterior of the speeds that are sought, e, e_m and mu, with its checks.
 
     Args:
         scene: what was measured.
@@ -82,7 +82,8 @@ def reconstruct(
     Raises:
         ValueError: no rung or method has that name, the method has no chains to resume, or `resume`
             is of another run.
-        Unanswerable: a rest pose cannot be reached, or the posterior has no finite mode.
+        Unanswerable: a rest pose cannot be reached, the posterior has no finite mode, or the rung is no
+            model of an impact with a barrier.
         Interrupted: stopped before any draw was kept.
     """
     begin = time.perf_counter()
@@ -97,6 +98,8 @@ def reconstruct(
     if asked is None:
         asked = {"model": model, "method": method, "chains": chains, "draws": draws}
         asked |= {"warmup": warmup, "seed": seed}
+    if scene.barrier and (unfit := rung.refusal(scene)):
+        raise Unanswerable(f"the model {model} {unfit}")
     draws = chosen.draws if draws is None else draws
     compiled_before = COMPILATION.seconds
     search = search or ModeSearch(scene, seed)

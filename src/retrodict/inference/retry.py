@@ -17,7 +17,7 @@ from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, all_modes
 from retrodict.inference.outcome import Checks, Mode
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.progress import Progress
-from retrodict.scene.quantities import describe
+from retrodict.scene.quantities import SHORT, describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -313,9 +313,10 @@ def has_failed(run: Run | None, draws: int) -> bool:
 
 
 def _conflicting(other: Mode, sampled: Mode) -> str:
-    speeds = (f"{mode.values['speed_b']:.3g}" for mode in (other, sampled))
+    sought = "speed_b" if "speed_b" in sampled.values else "speed_a"
+    speeds = (f"{mode.values[sought]:.3g}" for mode in (other, sampled))
     return (
-        f"the evidence fits another solution (weight {other.weight:.1%}), with a speed of B of "
+        f"the evidence fits another solution (weight {other.weight:.1%}), with a {SHORT[sought]} of "
         f"{' m/s instead of '.join(speeds)} m/s, that was not sampled: measurements may conflict; "
         "the method smc looks for all solutions"
     )

@@ -199,7 +199,7 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
             why[name] = f"does not answer {', '.join(mute)}"
         elif not any(map(rung.explains, scene.evidence())):
             why[name] = "explains nothing of what was measured"
-        elif unfit := rung.run_out.refusal(scene):
+        elif unfit := rung.refusal(scene):
             why[name] = unfit
         else:
             twins = (n for n, no in why.items() if not no and _alike(rung, RUNGS[n], scene))

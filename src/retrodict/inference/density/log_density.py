@@ -197,7 +197,7 @@ class Target:
         def one(V: Array, deviates: Array) -> dict[str, Array]:
             x = parts.from_standard(self.structure, data, deviates)
             taken = self.rung.run_out.paths(self.structure, data, x, V)
-            before = V.reshape(2, -1)[:, :2] - parts.delta_v(x, V)
+            before = V.reshape(len(self.structure.vehicles), -1)[:, :2] - parts.delta_v(x, V)
             return {"pose": taken.pose, "time": taken.time, "before": before}
 
         return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))

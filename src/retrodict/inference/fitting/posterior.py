@@ -119,7 +119,8 @@ class Posterior:
         A speed with a course as likely any way has a density of one over the speed in the plane of
         velocities, which matters where these are known so little that they may vanish: by ways.
         """
-        if not self.programs.structure.inverted:
+        structure = self.programs.structure
+        if structure.barrier or not structure.inverted:
             return -there.log_density
         speed = there.quantities["speed_b"]
         return -there.log_density + np.log(np.hypot(speed, _SLOW) / speed)

@@ -40,7 +40,7 @@ _LEAST_OFF = 0.05  # of the logarithm of a speed, and rad
 def tempered(scene: Scene, rung: str, method: str) -> bool:
     """Whether a posterior is drawn from in this way: by smc, if some vehicle's rest was measured.
 
-    Impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes.
+    Rest poses of one vehicle, which struck a barrier, are no coordinates, and impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes.
 
     Args:
         scene: what was measured.
@@ -50,7 +50,7 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
     structure = RUNGS[rung].of_scene(scene)[0]
     rested = any(name in structure.evidence for name in structure.rest_components)
     able = rested and not any(level.fixed for level in rest_pose.levels_of(structure))
-    return able and method == "smc"
+    return able and method == "smc" and not structure.barrier
 
 
 class Seen(NamedTuple):

@@ -8,7 +8,8 @@ the density has a spike. With A's velocity along the contact line, so would the 
 only the part along a course that is known stands in q, beside the deviate of the course.
 
 The force impulse along the normal follows from A's change of velocity, that along the tangent from the
-share, and with both e and mu, and B's approach. The normal part is moved to where e is within bounds,
+share, and with both e and mu, and B's approach. Where A struck a barrier, there is no B, and A's speed
+before the impact is one of the inputs. The normal part is moved to where e is within bounds,
 softly in m/s: in e itself that bound would be the steeper the slower the vehicles close. All of it is
 smooth, in closed form, and differentiated as it stands.
 """
@@ -57,7 +58,7 @@ def names(structure: Structure) -> tuple[str, ...]:
     free = [
         name for name, is_free in (("e_m", E_M in levels), ("kept", SLIDING in levels)) if is_free
     ]
-    return ("Va_normal", *of_b, "omega_b", *free)
+    return ("Va_normal", *(() if structure.barrier else (*of_b, "omega_b")), *free)
 
 
 def locate(
@@ -77,7 +78,7 @@ def locate(
     u, xi = dict(zip(own, q, strict=False)), q[len(own) :]
     x = parts.from_standard(structure, data, xi)
     scale_a, scale_b = _scales(structure, data, x)
-    m_a, m_b, approach_a = x["mass_a"], x["mass_b"], parts.approach_of_a(x)
+    m_a, m_b, approach_a = x["mass_a"], x.get("mass_b", np.inf), parts.approach_of_a(x)
     to = parts.bodies(x)
     normal = axes(to)[0]
     if "Va_normal" in u:  # the impulse along the tangent is not known yet
@@ -87,7 +88,9 @@ def locate(
         P = m_a * (scale_a * jnp.stack([u["Vax"], u["Vay"]]) - approach_a[:2])
         log_det = 2 * jnp.log(m_a * scale_a)
     sites: parts.Values = {"measured": xi} if structure.uncertain else {}
-    if "V_along" in u:
+    if structure.barrier:
+        v_b = jnp.zeros(2)
+    elif "V_along" in u:
         middle, sd = data.inputs["direction_b"]
         raw = scale_b * u["V_along"] + _unit(middle) @ P / m_b
         speed, log_slope = soft_lower_bound(raw, _SLOWLY)
@@ -98,18 +101,19 @@ def locate(
     else:
         v_b = scale_b * jnp.stack([u["Vbx"], u["Vby"]]) + P / m_b
         log_det += 2 * jnp.log(scale_b)
-    if "omega_b" not in u:
+    if not RUNGS[structure.rung].impact.levels:
         sites |= {"impulse_x": P[0], "impulse_y": P[1]}
         if "Omega_a" in u:
             sites |= {"Omega_a": scale_a * u["Omega_a"], "Omega_b": scale_b * u["Omega_b"]}
             log_det += jnp.log(scale_a * scale_b)
     else:
-        sites["omega_b"], e_m = u["omega_b"], jnp.ones(())
+        omega_b, e_m = u.get("omega_b", jnp.zeros(())), jnp.ones(())
+        sites |= {} if structure.barrier else {"omega_b": omega_b}
         if "e_m" in u:
             e_m = E_M.low + (E_M.high - E_M.low) * ndtr(u["e_m"])
             log_det += np.log((E_M.high - E_M.low) / np.sqrt(2 * np.pi)) - u["e_m"] ** 2 / 2
             sites["e_m"] = e_m
-        before = jnp.concatenate([approach_a, v_b, u["omega_b"][None]])
+        before = jnp.concatenate([approach_a, v_b, omega_b[None]])
 
         kept = KEPT * u.get("kept", 0.0)
         if "kept" in u:
@@ -135,7 +139,7 @@ def locate(
             sites["mu"], slope = jax.jvp(friction_by, (kept,), (jnp.ones(()),))
             log_det += jnp.log(jnp.abs(slope))
         sites["e"] = e
-    if "speed_b" in sites:
+    if structure.barrier or "speed_b" in sites:
         return sites, log_det
     speed, direction = jnp.hypot(*v_b), jnp.arctan2(v_b[1], v_b[0])
     if "direction_b" in structure.known_of_b:  # its representative nearest to what was measured
@@ -162,8 +166,12 @@ def coordinates_near(
     x = parts.from_standard(structure, data, xi)
     scale = dict(zip("ab", _scales(structure, data, x), strict=True))
     own, (normal, tangent) = names(structure), axes(parts.bodies(x))
-    of_a, of_b = (jnp.stack([crash[f"V{v}x"], crash[f"V{v}y"]]) for v in "ab")
-    if "Va_normal" in own:  # B's but for what the impulse along the tangent makes of it
+    of_a, of_b = (
+        jnp.stack([crash.get(f"V{v}{axis}", np.zeros(())) for axis in "xy"]) for v in "ab"
+    )
+    if (
+        "Va_normal" in own and not structure.barrier
+    ):  # B's but for what the impulse along the tangent makes of it
         P_t = x["mass_a"] * (of_a - parts.approach_of_a(x)[:2]) @ tangent
         of_b = of_b + P_t / x["mass_b"] * tangent
     values = dict(zip(("Vbx", "Vby"), of_b, strict=True)) | {"Va_normal": of_a @ normal}
@@ -194,11 +202,15 @@ def coordinates_near(
 
 
 def _scales(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "2"]:
-    """Square root of what holds A and B back over what does as measured: with any, they go as far."""
+    """Square root of what holds A and B back over what does as measured: with any, they go as far.
+
+    Nothing of a barrier counts.
+    """
     if not structure.rested:
         return jnp.ones(2)
     as_measured = parts.from_standard(structure, data, jnp.zeros(len(structure.uncertain)))
-    return jnp.sqrt(parts.drag_factors(structure, x) / parts.drag_factors(structure, as_measured))
+    held = parts.drag_factors(structure, x) / parts.drag_factors(structure, as_measured)
+    return jnp.sqrt(jnp.broadcast_to(held, (2,)))
 
 
 class Velocity(Transform):
