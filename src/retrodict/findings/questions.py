@@ -133,7 +133,8 @@ def answers_to(
         blank = Answered("avoidability", title)
         found.append(answer(blank, partial(_avoidability, outcome, asked)))
     if questions.time_distance is not None:
-        title = "Times and distances of both vehicles before the impact"
+        of_both = "" if outcome.scene.barrier else " of both vehicles"
+        title = f"Times and distances{of_both} before the impact"
         blank = Answered("time_distance", title, figure="timeline")
         found.append(answer(blank, partial(_time_distance, outcome, questions.time_distance)))
     if questions.corners and "speed_b" in quantities:
@@ -272,28 +273,38 @@ def verbal(ratio: float) -> str:
 def _avoidability(outcome: Outcome, asked: Avoidance, blank: Answered) -> Answered:
     found = avoidability(outcome, asked)
     v = asked.vehicle.upper()
+    barrier = outcome.scene.barrier
     other = "B" if v == "A" else "A"
     if asked.seen_time or asked.seen_distance:
         where = "when or where the question says"
     else:
         where = "one reaction time before the skid"
+    avoided = (
+        "At the limit, or at its own speed where that was lower, it would have stopped before the point "
+        f"of impact in {_of_draws(found.stopped)}"
+    )
+    meanwhile = ""
+    if not barrier:
+        avoided += (
+            f"; it would not, but {other} would have been out of the way in {_of_draws(found.passed)}; "
+            f"the impact would have been avoided in {_of_draws(found.avoided)}"
+        )
+        meanwhile = f"; {other} moves as it did and goes on at its speed at the impact"
     sentences = [
-        f"At the limit, or at its own speed where that was lower, it would have stopped before the "
-        f"point of impact in {_of_draws(found.stopped)}; it would not, but {other} would have been out "
-        f"of the way in {_of_draws(found.passed)}; the impact would have been avoided in "
-        f"{_of_draws(found.avoided)}.",
+        f"{avoided}.",
         f"{v} went faster than the limit in {_of_draws(found.too_fast)}.",
         f"Assumed: the hazard is perceived {where}; reaction {_measured(asked.reaction, 's')}, then "
-        f"braking at {_measured(asked.deceleration, 'm/s²')}; {other} moves as it did and goes on at "
-        "its speed at the impact.",
+        f"braking at {_measured(asked.deceleration, 'm/s²')}{meanwhile}.",
     ]
     rows = [
         _quantile_row(
             "distance to the impact when the hazard is perceived", found.distance, "length"
         ),
         _quantile_row("distance to stop at the limit", found.stopping, "length"),
-        _quantile_row(f"way of {other} from the impact until clear", found.clear, "length"),
     ]
+    if not barrier:
+        way = f"way of {other} from the impact until clear"
+        rows.append(_quantile_row(way, found.clear, "length"))
     if found.speed:
         rows.append(_quantile_row("speed at an impact not avoided", found.speed, "speed"))
     return replace(
@@ -309,7 +320,7 @@ def _time_distance(outcome: Outcome, span: float, blank: Answered) -> Answered:
     found = time_distance(outcome, span)
     rows = []
     for i, time in enumerate(found.times[:-1]):  # the last is the impact
-        cells = [_quantile_row("", found.distances[v][i], "length")[1:] for v in VEHICLES]
+        cells = [_quantile_row("", found.distances[v][i], "length")[1:] for v in found.distances]
         rows.append((f"{time:.3g}", *(cell for pair in cells for cell in pair)))
     return replace(
         blank,
@@ -321,7 +332,7 @@ def _time_distance(outcome: Outcome, span: float, blank: Answered) -> Answered:
             "seconds before the impact",
             *(
                 heading
-                for v in VEHICLES
+                for v in found.distances
                 for heading in (f"distance of {v.upper()}", "95 % of the draws")
             ),
         ),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.scene.records import VEHICLES
+from retrodict.scene.names import vehicle_of
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -20,7 +20,7 @@ class NoMotion(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """The motion of both vehicles in one draw, keyed by vehicle (SI units, radians).
+    """The motion of the vehicles in one draw, keyed by vehicle (SI units, radians).
 
     Args:
         number: of the draw among those whose motion is recorded, from 1.
@@ -38,7 +38,7 @@ class Motion:
 
     @property
     def lasts(self) -> float:
-        """Time until both are at rest, s."""
+        """Time until all are at rest, s."""
         return max(float(time[-1]) for time in self.time.values())
 
     def pose_at(self, v: str, time: float) -> tuple[float, float, float]:
@@ -59,7 +59,7 @@ class Motion:
 
 
 def motions(outcome: Outcome, count: int | None = None) -> tuple[Motion, ...]:
-    """Motions of draws, spread evenly over the ranks of B's speed before impact.
+    """Motions of draws, spread evenly over the ranks of the sought speed (`Scene.sought`).
 
     Args:
         outcome: the reconstruction.
@@ -80,16 +80,18 @@ def motions(outcome: Outcome, count: int | None = None) -> tuple[Motion, ...]:
     finite = [np.isfinite(each).reshape(len(each), -1).all(axis=1) for each in (pose, time, before)]
     speed = np.hypot(*before.transpose(2, 0, 1))
     whole = np.flatnonzero(np.all(finite, axis=0))
-    ranked = whole[np.argsort(speed[whole, 1], kind="stable")]
+    vehicles = tuple(outcome.scene.vehicles)
+    sought = vehicles.index(str(vehicle_of(outcome.scene.sought)))
+    ranked = whole[np.argsort(speed[whole, sought], kind="stable")]
     count = len(ranked) if count is None else min(count, len(ranked))
     shares = (np.arange(count) + 0.5) / max(count, 1)
     return tuple(
         Motion(
             number=int(run) + 1,
-            before={v: before[run, i] for i, v in enumerate(VEHICLES)},
-            speed={v: float(speed[run, i]) for i, v in enumerate(VEHICLES)},
-            time={v: time[run, i] for i, v in enumerate(VEHICLES)},
-            pose={v: pose[run, i] for i, v in enumerate(VEHICLES)},
+            before={v: before[run, i] for i, v in enumerate(vehicles)},
+            speed={v: float(speed[run, i]) for i, v in enumerate(vehicles)},
+            time={v: time[run, i] for i, v in enumerate(vehicles)},
+            pose={v: pose[run, i] for i, v in enumerate(vehicles)},
         )
         for run in ranked[(shares * len(ranked)).astype(int)]
     )

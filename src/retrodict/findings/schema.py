@@ -103,9 +103,10 @@ class LeftOutEntry(TypedDict):
     """An item of evidence against its prediction from all others (SI units, radians).
 
     expected, expected_sd: of the measurement, from all else; probability: two-sided; speed_b,
-    speed_b_sd: without the item; reliable: whether pareto_k allows these to be relied on; told: former
-    name of reliable; believed: share of an error in it that the posterior would follow; moved: by
-    how much one sd of it would move speed_b.
+    speed_b_sd: without the item, or speed_a, speed_a_sd where A struck a barrier, and null otherwise;
+    reliable: whether pareto_k allows these to be relied on; told: former name of reliable; believed:
+    share of an error in it that the posterior would follow; moved: by how much one sd of it would move
+    that speed.
     """
 
     value: float
@@ -113,6 +114,8 @@ class LeftOutEntry(TypedDict):
     expected: Number
     expected_sd: Number
     probability: Number
+    speed_a: Number
+    speed_a_sd: Number
     speed_b: Number
     speed_b_sd: Number
     pareto_k: Number

@@ -6,33 +6,44 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.scene.records import VEHICLES
-
 if TYPE_CHECKING:
     import xarray as xr
 
-    from retrodict.scene.records import Scene
+    from retrodict.scene.records import Measured, Scene
 
 
 def pdof(posterior: xr.Dataset, scene: Scene) -> dict[str, xr.DataArray]:
-    """Principal direction of force on each vehicle: `pdof_a` and `pdof_b`.
+    """Principal direction of force on each vehicle: `pdof_a`, and `pdof_b` where there is a B.
 
     Args:
-        posterior: draws; those of a model without B's velocity give nothing.
+        posterior: draws; those of a model without these velocities give nothing.
         scene: what was measured.
 
     Returns:
         Clockwise from straight ahead, rad, as SAE J224 has it: 0 is a force from the front, pi/2 from
         the right. Draws lie within half a turn of their circular mean, which lies in (-pi, pi].
     """
-    if not {"Vbx", "Vby", "vbx", "vby"} <= set(posterior.data_vars):
-        return {}
     import xarray as xr  # slow to import
 
-    # the force on B acts along its delta-v, and comes from the opposite direction: that on A
-    towards_a = np.arctan2(posterior["vby"] - posterior["Vby"], posterior["vbx"] - posterior["Vbx"])
+    def drawn(name: str, measured: Measured | None) -> xr.DataArray:
+        """Draws of a velocity of A before the impact, or what it is known to be."""
+        known = xr.DataArray(measured.value if measured else np.nan)
+        return posterior.data_vars.get(name, known)
+
+    if scene.barrier and {"Vax", "Vay"} <= set(posterior.data_vars):
+        speed = drawn("speed_a", scene.approach["a"].speed)
+        course = drawn("direction_a", scene.approach["a"].direction)
+        # the force acts along delta-v, and comes from the opposite direction
+        y, x = speed * np.sin(course) - posterior["Vay"], speed * np.cos(course) - posterior["Vax"]
+        sources = [np.arctan2(y, x)]
+    elif {"Vbx", "Vby", "vbx", "vby"} <= set(posterior.data_vars):
+        # the force on B comes from the opposite direction to that on A
+        y, x = posterior["vby"] - posterior["Vby"], posterior["vbx"] - posterior["Vbx"]
+        sources = [np.arctan2(y, x) + np.pi, np.arctan2(y, x)]
+    else:
+        return {}
     found = {}
-    for v, source in zip(VEHICLES, (towards_a + np.pi, towards_a), strict=True):
+    for v, source in zip(scene.vehicles, sources, strict=True):
         heading = xr.DataArray(scene.vehicles[v].heading.value)
         angle = posterior.data_vars.get(f"heading_{v}", heading) - source
         mean = float(np.angle(np.exp(1j * angle).mean()))

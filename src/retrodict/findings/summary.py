@@ -87,7 +87,9 @@ def summarise(findings: Findings) -> Summary:
         "complete": findings.complete,
         "notes": list(findings.notes),
         "ladder": ladder_data(findings.ladder) if findings.ladder else None,
-        "left_out": {item.name: _left_out(item) for item in findings.left_out},
+        "left_out": {
+            item.name: _left_out(item, findings.scene.sought) for item in findings.left_out
+        },
         "causes": {
             name: {each.name: each.share for each in causes}
             for name, causes in findings.causes.items()
@@ -151,15 +153,19 @@ def _measured(row: InputRow) -> MeasuredEntry:
     }
 
 
-def _left_out(item: LeftOut) -> LeftOutEntry:
+def _left_out(item: LeftOut, sought: str) -> LeftOutEntry:
+    speed, sd = finite(item.speed), finite(item.speed_sd)
+    of_b = sought == "speed_b"
     return {
         "value": item.value,
         "sd": item.sd,
         "expected": finite(item.expected),
         "expected_sd": finite(item.expected_sd),
         "probability": finite(item.probability),
-        "speed_b": finite(item.speed_b),
-        "speed_b_sd": finite(item.speed_b_sd),
+        "speed_a": None if of_b else speed,
+        "speed_a_sd": None if of_b else sd,
+        "speed_b": speed if of_b else None,
+        "speed_b_sd": sd if of_b else None,
         "pareto_k": finite(item.pareto_k),
         "believed": finite(item.believed),
         "moved": finite(item.moved),

@@ -12,6 +12,7 @@ from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.report.blocks import Block, Listing, Paragraph, Picture, Section, Table
 from retrodict.report.ladder import headings, ladder_rows
 from retrodict.report.results import marked, named, result_rows
+from retrodict.scene.names import vehicle_of
 from retrodict.scene.quantities import Units, label_and_unit, unit_of
 from retrodict.studies.conflict import MIN_PROBABILITY
 
@@ -82,7 +83,7 @@ def _left_out(findings: Findings, units: Units) -> Iterable[Block]:
     if checked:
         yield Paragraph(
             "Each measurement predicted from all others, by reweighting the draws without it, and the "
-            "speed of B that would be found. ► marks a measurement that all others make less probable "
+            f"speed of {_who(findings)} that would be found. ► marks a measurement that all others make less probable "
             f"than {format_value(100 * MIN_PROBABILITY, 0)} %."
         )
         speed = unit_of("speed", units)
@@ -94,7 +95,7 @@ def _left_out(findings: Findings, units: Units) -> Iterable[Block]:
                 "Measured ± sd",
                 "All others predict ± sd",
                 "Probability",
-                f"Speed of B without it ± sd, {speed.symbol}",
+                f"Speed of {_who(findings)} without it ± sd, {speed.symbol}",
             ),
         )
     if missing := [label_and_unit(i.name, units)[0] for i in findings.left_out if not i.reliable]:
@@ -108,17 +109,17 @@ def _left_out(findings: Findings, units: Units) -> Iterable[Block]:
 def _without(findings: Findings, units: Units, item: LeftOut) -> tuple[str, ...]:
     label, unit = label_and_unit(item.name, units)
     speed = unit_of("speed", units).worth
-    sd = item.speed_b_sd / speed
+    sd = item.speed_sd / speed
     decimals = decimals_of(sd)
-    if "speed_b" in findings.quantities:
-        decimals = _decimals(findings, "speed_b", units, sd)
+    if (sought := findings.scene.sought) in findings.quantities:
+        decimals = _decimals(findings, sought, units, sd)
     probability = marked(findings, format_value(item.probability, 3))
     return (
         named(label, unit.symbol),
         format_with_sd(item.value / unit.worth, item.sd / unit.worth),
         marked(findings, format_with_sd(item.expected / unit.worth, item.expected_sd / unit.worth)),
         f"► {probability}" if item.disagrees else probability,
-        marked(findings, format_with_sd(item.speed_b / speed, sd, decimals)),
+        marked(findings, format_with_sd(item.speed / speed, sd, decimals)),
     )
 
 
@@ -131,7 +132,7 @@ def _believed(findings: Findings, units: Units) -> Iterable[Block]:
         )
         moved = format_value(
             item.moved / speed.worth,
-            decimals_of(item.speed_b_sd / speed.worth, error=item.moved_error / speed.worth),
+            decimals_of(item.speed_sd / speed.worth, error=item.moved_error / speed.worth),
         )
         if NOTHING not in (believed, moved):
             label = label_and_unit(item.name, units)[0]
@@ -142,10 +143,16 @@ def _believed(findings: Findings, units: Units) -> Iterable[Block]:
     yield Paragraph(
         "What an error in a measurement would do, to first order: which share of it would be believed, "
         "for want of anything that contradicts it, and how far an error of one standard deviation would "
-        "move the speed of B. Where nearly all is believed, a reading that is wrong by many standard "
+        f"move the speed of {_who(findings)}. Where nearly all is believed, a reading that is wrong by many standard "
         "deviations passes unseen."
     )
-    yield Table(tuple(rows), ("Item", "Error believed, %", f"Speed of B moved, {speed.symbol}"))
+    moved_by = f"Speed of {_who(findings)} moved, {speed.symbol}"
+    yield Table(tuple(rows), ("Item", "Error believed, %", moved_by))
+
+
+def _who(findings: Findings) -> str:
+    """Whose speed studies follow."""
+    return str(vehicle_of(findings.scene.sought)).upper()
 
 
 def numerical_quality(findings: Findings, units: Units) -> Section:
@@ -237,7 +244,12 @@ def model_comparison(findings: Findings, units: Units) -> Section | None:
                 )
                 for row in ran
             ),
-            ("Model", "Verdict", "Furthest evidence", "Speed of B under other priors of it"),
+            (
+                "Model",
+                "Verdict",
+                "Furthest evidence",
+                f"Speed of {_who(findings)} under other priors of it",
+            ),
             texts=(1, 2, 3),
         ),
     ]
@@ -252,8 +264,8 @@ def model_comparison(findings: Findings, units: Units) -> Section | None:
         Paragraph(
             "p is the probability of a misfit as large, of evidence and inputs together, were the model "
             "true. The ln evidence (log marginal likelihood) may be compared only between models that "
-            "explain the same data. The half-normal prior of B's speed was halved and doubled in scale, "
-            "and made flat, by reweighting the same draws.",
+            f"explain the same data. The half-normal prior of {_who(findings)}'s speed was halved and "
+            "doubled in scale, and made flat, by reweighting the same draws.",
             "quiet",
         )
     )

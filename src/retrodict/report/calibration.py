@@ -215,7 +215,8 @@ def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:
             other = {k: (_OLDER | row)[k] for k in _SETTINGS}
             if other != mine:
                 raise ValueError(f"is of another calibration ({_listed(other)})")
-            ranks = {name: int(row[name]) for name in QUANTITIES if row[name]}
+            # older tables have no column of A's speed
+            ranks = {name: int(row[name]) for name in QUANTITIES if row.get(name)}
             number = int(row["simulation"])
             if number < 0 or number in seen:
                 raise ValueError(f"has simulation {number} twice, or has none of that number")

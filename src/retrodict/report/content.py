@@ -10,7 +10,6 @@ from retrodict.report.blocks import Document, Picture, numbered, printable
 from retrodict.report.first_page import first_page
 from retrodict.scene.case import Case
 from retrodict.scene.quantities import Units
-from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -38,7 +37,9 @@ def content(
     """
     case = case or Case()
     pictures = _pictures(findings, images, figures)
-    vehicles = findings.scene.vehicles
+    scene = findings.scene
+    who = [f"vehicle {v.upper()}, {vehicle.name}" for v, vehicle in scene.vehicles.items()]
+    who += [scene.barrier.name] if scene.barrier else []
     chosen = [
         sections.results(findings, units, pictures),
         sections.questions(findings, pictures),
@@ -53,9 +54,8 @@ def content(
         sections.expert(case),
     ]
     document = Document(
-        title=findings.scene.title,
-        subtitle="Reconstruction of a vehicle collision with its uncertainty: "
-        + "; ".join(f"vehicle {v.upper()}, {vehicles[v].name}" for v in VEHICLES),
+        title=scene.title,
+        subtitle=f"Reconstruction of a vehicle collision with its uncertainty: {'; '.join(who)}",
         author=case.examiner,
         date=case.dates.get("report", ""),
         first=first_page(findings, units, case, pictures),

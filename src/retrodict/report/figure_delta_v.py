@@ -1,4 +1,4 @@
-"""Delta-v and principal direction of force of both vehicles, with their clouds of draws."""
+"""Delta-v and principal direction of force of each vehicle, with their clouds of draws."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from retrodict.findings.statistics import posterior_of
 from retrodict.report import drawing
 from retrodict.report.results import marked, result_rows
 from retrodict.scene.quantities import Unit, Units, unit_of
-from retrodict.scene.records import VEHICLES, Departure, Measured
+from retrodict.scene.records import Departure, Measured
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -49,10 +49,12 @@ def delta_v_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
     unit = unit_of("speed", units)
     figure = drawing.new_figure(7.2, 7.4)
     upper, lower = figure.subfigures(2, 1, squeeze=False, height_ratios=(1, 1.05))[:, 0]
-    plane = upper.subplots(1, 2)
-    clocks = lower.subplots(1, 2, subplot_kw={"projection": "polar"})
+    vehicles = findings.scene.vehicles
+    grid: dict[str, Any] = {"ncols": len(vehicles), "squeeze": False}
+    plane = upper.subplots(**grid)[0]
+    clocks = lower.subplots(**grid, subplot_kw={"projection": "polar"})[0]
     posterior, boxes, measured = posterior_of(outcome), {}, False
-    for v, axes, clock in zip(VEHICLES, plane, clocks, strict=True):
+    for v, axes, clock in zip(vehicles, plane, clocks, strict=True):
         if not {f"pdof_{v}", f"delta_v_{v}"} <= set(posterior.data_vars):
             for empty in (axes, clock):
                 drawing.nothing_here(empty, f"no draws of the delta-v of {v.upper()}")
@@ -70,7 +72,7 @@ def delta_v_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
         measured |= _measured(axes, departure, unit)
         _clock(clock, findings, v, pdof, size, units)
     side = 1.2 * max((np.ptp(box, axis=1).max() for box in boxes.values()), default=1.0)
-    for v, axes in zip(VEHICLES, plane, strict=True):
+    for v, axes in zip(vehicles, plane, strict=True):
         if v in boxes:
             _frame(axes, boxes[v].mean(axis=1), side, unit)
     handles: list[Any] = [
@@ -93,7 +95,7 @@ def _in_words(findings: Findings, name: str, units: Units) -> str:
 
 
 def _frame(axes: Axes, middle: np.ndarray, side: float, unit: Unit) -> None:
-    """A square that holds the origin and the draws, as large for both vehicles."""
+    """A square that holds the origin and the draws, as large for each vehicle."""
     axes.set_aspect("equal")
     axes.set_xlim(middle[0] - side / 2, middle[0] + side / 2)
     axes.set_ylim(middle[1] - side / 2, middle[1] + side / 2)

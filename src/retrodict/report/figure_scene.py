@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from retrodict.report import drawing
 from retrodict.scene.quantities import Units, unit_of
-from retrodict.scene.records import VEHICLES, Edge, Measured, Scene, Vehicle
+from retrodict.scene.records import Edge, Measured, Scene, Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -33,10 +33,11 @@ CAPTION = (
     "of gravity and at marks: measured directions of travel, within two standard deviations. Diamonds: "
     "measured ends of rotation, with a line along a measured heading. Thin lines: paths of the centres "
     "of gravity in run-outs of posterior draws, with the outlines at the end of a dozen of them. Of the "
-    "draw whose speed of B is the median: outlines on the way at equal times, and dotted lines along "
-    "which its wheels went. A dark triangle marks a vehicle's front; an outline's middle is taken to "
+    "draw whose speed before the impact (that of B, of two vehicles) is the median: outlines on the way "
+    "at equal times, and dotted lines along which its wheels went. A dark triangle marks a vehicle's front; an outline's middle is taken to "
     "lie midway between the axles."
 )
+_THICK = 0.6  # m: of a wall, as it is drawn
 _ENDS = 12  # outlines drawn at the end of run-outs
 _ON_THE_WAY = 6  # outlines of one draw between impact and rest, at most
 _INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between them
@@ -85,6 +86,7 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     axes.set_xlim(view[0], view[1])
     axes.set_ylim(view[2], view[3])
     handles = _surfaces(axes, scene, view, unit.worth)
+    handles += _barrier(axes, scene, view, unit.worth)
     handles += _run_outs(axes, scene, paths, unit.worth)
     handles += _one_motion(axes, scene, outcome, unit.worth) if outcome else []
     handles += _vehicles(axes, scene, unit.worth)
@@ -127,6 +129,22 @@ def outline(vehicle: Vehicle, pose: Pose) -> np.ndarray:
     return body @ np.array([[c, s], [-s, c]]) + np.array(pose[:2])
 
 
+def barrier_outline(scene: Scene, reach: float) -> np.ndarray:
+    """Corners of the barrier that A struck, in m: of a pole, or of a wall that reaches so far."""
+    barrier, contact = scene.barrier, scene.contact
+    assert barrier, "asked of a scene that has one"
+    struck = np.array([contact.x.value, contact.y.value])
+    normal = np.array([np.cos(contact.Gamma.value), np.sin(contact.Gamma.value)])
+    normal *= np.copysign(1.0, (struck - impact_pose(scene, "a")[:2]) @ normal)  # away from A
+    if barrier.kind == "pole":
+        turn = np.linspace(0, 2 * np.pi, 36, endpoint=False)
+        around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        return struck + barrier.diameter / 2 * (normal + around)
+    along = reach * np.array([-normal[1], normal[0]])
+    behind = _THICK * normal
+    return struck + np.array([along, -along, behind - along, behind + along])
+
+
 def half_plane(edge: Edge, view: tuple[float, float, float, float]) -> np.ndarray:
     """The part of a view (x0, x1, y0, y1 in m) beyond an edge, as a polygon's corners."""
     x0, x1, y0, y1 = view
@@ -154,14 +172,14 @@ def _paths(outcome: Outcome, worth: float) -> dict[str, np.ndarray]:
         return {}
     data = tree["trajectories"]["path"].transpose("vehicle", "run", "step", "pose").values
     data = data / np.array([worth, worth, 1.0])
-    found = dict(zip(VEHICLES, data, strict=True))
+    found = dict(zip(outcome.scene.vehicles, data, strict=True))
     return {v: paths[np.isfinite(paths).all(axis=(1, 2))] for v, paths in found.items()}
 
 
 def _view(
     scene: Scene, paths: dict[str, np.ndarray], worth: float
 ) -> tuple[float, float, float, float]:
-    points = [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in VEHICLES]
+    points = [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in scene.vehicles]
     points += [_rest_points(scene, v) / worth for v in scene.rest]
     points += [np.array([[m.x, m.y] for m in marks]) / worth for marks in scene.marks.values()]
     points += [np.array([[x, y]]) / worth for _, x, y, _ in _ends_of_rotation(scene)]
@@ -207,6 +225,17 @@ def _surfaces(
             handles.append(Patch(label=_plain(surface.name), **look))
     base = Patch(facecolor="white", edgecolor=drawing.PALE, label=_plain(scene.surfaces[0].name))
     return [base, *handles]
+
+
+def _barrier(
+    axes: Axes, scene: Scene, view: tuple[float, float, float, float], worth: float
+) -> list[Artist]:
+    if scene.barrier is None:
+        return []
+    look: dict[str, Any] = {"facecolor": drawing.PALE, "edgecolor": drawing.INK, "lw": 0.8}
+    reach = float(np.hypot(view[1] - view[0], view[3] - view[2])) * worth
+    axes.add_patch(Polygon(barrier_outline(scene, reach) / worth, zorder=1.5, **look))
+    return [Patch(label=_plain(scene.barrier.name), **look)]
 
 
 def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: float) -> list[Artist]:
@@ -284,7 +313,7 @@ def wheel_paths(vehicle: Vehicle, pose: np.ndarray) -> np.ndarray:
 
 def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     ink, evidence = drawing.INK, scene.evidence()
-    for v in VEHICLES:
+    for v in scene.vehicles:
         _outlined(axes, scene.vehicles[v], v, "impact", impact_pose(scene, v), worth)
     for v, rest in scene.rest.items():
         x, y = rest.x.value, rest.y.value

@@ -1,4 +1,4 @@
-"""Times and distances of both vehicles before the impact, with their bands."""
+"""Times and distances of the vehicles before the impact, with their bands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from retrodict.report import drawing
 from retrodict.scene.quantities import Units, unit_of
-from retrodict.scene.records import VEHICLES
 from retrodict.studies.avoidability import TimeDistance
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def timeline_figure(findings: Findings, outcome: Outcome, units: Units = "si") -
         return figure
     unit = unit_of("length", units)
     before = -np.array(distances.times)
-    for v in VEHICLES:
+    for v in distances.distances:
         low, middle, high = np.array(distances.distances[v]).T / unit.worth
         colour = drawing.OF_VEHICLE[v]
         axes.fill_between(before, low, high, color=colour, alpha=0.2, linewidth=0)

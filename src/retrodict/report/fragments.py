@@ -10,7 +10,6 @@ from retrodict.findings.statistics import LEVELS
 from retrodict.report.results import result_rows
 from retrodict.report.templates import template
 from retrodict.scene.quantities import Units
-from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -33,7 +32,7 @@ def scene_html(scene: Scene, units: Units = "si") -> str:
         of_model = f" (a run-out misses {row.format_model(units)})" if m.model_sd else ""
         measured = f"{row.format_measured(units)}{of_model}"
         rows.append((row.label, measured, row.unit(units), m.source, ASSUMED[m.assumed]))
-    return template("scene.html.j2").render(scene=scene, rows=rows, vehicles=VEHICLES)
+    return template("scene.html.j2").render(scene=scene, rows=rows)
 
 
 def findings_html(findings: Findings, units: Units = "si") -> str:

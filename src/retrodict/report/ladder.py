@@ -14,7 +14,7 @@ from retrodict.findings.summary import ladder_data
 from retrodict.inference.digits import decimals_of
 from retrodict.report.files import csv_text
 from retrodict.report.results import named
-from retrodict.scene.quantities import Units, label_and_unit
+from retrodict.scene.quantities import Units, label_and_unit, unit_of
 
 if TYPE_CHECKING:
     from retrodict.studies.comparison import Ladder, Step
@@ -75,7 +75,7 @@ def ladder_rows(
             parameters=NOTHING if step.parameters is None else str(step.parameters),
             seconds=format_value(step.seconds, 1),
             verdict=step.verdict,
-            priors=_priors(step, units, known.get("speed_b")),
+            priors=_priors(step, units, known.get(ladder.scene.sought)),
             furthest=_furthest(step),
             ran=step.fit is not None,
         )
@@ -155,7 +155,7 @@ def _evidence(step: Step) -> str:
 
 
 def _priors(step: Step, units: Units, most: int | None) -> tuple[tuple[str, str], ...]:
-    worth = label_and_unit("speed_b", units)[1].worth
+    worth = unit_of("speed", units).worth
     return tuple(
         (
             other.prior,

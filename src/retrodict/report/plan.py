@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.report.figure_scene import half_plane
+from retrodict.report.figure_scene import barrier_outline, half_plane
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import Scene
 
@@ -54,6 +54,13 @@ class Plan:
             for surface in scene.surfaces[1:]
             if surface.edge is not None and len(corners := half_plane(surface.edge, self.view)) >= 3
         ]
+
+    def barrier(self, scene: Scene) -> dict[str, str]:
+        """What A struck in the place of a vehicle, its name and its area; empty where it struck one."""
+        if scene.barrier is None:
+            return {}
+        reach = float(np.hypot(*np.subtract(self.view[1::2], self.view[::2])))
+        return {"name": scene.barrier.name, "area": self.at(barrier_outline(scene, reach))}
 
     def scale_bar(self, units: Units) -> dict[str, Any]:
         """Length in units of the drawing, and text, of a bar shorter than a quarter of the width."""

@@ -17,8 +17,9 @@ from retrodict.findings.run_outs import Motion, motions
 from retrodict.report.figure_scene import impact_pose, outline
 from retrodict.report.plan import Plan, View
 from retrodict.report.templates import template
+from retrodict.scene.names import vehicle_of
 from retrodict.scene.quantities import Units, unit_of
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -70,8 +71,10 @@ def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -
                 # the moving outline, about its centre of gravity and heading to the right
                 "body": _body(scene, v, plan.scale),
             }
-            for v in VEHICLES
+            for v in scene.vehicles
         ],
+        "barrier": plan.barrier(scene),
+        "sought": str(vehicle_of(scene.sought)).upper(),
         "draws": [_in_words(m, units) for m in found],
         "chosen": len(found) // 2,
         "before": _BEFORE,
@@ -109,7 +112,7 @@ def _data(found: tuple[Motion, ...], view: View, scale: float, worth: float, sym
         "scale": scale * worth,
         "unit": symbol,
         "draws": [
-            {"lasts": round(m.lasts, 3), "rows": {v: rows(m, v) for v in VEHICLES}} for m in found
+            {"lasts": round(m.lasts, 3), "rows": {v: rows(m, v) for v in m.pose}} for m in found
         ],
     }
     text = json.dumps(content, allow_nan=False, separators=(",", ":"))
@@ -121,7 +124,7 @@ def _in_words(motion: Motion, units: Units) -> str:
     unit = unit_of("speed", units)
     speeds = (
         f"{v.upper()} {format_value(motion.speed[v] / unit.worth, 1)} {unit.symbol}"
-        for v in VEHICLES
+        for v in motion.speed
     )
     return ", ".join(speeds)
 
@@ -129,7 +132,7 @@ def _in_words(motion: Motion, units: Units) -> str:
 def _view(scene: Scene, found: tuple[Motion, ...]) -> View:
     """What the picture holds, in m: the ways of all draws, and the vehicles at both ends."""
     points = [_rest(scene, v) for v in scene.rest]
-    for v in VEHICLES:
+    for v in scene.vehicles:
         points.append(outline(scene.vehicles[v], impact_pose(scene, v)))
         for m in found:
             points += [m.pose[v][:, :2], outline(scene.vehicles[v], m.pose_at(v, m.lasts))]

@@ -11,7 +11,7 @@ from retrodict.report.figure_scene import impact_pose, outline
 from retrodict.report.plan import Plan, View
 from retrodict.report.templates import template
 from retrodict.scene.quantities import Units
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.scene.records import Scene
 
 _MARGIN = 1.5  # m about what is drawn
 _ARROW = (
@@ -30,9 +30,9 @@ def view_of(scene: Scene, at_least: View | None = None) -> View:
     Returns:
         x0, x1, y0, y1 in m.
     """
-    points = [outline(scene.vehicles[v], impact_pose(scene, v)) for v in VEHICLES]
+    points = [outline(scene.vehicles[v], impact_pose(scene, v)) for v in scene.vehicles]
     points += [_rest(scene, v) for v in scene.rest]
-    points += [_arrow(scene, v) for v in VEHICLES]
+    points += [_arrow(scene, v) for v in scene.vehicles]
     points += [np.array([[m.x, m.y]]) for marks in scene.marks.values() for m in marks]
     points += [np.array([[x, y]]) for _, x, y in _ends(scene)]
     both = np.concatenate(points)
@@ -92,8 +92,9 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
                     plan.at(np.array([x, y])).split(",") for w, x, y in _ends(scene) if w == v
                 ],
             }
-            for v in VEHICLES
+            for v in scene.vehicles
         ],
+        "barrier": plan.barrier(scene),
         "impact": ellipse(contact.x.value, contact.y.value, contact.x.sd, contact.y.sd),
         "line": plan.at(np.array([centre - along, centre + along])),
         "bar": plan.scale_bar(units),

@@ -57,7 +57,7 @@ class Avoidability:
 
 @dataclass(frozen=True, slots=True)
 class TimeDistance:
-    """Where both vehicles were before the impact (SI units).
+    """Where the vehicles were before the impact (SI units).
 
     Args:
         times: before the impact, s, the latest first.
@@ -77,7 +77,7 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
     Each posterior draw is joined by one of the reaction time and one of the deceleration. The hazard
     is perceived where it was in that draw; from there the vehicle goes on at the limit, or at its own
     speed where that was lower, and brakes after the reaction time. The other vehicle moves as it did,
-    and goes on at its speed at the impact.
+    and goes on at its speed at the impact; a barrier never clears the way.
 
     Args:
         outcome: the reconstruction.
@@ -92,7 +92,6 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
     from retrodict.mechanics.avoidance import arrival, distance_before, skid_time, time_before
 
     v = asked.vehicle
-    other = "b" if v == "a" else "a"
     motion = _approach(outcome, v)
     rng = np.random.default_rng([outcome.seed, 34, VEHICLES.index(v)])
     shape = np.shape(motion.speed)
@@ -114,11 +113,17 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
         distance = np.asarray(distance_before(motion, time))
     speed = np.minimum(motion.initial, asked.limit)
     late, impact = map(np.asarray, arrival(distance, speed, reaction, deceleration))
-    clear = _random(asked.clear, shape, rng) if asked.clear else _way_to_clear(outcome, other, v)
     stopped = np.isinf(late)
-    # the product with an infinite delay of a vehicle that stands is no number, but then it stopped
-    with np.errstate(invalid="ignore"):
-        passed = ~stopped & (draws_of(outcome, f"speed_{other}") * (late - time) >= clear)
+    if outcome.scene.barrier:
+        clear, passed = np.full(shape, np.inf), np.zeros(shape, bool)
+    else:
+        other = "b" if v == "a" else "a"
+        clear = (
+            _random(asked.clear, shape, rng) if asked.clear else _way_to_clear(outcome, other, v)
+        )
+        # the product with an infinite delay of a vehicle that stands is no number, but then it stopped
+        with np.errstate(invalid="ignore"):
+            passed = ~stopped & (draws_of(outcome, f"speed_{other}") * (late - time) >= clear)
     struck = impact[~(stopped | passed)]
     return Avoidability(
         asked=asked,
@@ -134,7 +139,7 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
 
 
 def time_distance(outcome: Outcome, span: float) -> TimeDistance:
-    """Where both vehicles were before the impact, and how fast.
+    """Where the vehicles were before the impact, and how fast.
 
     Args:
         outcome: the reconstruction.
@@ -150,7 +155,7 @@ def time_distance(outcome: Outcome, span: float) -> TimeDistance:
 
     times = np.linspace(span, 0.0, _MOMENTS)
     distances, speeds = {}, {}
-    for v in VEHICLES:
+    for v in outcome.scene.vehicles:
         motion = _approach(outcome, v)
         skidding = np.asarray(skid_time(motion))
         share = [np.minimum(time / np.where(skidding > 0, skidding, 1e-9), 1) for time in times]

@@ -35,10 +35,10 @@ from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
-from retrodict.scene.records import VEHICLES, RunOutError, Scene
+from retrodict.scene.records import RunOutError, Scene
 
-_MEASURED = ("speed_a", "initial_speed_a", "initial_speed_b")  # or follows from what is measured
-QUANTITIES = (*(name for name in REPORTED if name not in _MEASURED), "log_likelihood")
+_FOLLOWS = ("initial_speed_a", "initial_speed_b")  # from what is ranked or measured
+QUANTITIES = (*(name for name in REPORTED if name not in _FOLLOWS), "log_likelihood")
 EXACT = tuple(name for name, method in METHODS.items() if method.exact)
 DRAWS = 99  # that a truth is ranked among: few enough to be independent where the gate was passed
 MOST_WITHHELD = 0.05  # share beyond which it is part of the verdict
@@ -291,7 +291,7 @@ def _simulated(programs: Programs, data: Data, sites: Values) -> Values:
 def plausible(
     structure: Structure, data: Data, sites: Values, quantities: Values
 ) -> Bool[np.ndarray, " draws"]:
-    """Which crashes have B driving, close in, lose energy, and neither spin nor travel too far.
+    """Which crashes have B (or what strikes a barrier) driving, close in, lose energy, stay near.
 
     It goes by the unknowns alone: were it to look at the evidence, the ranks would not be uniform.
 
@@ -302,11 +302,12 @@ def plausible(
         quantities: what follows from them.
     """
     known = sites | quantities
-    none = np.zeros(len(known["speed_b"]))
     good = _closing_speeds(structure, data, sites, quantities) > CLOSING
-    good &= np.asarray(known["speed_b"]) > DRIVING
+    none = np.zeros(len(good))
+    driven = "speed_a" if structure.barrier else "speed_b"
+    good &= np.asarray(known.get(driven, none + np.inf)) > DRIVING
     good &= np.asarray(known.get("energy_lost", none + 1)) > 0
-    for v in VEHICLES:
+    for v in structure.vehicles:
         good &= np.abs(known.get(f"Omega_{v}", none)) < SPIN
         for part in ("x", "y"):
             good &= np.abs(known[f"predicted/rest_{part}_{v}"]) < FAR
@@ -318,9 +319,10 @@ def _closing_speeds(
 ) -> Float[np.ndarray, " draws"]:
     """How fast the vehicles of crashes come together, m/s."""
     known = sites | quantities
-    none = np.zeros(len(known["speed_b"]))
+    none = np.zeros(len(known["Vax"]))
     xi = known.get("measured", none[:, None][:, :0])
-    motion = jnp.stack([known["vbx"], known["vby"], known.get("omega_b", none)], axis=1)
+    # a barrier stands still
+    motion = jnp.stack([known.get(name, none) for name in ("vbx", "vby", "omega_b")], axis=1)
     return np.asarray(_closing(structure, data, xi, motion))
 
 
@@ -370,7 +372,7 @@ def _ranked(
         return replace(row, reason=f"checks failed: {'; '.join(faults)}")
     # as many as one call takes, evenly along the chains, with the truth last
     which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
-    along = [np.linspace(0, len(s["speed_b"]) - 1, CHUNK - 1).round().astype(int) for s, _ in every]
+    along = [np.linspace(0, len(s["Vax"]) - 1, CHUNK - 1).round().astype(int) for s, _ in every]
     chosen = {}
     for name, own in truth.items():
         taken = [np.asarray(s[name])[at] for (s, _), at in zip(every, along, strict=True)]
@@ -385,9 +387,9 @@ def _ranked(
     known = chosen | quantities
     items = [v for k, v in quantities.items() if k.startswith("log_likelihood/")]
     known["log_likelihood"] = np.sum(items, axis=0)
-    ranks = {}
+    ranks, given = {}, found[0].scene.inputs()  # what is measured is not ranked
     for name in QUANTITIES:
-        if name in known:
+        if name in known and name not in given:
             others, own = known[name][kept], known[name][-1]
             ties = rng.integers(np.sum(others == own) + 1)
             ranks[name] = int(np.sum(others < own) + ties)

@@ -24,7 +24,7 @@ class LeftOut:
         value, sd: as measured, the run-out's own error included.
         expected, expected_sd: of the measurement, from all else, its own error included.
         probability: two-sided, of a measurement as far out as this one.
-        speed_b, speed_b_sd: B's speed before impact without it.
+        speed, speed_sd: the sought speed before impact (`Scene.sought`) without it.
         pareto_k: of the weights that leave it out; above 0.7 the numbers that they lead to cannot be
             relied on, for without the item the answer is far from what it is with it.
         believed: share of an error in it that the posterior would follow, to first order; near 1
@@ -39,8 +39,8 @@ class LeftOut:
     expected: float
     expected_sd: float
     probability: float
-    speed_b: float
-    speed_b_sd: float
+    speed: float
+    speed_sd: float
     pareto_k: float
     believed: float
     moved: float
@@ -76,7 +76,7 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
     if not {"posterior", "posterior_predictive", "log_likelihood"} <= set(tree.children):
         return ()
     measured = outcome.scene.evidence()
-    speeds = tree["posterior"]["speed_b"]
+    speeds = tree["posterior"][outcome.scene.sought]
     speed = np.asarray(speeds).ravel()
     found = []
     for name in map(str, tree["log_likelihood"].data_vars):

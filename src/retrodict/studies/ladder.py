@@ -20,14 +20,14 @@ from retrodict.models.runouts import roll
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import REPORTED
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.scene.records import Scene
 from retrodict.studies.comparison import FACTOR, SHARE, Ladder, Reweighted, Step
 from retrodict.studies.fit import fit, summary
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
-_PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of B's speed
+_PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of the sought speed
 
 
 def ladder(
@@ -53,7 +53,7 @@ def ladder(
 
     Args:
         scene: what was measured, or the path of a scene file.
-        question: quantities that are asked, of speed_b, e, e_m and mu; None for the scene's.
+        question: quantities that are asked, of the speeds, e, e_m and mu; None for the scene's.
         seed: of every random number.
         share: of its standard deviation that a fuller rung may move an answer by, above 0.
         factor: by which it may widen or narrow it, above 1.
@@ -325,19 +325,20 @@ def _with_answers(outcome: Outcome, step: Step, question: tuple[str, ...]) -> St
     """The step, with what a run of its rung brought."""
     posterior = outcome.idata["posterior"].to_dataset()
     evidence, error = log_evidence(outcome)
-    unknown = [f"speed_{v}" for v in VEHICLES if outcome.scene.approach[v].speed is None]
-    squares = np.zeros(posterior["speed_b"].size)
+    scene = outcome.scene
+    unknown = [f"speed_{v}" for v in scene.vehicles if scene.approach[v].speed is None]
+    speed = np.asarray(posterior[scene.sought]).ravel()
+    squares = np.zeros(speed.size)
     for name in unknown:
-        scale = outcome.scene.priors[name].numbers[0]
+        scale = scene.priors[name].numbers[0]
         squares += (np.asarray(posterior[name]).ravel() / scale) ** 2
-    speed = np.asarray(posterior["speed_b"]).ravel()
     return replace(
         step,
         answers={name: summary(np.asarray(posterior[name]).ravel()) for name in question},
         fit=fit(outcome),
         log_evidence=evidence,
         log_evidence_sd=error,
-        parameters=_unknowns(RUNGS[step.name].of_scene(outcome.scene)[0]),
+        parameters=_unknowns(RUNGS[step.name].of_scene(scene)[0]),
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
         priors=tuple(

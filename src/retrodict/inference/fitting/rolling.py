@@ -40,7 +40,8 @@ _LEAST_OFF = 0.05  # of the logarithm of a speed, and rad
 def tempered(scene: Scene, rung: str, method: str) -> bool:
     """Whether a posterior is drawn from in this way: by smc, if some vehicle's rest was measured.
 
-    Rest poses of one vehicle, which struck a barrier, are no coordinates, and impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes.
+    Impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes,
+    and so have those with a barrier.
 
     Args:
         scene: what was measured.
