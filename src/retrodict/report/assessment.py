@@ -83,8 +83,8 @@ def _left_out(findings: Findings, units: Units) -> Iterable[Block]:
     if checked:
         yield Paragraph(
             "Each measurement predicted from all others, by reweighting the draws without it, and the "
-            f"speed of {_who(findings)} that would be found. ► marks a measurement that all others make less probable "
-            f"than {format_value(100 * MIN_PROBABILITY, 0)} %."
+            f"speed of {_who(findings)} that would be found. ► marks a measurement that all others make "
+            f"less probable than {format_value(100 * MIN_PROBABILITY, 0)} %."
         )
         speed = unit_of("speed", units)
         rows = tuple(_without(findings, units, item) for item in checked)
@@ -143,8 +143,8 @@ def _believed(findings: Findings, units: Units) -> Iterable[Block]:
     yield Paragraph(
         "What an error in a measurement would do, to first order: which share of it would be believed, "
         "for want of anything that contradicts it, and how far an error of one standard deviation would "
-        f"move the speed of {_who(findings)}. Where nearly all is believed, a reading that is wrong by many standard "
-        "deviations passes unseen."
+        f"move the speed of {_who(findings)}. Where nearly all is believed, a reading that is wrong by "
+        "many standard deviations passes unseen."
     )
     moved_by = f"Speed of {_who(findings)} moved, {speed.symbol}"
     yield Table(tuple(rows), ("Item", "Error believed, %", moved_by))

@@ -34,8 +34,8 @@ CAPTION = (
     "measured ends of rotation, with a line along a measured heading. Thin lines: paths of the centres "
     "of gravity in run-outs of posterior draws, with the outlines at the end of a dozen of them. Of the "
     "draw whose speed before the impact (that of B, of two vehicles) is the median: outlines on the way "
-    "at equal times, and dotted lines along which its wheels went. A dark triangle marks a vehicle's front; an outline's middle is taken to "
-    "lie midway between the axles."
+    "at equal times, and dotted lines along which its wheels went. A dark triangle marks a vehicle's "
+    "front; an outline's middle is taken to lie midway between the axles."
 )
 _THICK = 0.6  # m: of a wall, as it is drawn
 _ENDS = 12  # outlines drawn at the end of run-outs

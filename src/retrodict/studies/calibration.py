@@ -389,7 +389,7 @@ def _ranked(
     known["log_likelihood"] = np.sum(items, axis=0)
     ranks, given = {}, found[0].scene.inputs()  # what is measured is not ranked
     for name in QUANTITIES:
-        if name in known and name not in given:
+        if name in known and not (name == "speed_a" and name in given):
             others, own = known[name][kept], known[name][-1]
             ties = rng.integers(np.sum(others == own) + 1)
             ranks[name] = int(np.sum(others < own) + ties)
