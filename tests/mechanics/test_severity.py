@@ -13,8 +13,11 @@ from retrodict.mechanics import (
     against_barrier,
     audit,
     clock,
+    closing_speed,
     critical_mu,
+    either_side,
     feeding_term,
+    lever_arms,
     reverses_sliding,
     separation,
     severity,
@@ -182,3 +185,39 @@ def test_gradients_stay_finite_at_an_infinite_mass() -> None:
         return energy.before - energy.after
 
     assert np.isfinite(np.array(jax.grad(lost)(before))).all()
+
+
+def test_a_barrier_lies_beyond_the_contact() -> None:
+    """So that what drives at it closes in, whichever way the normal is counted."""
+    for Gamma in (0.3, 0.3 + math.pi):
+        bodies = against_barrier(1500.0, 2500.0, 0.2, -1.5, Gamma)  # impact centre at (1.5, -0.2)
+        assert bool(either_side(bodies))
+        closing = float(closing_speed([12.0, 0, 0, 0, 0, 0], bodies))
+        assert closing == pytest.approx(12 * math.cos(0.3))
+
+
+# Small-overlap tests into rigid barriers: e, mu over critical, centre of gravity to impact centre (ft),
+# its angle and Gamma (deg), speed, delta-v backwards and to the right (ft/s), yaw rate after (deg/s).
+# SAE 2014-01-0469, Appendix 2, as PyCrash holds it (github.com/joe-cormier/pycrash, Brach Matrix.xlsx)
+FORD_FUSION = {
+    "CF10028, a pole": (0.232, 0.718, 3.9, 32.9, 74.6, 58.51, 32.29, 13.70, 60.83),
+    "CF11002, a wall": (0.0, 0.842, 4.1, 29.0, 74.6, 58.60, 38.49, 10.69, 102.75),
+    "CF11004, a wall": (0.0, 0.823, 4.0, 31.3, 74.6, 58.60, 36.41, 10.56, 103.00),
+    "CF11012, a wall": (0.127, 0.865, 4.0, 30.6, 74.6, 58.69, 40.91, 12.51, 110.00),
+    "CF11013, a wall": (0.0, 0.895, 3.9, 32.9, 74.6, 58.60, 41.95, 9.51, 142.19),
+}
+
+
+@pytest.mark.parametrize("test", FORD_FUSION)
+def test_published_impacts_with_barriers_are_reproduced(test: str) -> None:
+    """Mass and inertia are not published: the speeds hang on k² alone, k of 0.49 wheelbases, 2.728 m."""
+    e, share, d, phi, Gamma, v, back, right, spin = FORD_FUSION[test]
+    lever = 0.3048 * d * np.array([math.cos(math.radians(phi)), math.sin(math.radians(phi))])
+    _, _, d3, d4 = lever_arms(jnp.asarray(lever), jnp.zeros(2))
+    k2 = (0.49 * 2.728) ** 2
+    bodies = against_barrier(1.0, k2, d3, d4, math.radians(Gamma))
+    before = [0.3048 * v, 0, 0, 0, 0, 0]
+    mu = share * critical_mu(before, bodies, e, 1.0)
+    change = np.asarray(separation(before, bodies, Coefficients(e, mu, 1.0)))[:3] - before[:3]
+    assert change[:2] / 0.3048 == pytest.approx([-back, -right], abs=2.2)
+    assert math.degrees(change[2]) == pytest.approx(spin, rel=0.06)
