@@ -17,6 +17,7 @@ from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.transforms import velocity
 from retrodict.inference.transforms.parameters import plain
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene, Wheels
+from tests.models.test_barrier import against_wall
 from tests.shared.scenes import DEGREE, collision
 
 
@@ -47,6 +48,7 @@ def rolled() -> Scene:
     )
 
 
+OTHER_PLANAR = ("planar-common", "planar-moment-common", "planar-moment")
 SCENES = {"departed": departed(), "course known": course_known(), "rolled": rolled()}
 
 
@@ -60,7 +62,18 @@ SCENES = {"departed": departed(), "course known": course_known(), "rolled": roll
     ],
 )
 def test_log_determinant_is_that_of_the_map(rung: str, which: str) -> None:
-    scene = SCENES[which]
+    has_its_determinant(SCENES[which], rung)
+
+
+@pytest.mark.parametrize(
+    "rung",
+    ["planar+spin", *(pytest.param(f"{n}+spin", marks=pytest.mark.slow) for n in OTHER_PLANAR)],
+)
+def test_log_determinant_is_that_of_the_map_against_a_wall(rung: str) -> None:
+    has_its_determinant(against_wall(), rung)
+
+
+def has_its_determinant(scene: Scene, rung: str) -> None:
     structure, data = RUNGS[rung].of_scene(scene)
     own = len(velocity.names(structure))
     rng = np.random.default_rng(3)
