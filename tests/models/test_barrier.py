@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,7 +13,11 @@ from numpyro.infer.util import log_density
 from retrodict.models import RUNGS, parts
 from scipy import stats
 
-from retrodict.scene.records import Approach, Barrier, Departure, Measured, Scene
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.reconstruct import reconstruct
+from retrodict.inference.samplers import METHODS, Task
+from retrodict.scene.records import Approach, Barrier, Contact, Departure, Measured, Scene
 from tests.models.test_friction import density
 from tests.shared.scenes import collision
 
@@ -88,6 +92,44 @@ def test_a_central_impact_rebounds_with_the_share_e_of_its_speed() -> None:
     np.testing.assert_allclose(after, [-0.3 * 15.0, 0.0, 0.0], atol=1e-12)
 
 
+def central() -> Scene:
+    """All is exact but the speed and the measured delta-v, and on one line with the wall's normal."""
+    scene = against_wall()
+    exact = {
+        each.name: replace(value, sd=0.0)
+        for each in fields(scene.vehicles["a"])
+        if isinstance(value := getattr(scene.vehicles["a"], each.name), Measured)
+    }
+    straight = {"heading": Measured(0.0), "impact_angle": Measured(0.0)}
+    surfaces = tuple(replace(s, friction=replace(s.friction, sd=0.0)) for s in scene.surfaces)
+    return replace(
+        scene,
+        vehicles={"a": replace(scene.vehicles["a"], **exact | straight)},
+        approach={"a": Approach(None, Measured(0.0), Measured(0.0))},
+        contact=Contact(Measured(0.0), Measured(0.0), Measured(0.0)),
+        departure={"a": Departure(delta_v=Measured(9.0, 0.5))},
+        surfaces=surfaces,
+    )
+
+
+def test_the_speed_of_a_central_impact_by_quadrature() -> None:
+    """Delta-v is (1 + e) v: an integral over the speed v and the restitution e."""
+    v, e = np.linspace(1e-3, 15, 600)[:, None], np.linspace(0.5 / 400, 1 - 0.5 / 400, 400)
+    law = stats.halfnorm(scale=0.13 + (0.55 - 0.13) * np.exp(-v / 5))
+    weight = law.pdf(e) / law.cdf(1) * stats.halfnorm(scale=30).pdf(v)
+    weight = (weight * stats.norm((1 + e) * v, 0.5).pdf(9.0)).sum(axis=1)
+    weight /= weight.sum()
+    mean = weight @ v[:, 0]
+    sd = np.sqrt(weight @ (v[:, 0] - mean) ** 2)
+
+    posterior = prepare(central(), "planar-common+spin")
+    assert posterior.size == 2
+    task = Task(posterior, 4, 2000, 0, 0, lambda *_: None)
+    found = METHODS["importance"].draw(task).known(posterior)["speed_a"]
+    assert found.mean() == pytest.approx(mean, abs=5 * sd / np.sqrt(4000))
+    assert found.std() == pytest.approx(sd, rel=5 / np.sqrt(2 * 4000))
+
+
 def test_momentum_alone_is_no_model_of_a_barrier() -> None:
     scene = against_wall()
     for name, rung in RUNGS.items():
@@ -96,6 +138,8 @@ def test_momentum_alone_is_no_model_of_a_barrier() -> None:
             assert not rung.refusal(collision()).startswith("goes by momentum")
         elif not name.endswith("roll"):
             assert not rung.refusal(scene)
+    with pytest.raises(Unanswerable, match="the model momentum[+]spin goes by momentum alone"):
+        reconstruct(scene, model="momentum+spin")
 
 
 @pytest.mark.parametrize("name", [n for n, rung in RUNGS.items() if rung.impact.against_barrier])
