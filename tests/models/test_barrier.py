@@ -138,7 +138,7 @@ def test_momentum_alone_is_no_model_of_a_barrier() -> None:
             assert not rung.refusal(collision()).startswith("goes by momentum")
         elif not name.endswith("roll"):
             assert not rung.refusal(scene)
-    with pytest.raises(Unanswerable, match="the model momentum[+]spin goes by momentum alone"):
+    with pytest.raises(Unanswerable, match=r"the model momentum\+spin goes by momentum alone"):
         reconstruct(scene, model="momentum+spin")
 
 

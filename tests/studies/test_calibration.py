@@ -12,7 +12,7 @@ import pytest
 from retrodict.models import RUNGS
 
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
-from retrodict.scene.records import Departure, Measured, RunOutError
+from retrodict.scene.records import Mark, Measured, RunOutError
 from retrodict.studies import calibration as study
 from retrodict.studies.calibration import Calibration, Row, calibrate
 from retrodict.studies.uniformity import uniformity
@@ -33,9 +33,8 @@ def test_what_cannot_be_calibrated_is_refused(arguments, words) -> None:
 
 
 def test_a_design_with_evidence_that_is_not_simulated_is_refused() -> None:
-    skid = Departure(speed=Measured(8.0, 0.5))
-    scene = replace(study.design(), departure={"a": skid})
-    with pytest.raises(ValueError, match="leave departure_speed_a out"):
+    scene = replace(study.design(), marks={"a": (Mark(1.0, 2.0, 0.1, "centre"),)})
+    with pytest.raises(ValueError, match="leave mark_1_a out"):
         calibrate(scene, model=QUICK)
     with pytest.raises(ValueError, match="leave robust out"):
         calibrate(replace(study.design(), robust=True), model=QUICK)

@@ -33,6 +33,7 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
+from retrodict.scene.departure import ITEMS
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import RunOutError, Scene
@@ -139,8 +140,8 @@ def calibrate(
     both cut to plausible crashes, by the unknowns alone.
 
     Args:
-        scene: the design, whose measured inputs are the priors of the inputs; of its rest poses only
-            the errors count.
+        scene: the design, whose measured inputs are the priors of the inputs; of its rest poses, and of
+            what was measured just after the impact, only the errors count.
         model: a name in `retrodict.models.RUNGS`.
         method: one of `EXACT`.
         simulations: how many.
@@ -154,17 +155,17 @@ def calibrate(
         The calibration; when interrupted, with the rows that were finished.
 
     Raises:
-        ValueError: no rung or exact method has that name, the scene has evidence other than rest
-            poses with normal errors, or its priors hold hardly a plausible crash.
+        ValueError: no rung or exact method has that name, the scene has evidence on the way to rest or
+            errors that are not normal, or its priors hold hardly a plausible crash.
     """
     for what, name, names in (("model", model, tuple(RUNGS)), ("method", method, EXACT)):
         if name not in names:
             raise ValueError(f"{what} is one of {', '.join(names)}; not {name!r}")
-    others = [name for name in scene.evidence() if not parsed(name).at_rest]
+    others = [name for name in scene.evidence() if parsed(name).on_way]
     if others or scene.robust:
         raise ValueError(
-            f"only rest poses with normal errors are simulated: leave {', '.join(others) or 'robust'} "
-            "out of the design"
+            "only rest poses and the motion just after the impact are simulated, with normal errors: "
+            f"leave {', '.join(others) or 'robust'} out of the design"
         )
     done = {row.simulation: row for row in known if row.simulation < simulations}
     missing = [i for i in range(simulations) if i not in done]
@@ -310,7 +311,7 @@ def plausible(
     for v in structure.vehicles:
         good &= np.abs(known.get(f"Omega_{v}", none)) < SPIN
         for part in ("x", "y"):
-            good &= np.abs(known[f"predicted/rest_{part}_{v}"]) < FAR
+            good &= np.abs(known.get(f"predicted/rest_{part}_{v}", none)) < FAR
     return good
 
 
@@ -345,18 +346,22 @@ def _closing(
 def _measured(
     scene: Scene, structure: Structure, quantities: Values, rng: np.random.Generator
 ) -> Scene:
-    """The design with the rest poses of a crash, read off with errors."""
-    rest, evidence = dict(scene.rest), scene.evidence()
+    """The design with the rest poses of a crash and the motion before them, read off with errors."""
+    rest, departure, evidence = dict(scene.rest), dict(scene.departure), scene.evidence()
     for name in structure.evidence:
         kind, v, _ = parsed(name)
-        part = kind.removeprefix("rest_")
+        part, item = kind.removeprefix("rest_"), kind.removeprefix("departure_")
         sd = evidence[name].sd
         value = float(quantities[f"predicted/{name}"]) + sd * rng.standard_normal()
+        if item in ITEMS:
+            m = replace(departure[v][item], value=value)
+            departure[v] = departure[v] | {item: m}
+            continue
         m = replace(getattr(rest[v], part), value=value, sd=sd)
         rest[v] = replace(rest[v], **{part: m}, turns_known=True)
     # the design's errors stand, however far a crash's way is: the run-out's is in them by now
     vehicles = {v: replace(own, run_out_error=RunOutError()) for v, own in scene.vehicles.items()}
-    return replace(scene, rest=rest, vehicles=vehicles)
+    return replace(scene, rest=rest, departure=departure, vehicles=vehicles)
 
 
 def _ranked(
