@@ -428,7 +428,7 @@ def export(
     draw: Annotated[
         list[str] | None,
         typer.Option(
-            help="whose motion: median, a percentage of B's speed, or a draw's number; may be "
+            help="whose motion: median, a percentage of the sought speed, or a draw's number; may be "
             "repeated [default: median, 5%, 95%]"
         ),
     ] = None,

@@ -249,7 +249,7 @@ class Result:
         Args:
             directory: made where missing; files of the same names in it are replaced together.
             formats: motion, dxf, svg, tables, netcdf or parquet; all for none.
-            draws: whose motion: "median" or a percentage of B's speed before impact, or the number of a
+            draws: whose motion: "median" or a percentage of the sought speed, or the number of a
                 draw whose motion is recorded; the median, 5% and 95% for none. Drawings show the first.
             rate: of motions, frames a second.
             before: how long before the impact motions begin, s.

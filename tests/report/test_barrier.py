@@ -14,10 +14,12 @@ from retrodict import findings
 from retrodict.findings.run_outs import motions
 from retrodict.findings.summary import summarise
 from retrodict.inference.outcome import Outcome
+from retrodict.report.export import Asked, motion_files
 from retrodict.report.figure_scene import barrier_outline, impact_pose
 from retrodict.report.figures import FIGURES
 from retrodict.report.fragments import findings_html, scene_html
 from retrodict.report.replay_html import replay_fragment
+from retrodict.report.scene_layers import scene_drawing
 from retrodict.report.scene_svg import scene_svg
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.questions import questions_from
@@ -136,3 +138,16 @@ def test_a_barrier_is_drawn_beyond_the_contact_line(struck: Outcome, barrier: Ba
     car = (np.array(impact_pose(scene, "a")[:2]) - centre) @ normal
     assert abs(off).min() == pytest.approx(0, abs=1e-3)  # a pole has 36 corners
     assert np.all(off * car <= 1e-9)
+
+
+@pytest.mark.parametrize("barrier", [Barrier("wall", "a wall"), Barrier("pole", "a pole", 0.3)])
+def test_an_export_draws_the_barrier_and_moves_a_alone(struck: Outcome, barrier: Barrier) -> None:
+    outcome = replace(struck, scene=replace(struck.scene, barrier=barrier))
+    found = findings.compute(outcome)
+    drawn = {layer.name: layer for layer in scene_drawing(found, outcome).layers}
+    (area,) = drawn["BARRIER"].shapes
+    assert area.closed
+    assert not [name for name in drawn if name.startswith("B-")]
+    files = motion_files(found, outcome, Asked(draws=("median",)))
+    assert sorted(files) == ["motion/a-median.csv", "motion/motion.json"]
+    assert list(json.loads(files["motion/motion.json"])["vehicles"]) == ["a"]

@@ -102,7 +102,7 @@ def motion_of(found: tuple[Motion, ...], which: str | int) -> Motion:
 
     Args:
         found: all of them, the slowest first.
-        which: "median" or a percentage such as "5%" of B's speed before impact, or a draw's number.
+        which: "median" or a percentage such as "5%" of the sought speed, or a draw's number.
 
     Returns:
         The motion.
@@ -122,8 +122,8 @@ def motion_of(found: tuple[Motion, ...], which: str | int) -> Motion:
             return motion
     numbers = [motion.number for motion in found]
     raise NoMotion(
-        f"no draw {str(which)[:40]!r}: write median, a percentage of B's speed such as 5%, or the "
-        f"number of a draw whose motion is recorded, of {min(numbers)} to {max(numbers)}"
+        f"no draw {str(which)[:40]!r}: write median, a percentage of the sought speed such as 5%, or "
+        f"the number of a draw whose motion is recorded, of {min(numbers)} to {max(numbers)}"
     )
 
 

@@ -29,7 +29,6 @@ from retrodict.report.files import write_together
 from retrodict.report.libraries import imported
 from retrodict.report.scene_layers import scene_drawing
 from retrodict.scene.quantities import Units
-from retrodict.scene.records import VEHICLES
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -75,7 +74,7 @@ def motion_files(findings: Findings, outcome: Outcome, asked: Asked) -> Files:
         motion = motion_of(found, which)
         # the last frame is at rest
         time = frame_times(asked.rate, lead + math.ceil(round(motion.lasts * asked.rate, 6)) + 1)
-        names = {v: f"{v}-{_file_name(which)}.csv" for v in VEHICLES}
+        names = {v: f"{v}-{_file_name(which)}.csv" for v in findings.scene.vehicles}
         for v, name in names.items():
             pose = motion.poses(v, time - impact)
             files[f"motion/{name}"] = motion_csv(time, pose)
@@ -93,7 +92,7 @@ def motion_files(findings: Findings, outcome: Outcome, asked: Asked) -> Files:
         "scene": findings.scene.title,
         "scene_sha256": findings.scene_text.sha256,
         "verdict": findings.verdict,
-        "vehicles": {v: findings.scene.vehicles[v].name for v in VEHICLES},
+        "vehicles": {v: findings.scene.vehicles[v].name for v in findings.scene.vehicles},
         "point": "centre of gravity, on the road plane (Z = 0)",
         "units": dict(zip(COLUMNS, UNITS, strict=True)),
         "frame_rate": asked.rate,

@@ -20,14 +20,15 @@ from retrodict.interchange.plan_drawing import (
     edge_within,
 )
 from retrodict.report import drawing
-from retrodict.report.figure_scene import impact_pose, outline, wheel_paths
-from retrodict.scene.records import VEHICLES, Scene
+from retrodict.report.figure_scene import barrier_outline, impact_pose, outline, wheel_paths
+from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
 _WITHIN = 2  # standard deviations, of ellipses
+_WALL = 5.0  # m, of a wall on each side of the impact
 _ASIDE = 0.25  # m, of a label from its point
 _SOIL = "#8a8468"
 
@@ -54,8 +55,11 @@ def scene_drawing(
     chosen = motion_of(found, draw) if found else None
     layers: list[Layer] = []
     if chosen:
-        layers += [each for v in VEHICLES for each in _moved(scene, v, chosen, found, before)]
-    layers += [each for v in VEHICLES for each in _measured(scene, v)]
+        layers += [each for v in scene.vehicles for each in _moved(scene, v, chosen, found, before)]
+    layers += [each for v in scene.vehicles for each in _measured(scene, v)]
+    if scene.barrier:
+        area = barrier_outline(scene, _WALL)
+        layers.append(Layer("BARRIER", drawing.INK, (Line(area, closed=True),)))
     layers += [_contact(scene), Layer("LABELS", drawing.INK, tuple(_labels(scene)))]
     layers = [layer for layer in layers if layer.shapes]
     bounds = Drawing("", tuple(layers)).bounds
@@ -146,7 +150,7 @@ def _outlined(corners: np.ndarray) -> list[Shape]:
 
 def _labels(scene: Scene) -> list[Shape]:
     labels = [_label((scene.contact.x.value, scene.contact.y.value), "impact")]
-    for v in VEHICLES:
+    for v in scene.vehicles:
         x, y, _ = impact_pose(scene, v)
         labels.append(_label((x, y), f"{v.upper()} impact"))
         if v in scene.rest:
@@ -164,7 +168,8 @@ def _notes(
 ) -> Layer:
     """What the drawing is of, below it."""
     lines = [findings.scene.title]
-    lines += [f"{v.upper()}: {findings.scene.vehicles[v].name}" for v in VEHICLES]
+    lines += [f"{v.upper()}: {vehicle.name}" for v, vehicle in findings.scene.vehicles.items()]
+    lines += [findings.scene.barrier.name] if findings.scene.barrier else []
     lines.append(f"metres; ellipses within {_WITHIN} standard deviations")
     if chosen:
         lines.append(f"run-out, approach and wheels of draw {chosen.number}")
