@@ -12,6 +12,7 @@ from retrodict.inference import Interrupted
 from retrodict.report import figures
 from retrodict.scene.case import load_case
 from retrodict.scene.quantities import describe
+from retrodict.studies import ladder as study
 from retrodict.studies.conflict import conflicts
 from tests.report.conftest import make_outcome
 from tests.studies.made_up import ladder_of, step
@@ -103,18 +104,18 @@ def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> No
     ladder = ladder_of(step("low", 19.0), step("full", 19.1))
     ran = []
     monkeypatch.setattr(api, "_reconstruct", lambda scene, **given: ran.append(given["model"]))
-    monkeypatch.setattr(api, "ladder", lambda scene, **_: ladder)
-    monkeypatch.setattr(api, "allowed", lambda scene: ["low", "full"])
+    monkeypatch.setattr(study, "ladder", lambda scene, **_: ladder)
+    monkeypatch.setattr(study, "allowed", lambda scene: ["low", "full"])
     assert api.reconstruct(ladder.scene).ladder is ladder
     none = replace(ladder, choice=None)
-    monkeypatch.setattr(api, "ladder", lambda scene, **_: none)
+    monkeypatch.setattr(study, "ladder", lambda scene, **_: none)
     api.reconstruct(ladder.scene)
     assert api.reconstruct(ladder.scene, model="middle").ladder is None
-    monkeypatch.setattr(api, "allowed", lambda scene: ["full"])  # nothing to compare
+    monkeypatch.setattr(study, "allowed", lambda scene: ["full"])  # nothing to compare
     assert api.reconstruct(ladder.scene).ladder is None
     assert ran == ["low", "full", "middle", "full"]
-    monkeypatch.setattr(api, "allowed", lambda scene: ["low", "full"])
-    monkeypatch.setattr(api, "ladder", lambda scene, **_: replace(none, complete=False))
+    monkeypatch.setattr(study, "allowed", lambda scene: ["low", "full"])
+    monkeypatch.setattr(study, "ladder", lambda scene, **_: replace(none, complete=False))
     with pytest.raises(Interrupted):
         api.reconstruct(ladder.scene)
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from retrodict.inference.errors import Interrupted
 from retrodict.inference.modes import ModeSearch
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
@@ -16,6 +14,7 @@ from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
 from retrodict.notebook import Scene  # with what it shows of itself
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
+from retrodict.report.libraries import imported
 from retrodict.result import CHAINS, Result, load, load_result
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units
@@ -23,7 +22,7 @@ from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
 from retrodict.studies.comparison import Ladder
-from retrodict.studies.ladder import allowed, method_for
+from retrodict.studies.ladder import AUTO, chosen_for, method_for
 from retrodict.studies.ladder import ladder as _ladder
 from retrodict.studies.validation import Validation
 
@@ -46,7 +45,6 @@ __all__ = [
     "validate",
 ]
 
-AUTO = "auto"  # the model that the ladder chooses, and the method that suits the scene
 _CHAINS = 4  # unless asked for otherwise, as by the ladder
 
 ladder = shown_in_notebooks(_ladder)
@@ -133,7 +131,9 @@ def reconstruct(
         keeps = bool(scene.rolling) and (chains, draws) == (_CHAINS, None)
     if model == AUTO:
         keep = kept.__setitem__ if keeps else None
-        model, comparison = chosen(scene, seed=seed, progress=progress, search=search, keep=keep)
+        model, comparison = chosen_for(
+            scene, seed=seed, progress=progress, search=search, keep=keep
+        )
         if model in kept:
             return Result(replace(kept[model], asked=asked), comparison)
         search.unload_others(model)
@@ -153,36 +153,6 @@ def reconstruct(
     return Result(outcome, comparison)
 
 
-def chosen(
-    scene: Scene,
-    *,
-    seed: int,
-    progress: Progress | None,
-    search: ModeSearch | None = None,
-    keep: Callable[[str, Outcome], None] | None = None,
-) -> tuple[str, Ladder | None]:
-    """The rung that the ladder chooses, or the fullest that the scene allows where it chooses none.
-
-    Args:
-        scene: what was measured.
-        seed, progress, search, keep: as of `retrodict.studies.ladder.ladder`.
-
-    Returns:
-        Its name, and the comparison; None where the scene allows one rung only.
-
-    Raises:
-        Unanswerable: the scene allows none.
-        Interrupted: stopped before a model was chosen.
-    """
-    rungs = allowed(scene)
-    if len(rungs) == 1:
-        return rungs[0], None
-    comparison = ladder(scene, seed=seed, progress=progress, search=search, keep=keep)
-    if not comparison.complete:
-        raise Interrupted("stopped before a model was chosen")
-    return comparison.choice or rungs[-1], comparison
-
-
 @shown_in_notebooks
 def calibrate(
     scene: Scene | str | Path | None = None,
@@ -192,7 +162,8 @@ def calibrate(
     simulations: int = 1000,
     seed: int = 0,
     out: str | Path | None = None,
-    processes: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Calibration:
     """Whether a model and a method can be relied on: simulated crashes, and where the truth lies.
@@ -208,7 +179,7 @@ def calibrate(
         seed: of every random number.
         out: folder for calibration.csv, .json, .png and .svg; a run goes on with the .csv that is
             there. None writes nothing.
-        processes: to run side by side; None for one a core.
+        workers, scheduler: as of `retrodict.studies.engine.engine`.
         progress: as of `reconstruct`, without a model's name.
 
     Returns:
@@ -219,10 +190,12 @@ def calibrate(
         SceneError: the scene file cannot be used.
         ValueError: no model or method has that name, the scene cannot be simulated, or the file in
             `out` is of another calibration.
+        MissingLibrary: workers need Dask, which is not installed.
         OSError: a file could not be written.
     """
     from retrodict.report.calibration import read_ranks, write_calibration, write_ranks
 
+    _see_that_engine_is_installed(workers, scheduler)
     scene = _calibration.design() if scene is None else as_scene(scene)
     asked = Calibration(scene, model, method, seed, simulations)
     folder = None if out is None else Path(out)
@@ -233,13 +206,19 @@ def calibrate(
         simulations=simulations,
         seed=seed,
         known=read_ranks(asked, folder) if folder else (),
-        processes=processes,
+        workers=workers,
+        scheduler=scheduler,
         progress=progress,
         keep=partial(write_ranks, directory=folder) if folder else None,
     )
     if folder:
         write_calibration(found, folder)
     return found
+
+
+def _see_that_engine_is_installed(workers: int | None, scheduler: str | None) -> None:
+    if scheduler or (workers or 1) > 1:
+        imported("distributed", "more than one worker", "cluster")
 
 
 @shown_in_notebooks

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from retrodict.api import AUTO, chosen, reconstruct
+from retrodict.api import AUTO, reconstruct
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.outcome import Checks
 from retrodict.inference.points import Estimate
@@ -25,12 +25,12 @@ from retrodict.scene.edit import change
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units, describe, unit_of
 from retrodict.scene.records import Scene
-from retrodict.studies.ladder import allowed
+from retrodict.studies.ladder import allowed, chosen_for
+from retrodict.studies.short import of_points
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_LIMITS = np.array([0.025, 0.5, 0.975])
 _INEFFICIENT = (
     0.2  # effective share of the points below which coordinates are fitted anew, meanwhile
 )
@@ -83,7 +83,7 @@ class Answer:
 
         verdict = "passed" if self.checks.passed else "failed"
         rows = {}
-        for name, found in _statistics(self.estimate).items():
+        for name, found in of_points(self.estimate).items():
             unit = unit_of(describe(name)[1], units)
             scaled = {key: value / unit.worth for key, value in found.items()}
             same = (found["sd"] / found["mcse_mean"]) ** 2 if found["mcse_mean"] > 0 else np.inf
@@ -117,26 +117,6 @@ class Answer:
         return f"<Answer to {self.scene.name!r}: {self.model}, checks {verdict}>"
 
 
-def _statistics(estimate: Estimate) -> dict[str, dict[str, float]]:
-    """Of each reported quantity, by name."""
-    found = {}
-    for name in estimate.scene.reported():
-        if name not in estimate.quantities:
-            continue
-        values, weighted = estimate.quantities[name], estimate.weighted
-        mean, error = weighted.mean(values)
-        low, median, high = weighted.quantiles(values, _LIMITS)[0]
-        found[name] = {
-            "mean": mean,
-            "sd": weighted.sd(values)[0],
-            "median": float(median),
-            "low_95": float(low),
-            "high_95": float(high),
-            "mcse_mean": error,
-        }
-    return found
-
-
 class Session:
     """A scene kept warm: change its numbers, and its posterior follows in a fraction of a second.
 
@@ -166,7 +146,7 @@ class Session:
         self.seed = seed
         self._progress = progress or silent
         if model == AUTO:
-            model, _ = chosen(self.scene, seed=seed, progress=self._progress)
+            model, _ = chosen_for(self.scene, seed=seed, progress=self._progress)
         self.model = model
         if self.model not in allowed(self.scene):
             known = ", ".join(allowed(self.scene))

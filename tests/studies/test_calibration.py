@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,7 +50,7 @@ def test_known_rows_are_not_done_again_and_an_interrupt_keeps_the_rest(monkeypat
     known = [Row(1, {"speed_b": 77}), Row(40, {"speed_b": 1})]
     kept = []
     found = calibrate(
-        study.design(), model=QUICK, simulations=15, known=known, processes=1, keep=kept.append
+        study.design(), model=QUICK, simulations=15, known=known, workers=1, keep=kept.append
     )
     assert asked == [0, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14]
     assert not found.complete
@@ -99,7 +96,7 @@ def outside(found: Calibration) -> set[str]:
 def test_the_simplest_rung_is_calibrated_and_a_slip_of_units_is_caught(monkeypatch) -> None:
     """B's speed of the simulated crashes in knots, which the model takes for miles an hour."""
     design = study.design()
-    right = calibrate(design, model=QUICK, simulations=60, processes=1)
+    right = calibrate(design, model=QUICK, simulations=60, workers=1)
     assert right.withheld < 0.2
     assert not outside(right)
     simulated = study._simulated
@@ -108,7 +105,7 @@ def test_the_simplest_rung_is_calibrated_and_a_slip_of_units_is_caught(monkeypat
         return simulated(programs, data, sites | {"speed_b": 1.151 * sites["speed_b"]})
 
     monkeypatch.setattr(study, "_simulated", slipped)
-    wrong = calibrate(design, model=QUICK, simulations=60, processes=1)
+    wrong = calibrate(design, model=QUICK, simulations=60, workers=1)
     assert "speed_b" in outside(wrong)
 
 
@@ -116,7 +113,7 @@ def test_the_simplest_rung_is_calibrated_and_a_slip_of_units_is_caught(monkeypat
 def test_a_moment_of_the_wrong_sign_is_caught(monkeypatch) -> None:
     """Crashes by eq 24 with e_m's sign turned: the planar rung with a moment, right and wrong."""
     design, model = study.design(), "planar-moment+spin"
-    right = calibrate(design, model=model, simulations=60, processes=1)
+    right = calibrate(design, model=model, simulations=60, workers=1)
     assert not outside(right)
     simulated = study._simulated
 
@@ -124,24 +121,5 @@ def test_a_moment_of_the_wrong_sign_is_caught(monkeypatch) -> None:
         return simulated(programs, data, sites | {"e_m": -sites["e_m"]})
 
     monkeypatch.setattr(study, "_simulated", turned)
-    wrong = calibrate(design, model=model, simulations=60, processes=1)
+    wrong = calibrate(design, model=model, simulations=60, workers=1)
     assert "e_m" in outside(wrong)
-
-
-def test_a_worker_ends_with_the_process_that_began_it(tmp_path: Path) -> None:
-    """A parent that is killed cannot stop its workers."""
-    code = (
-        "import time; from concurrent.futures import ProcessPoolExecutor as Pool\n"
-        "from multiprocessing import get_context; from os import getpid\n"
-        "from retrodict.studies.calibration import _end_with_the_others\n"
-        "if __name__ == '__main__':\n"
-        "    pool = Pool(1, get_context('spawn'), _end_with_the_others)\n"
-        "    print(pool.submit(getpid).result(), flush=True); time.sleep(600)\n"
-    )
-    script = tmp_path / "parent.py"
-    script.write_text(code)
-    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as parent:
-        assert parent.stdout is not None
-        assert parent.stdout.readline().strip().isdigit()
-        parent.kill()
-        parent.communicate(timeout=20)  # until the worker, which may write there too, is gone

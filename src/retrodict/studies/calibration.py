@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
-import signal
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import resources
-from multiprocessing import get_context, parent_process
-from threading import Thread
 
 import jax
 import jax.numpy as jnp
@@ -37,6 +32,7 @@ from retrodict.scene.departure import ITEMS
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import RunOutError, Scene
+from retrodict.studies.engine import WorkerDied, engine
 
 _FOLLOWS = ("initial_speed_a", "initial_speed_b")  # from what is ranked or measured
 QUANTITIES = (*(name for name in REPORTED if name not in _FOLLOWS), "log_likelihood")
@@ -129,7 +125,8 @@ def calibrate(
     simulations: int = 1000,
     seed: int = 0,
     known: Sequence[Row] = (),
-    processes: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
     progress: Progress | None = None,
     keep: Callable[[Calibration], None] | None = None,
 ) -> Calibration:
@@ -147,7 +144,7 @@ def calibrate(
         simulations: how many.
         seed: of every random number.
         known: rows of an earlier run with the same arguments, which are not done again.
-        processes: to run side by side; None for one a core, 1 for none beside this one.
+        workers, scheduler: as of `retrodict.studies.engine.engine`.
         progress: called with (stage, done, of all).
         keep: called with what is done so far, whenever there is more of it.
 
@@ -155,6 +152,7 @@ def calibrate(
         The calibration; when interrupted, with the rows that were finished.
 
     Raises:
+        WorkerDied: one was killed, again and again.
         ValueError: no rung or exact method has that name, the scene has evidence on the way to rest or
             errors that are not normal, or its priors hold hardly a plausible crash.
     """
@@ -180,12 +178,19 @@ def calibrate(
 
     report = progress or silent
     report("simulating", len(done), simulations)
+    # the first alone: it keeps the compiled programs that the others load
+    numbers = list(batches.values())
+    later = {numbers[0][0]: numbers[1:]} if numbers else {}
     try:
-        for rows in _each(job, list(batches.values()), processes or os.cpu_count() or 1):
-            done |= {row.simulation: row for row in rows}
-            if keep:
-                keep(so_far())
-            report("simulating", len(done), simulations)
+        with engine(workers, scheduler) as running:
+            each = running.each(job, numbers[:1], lambda some, _: later.pop(some[0], ()))
+            for _, rows in each:
+                if isinstance(rows, WorkerDied):
+                    raise rows
+                done |= {row.simulation: row for row in rows}
+                if keep:
+                    keep(so_far())
+                report("simulating", len(done), simulations)
     except (KeyboardInterrupt, Interrupted):
         pass
     return so_far()
@@ -195,34 +200,6 @@ def design() -> Scene:
     """The scene that is used where none is given: two cars of middling size, one struck in its side."""
     with resources.as_file(resources.files(__package__).joinpath("calibration.toml")) as file:
         return load_scene(file)
-
-
-def _each(
-    job: Callable[[list[int]], list[Row]], batches: list[list[int]], processes: int
-) -> Iterator[list[Row]]:
-    if processes == 1:
-        yield from map(job, batches)
-        return
-    with ProcessPoolExecutor(processes, get_context("spawn"), _end_with_the_others) as pool:
-        try:
-            # the first alone: it keeps the compiled programs that the others load
-            yield from pool.map(job, batches[:1])
-            yield from pool.map(job, batches[1:])
-        except KeyboardInterrupt:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
-def _end_with_the_others() -> None:
-    """Let a process end at an interrupt, at once and without a word, and with the one that began it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    if parent := parent_process():
-        parent.join()
-        os._exit(1)  # no other thread of it can be waited for
 
 
 def _batch(of: Calibration, numbers: list[int]) -> list[Row]:

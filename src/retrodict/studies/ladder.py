@@ -27,6 +27,7 @@ from retrodict.studies.fit import fit, summary
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
+AUTO = "auto"  # the model that the ladder chooses, or the method that suits the scene
 _PRIORS = {"halved": 0.5, "doubled": 2.0, "flat": np.inf}  # times the scale of the sought speed
 
 
@@ -106,6 +107,36 @@ def ladder(
     else:
         judged, choice, reason = tuple(steps), None, "Interrupted: no rung was chosen."
     return Ladder(scene, question, judged, choice, reason, seed, complete, share, factor)
+
+
+def chosen_for(
+    scene: Scene,
+    *,
+    seed: int,
+    progress: Progress | None = None,
+    search: ModeSearch | None = None,
+    keep: Callable[[str, Outcome], None] | None = None,
+) -> tuple[str, Ladder | None]:
+    """The rung that the ladder chooses, or the fullest that the scene allows where it chooses none.
+
+    Args:
+        scene: what was measured.
+        seed, progress, search, keep: as of `ladder`.
+
+    Returns:
+        Its name, and the comparison; None where the scene allows one rung only.
+
+    Raises:
+        Unanswerable: the scene allows none.
+        Interrupted: stopped before a model was chosen.
+    """
+    rungs = allowed(scene)
+    if len(rungs) == 1:
+        return rungs[0], None
+    comparison = ladder(scene, seed=seed, progress=progress, search=search, keep=keep)
+    if not comparison.complete:
+        raise Interrupted("stopped before a model was chosen")
+    return comparison.choice or rungs[-1], comparison
 
 
 def run_rung(

@@ -1,0 +1,217 @@
+"""Runs a job on many items: one after the other, in processes of this machine, or on a cluster.
+
+Processes and clusters are Dask's (`distributed`). A job, its items and its results are pickled, so a
+script that starts processes does it under `if __name__ == "__main__":`.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+_DEATHS = (
+    2  # of its worker that a task may cause by chance: a neighbour's memory, an impatient user
+)
+_MEMORY = 2 * 2**30  # bytes that a worker takes with the programs of a scene's structure
+# bytes that a worker may always take: not all need as much at once
+_LIMIT = 4 * 2**30
+_ANSWERS_WITHIN = 10  # s: a scheduler
+_SETTINGS = {
+    # a worker's memory is compiled programs, which cannot be spilled: one that was paused would wait
+    # for ever
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.worker.profile.enabled": False,
+    # else a worker that takes longer to be begun anew is given up
+    "distributed.deploy.lost-worker-timeout": "1 h",
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
+}
+_LOGGERS = ("distributed", "tornado", "asyncio")
+
+
+class WorkerDied(RuntimeError):
+    """Whichever worker ran it, a job ended its process, as one that needs too much memory does."""
+
+
+class NoScheduler(ConnectionError):
+    """There is no scheduler at an address, or none that can be used; the message says so."""
+
+
+def default_workers() -> int:
+    """One for each core that has the memory; one where Dask is not installed."""
+    if find_spec("distributed") is None:
+        return 1
+    from dask.system import CPU_COUNT
+    from distributed.system import MEMORY_LIMIT
+
+    return max(1, min(CPU_COUNT, MEMORY_LIMIT // _MEMORY))
+
+
+@contextmanager
+def engine(workers: int | None = None, scheduler: str | None = None) -> Iterator[Engine]:
+    """A context in which jobs run on many items; workers of its own end with it.
+
+    Args:
+        workers: processes of this machine; 1 for none beside this one, None for `default_workers`.
+        scheduler: address of a running cluster to use in place of them, as "tcp://127.0.0.1:8786".
+
+    Yields:
+        The engine.
+
+    Raises:
+        ImportError: Dask is not installed, and more than this process is asked for.
+        NoScheduler: nothing answers at the address.
+    """
+    workers = workers or default_workers()
+    if scheduler is None and workers == 1:
+        yield Engine(None)
+        return
+    with ExitStack() as stack:
+        stack.enter_context(_quiet())
+        client = _connected(scheduler) if scheduler else stack.enter_context(_local(workers))
+        stack.callback(client.close)
+        yield Engine(client)
+
+
+class Engine:
+    """What runs jobs.
+
+    Args:
+        client: of the scheduler; None for this process alone.
+    """
+
+    def __init__(self, client: Client | None) -> None:
+        self._client = client
+
+    def each[I, R](
+        self,
+        job: Callable[[I], R],
+        items: Iterable[I],
+        more: Callable[[I, R | WorkerDied], Iterable[I]] = lambda item, result: (),
+    ) -> Iterator[tuple[I, R | WorkerDied]]:
+        """Results of a job as they come, in no order.
+
+        Args:
+            job: what is done with an item. What it raises ends the run.
+            items: to be worked on; those in front begin first.
+            more: gives further items in the light of a result, before it is handed on.
+
+        Yields:
+            Each item with its result; or with `WorkerDied`, where none was left to come.
+        """
+        if self._client is None:
+            left = deque(items)
+            while left:
+                item = left.popleft()
+                result = job(item)
+                left.extend(more(item, result))
+                yield item, result
+            return
+        from distributed import KilledWorker, as_completed
+
+        items_of = {}
+
+        def submitted(items: Iterable[I]) -> list:
+            futures = [self._client.submit(job, item, pure=False) for item in items]
+            items_of.update(zip(futures, items, strict=True))
+            return futures
+
+        coming = as_completed(submitted(list(items)), loop=self._client.loop)
+        for future in coming:
+            item = items_of.pop(future)
+            try:
+                result: R | WorkerDied = future.result()
+            except KilledWorker:
+                result = WorkerDied("its worker was killed, as by want of memory, whichever it was")
+            coming.update(submitted(list(more(item, result))))
+            yield item, result
+
+
+def _connected(address: str) -> Client:
+    from distributed import Client
+
+    try:
+        return Client(address, timeout=_ANSWERS_WITHIN, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        why = str(error).splitlines()[0] if isinstance(error, ValueError) else "nothing answers"
+        raise NoScheduler(
+            f"{address}: {why}; start `dask scheduler` and write the address that it prints"
+        ) from None
+
+
+@contextmanager
+def _local(workers: int) -> Iterator[Client]:
+    """A client of worker processes, which listen on the loopback address and to this process alone."""
+    import dask
+    from distributed import Client, LocalCluster
+    from distributed.system import MEMORY_LIMIT
+
+    environment = dict(os.environ)
+    with ExitStack() as stack:
+        # of what Dask sets for workers
+        stack.callback(lambda: (os.environ.clear(), os.environ.update(environment)))
+        stack.enter_context(dask.config.set(_SETTINGS))
+        with _no_interrupt():
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                memory_limit=min(MEMORY_LIMIT, max(_LIMIT, MEMORY_LIMIT // workers)),
+                host="127.0.0.1",
+                security=True,  # else any user of this machine could have it run code
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL,
+                scheduler_kwargs={
+                    "allowed_failures": _DEATHS,
+                    "dashboard": False,
+                    "dashboard_address": "127.0.0.1:0",  # a port it has to have
+                },
+            )
+            stack.enter_context(cluster)
+            client = Client(cluster, set_as_default=False)
+        yield client
+
+
+@contextmanager
+def _no_interrupt() -> Iterator[None]:
+    """A context in which Ctrl-C waits; processes that are begun by threads of it never see it.
+
+    A terminal sends it to workers too, and they would end with tracebacks.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # which lets signals through when it is begun
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """A context in which Dask logs nothing: what matters is raised."""
+    import distributed  # noqa: F401  which sets its loggers up
+
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
