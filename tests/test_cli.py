@@ -480,3 +480,22 @@ def test_an_interrupted_export_is_one_line_and_writes_nothing(
     done = CliRunner().invoke(app, ["export", str(saved), "--out", str(out), "--quiet"])
     assert (done.exit_code, done.stderr) == (130, "interrupted\n")
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere/*.toml"], "nowhere/*.toml: no scene file is there"),
+        ([SCENE, "--workers", 2, "--scheduler", "tcp://127.0.0.1:9"], "choose one of them"),
+        ([SCENE, "--model", "momentum"], "--model momentum: choose auto or one of "),
+        ([SCENE, "--device", "gpu"], "--device gpu: JAX finds no GPU here: install jax[cuda13]"),
+        ([SCENE, "--scheduler", "tcp://127.0.0.1:9"], "--scheduler tcp://127.0.0.1:9: nothing ans"),
+    ],
+)
+def test_a_batch_that_cannot_begin_is_one_line_and_status_2(tmp_path, arguments, said) -> None:
+    if "gpu" in arguments and os.path.exists("/dev/nvidia0"):
+        pytest.skip("there is one")
+    done = run("batch", *arguments, "--out", tmp_path / "out")
+    assert done.returncode == 2, done.stderr
+    (line,) = reasons(done)
+    assert said in line

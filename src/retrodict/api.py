@@ -1,7 +1,9 @@
-"""The public functions: reconstruct a scene, compare models, calibrate, validate, replay."""
+"""The public functions: reconstruct one scene or many, compare models, calibrate, validate, replay."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,6 +14,7 @@ from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
+from retrodict.models import RUNGS
 from retrodict.notebook import Scene  # with what it shows of itself
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.report.libraries import imported
@@ -22,11 +25,14 @@ from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
 from retrodict.studies.comparison import Ladder
+from retrodict.studies.engine import engine
 from retrodict.studies.ladder import AUTO, chosen_for, method_for
 from retrodict.studies.ladder import ladder as _ladder
 from retrodict.studies.validation import Validation
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from retrodict.findings.reproduction import Reproduction
 
 
@@ -36,6 +42,7 @@ __all__ = [
     "Ladder",
     "Result",
     "Validation",
+    "batch",
     "calibrate",
     "ladder",
     "load",
@@ -179,7 +186,7 @@ def calibrate(
         seed: of every random number.
         out: folder for calibration.csv, .json, .png and .svg; a run goes on with the .csv that is
             there. None writes nothing.
-        workers, scheduler: as of `retrodict.studies.engine.engine`.
+        workers, scheduler: as of `batch`.
         progress: as of `reconstruct`, without a model's name.
 
     Returns:
@@ -190,7 +197,7 @@ def calibrate(
         SceneError: the scene file cannot be used.
         ValueError: no model or method has that name, the scene cannot be simulated, or the file in
             `out` is of another calibration.
-        MissingLibrary: workers need Dask, which is not installed.
+        MissingLibrary, NoScheduler: as of `batch`.
         OSError: a file could not be written.
     """
     from retrodict.report.calibration import read_ranks, write_calibration, write_ranks
@@ -214,6 +221,76 @@ def calibrate(
     if folder:
         write_calibration(found, folder)
     return found
+
+
+@shown_in_notebooks
+def batch(
+    scenes: Iterable[Scene | str | Path],
+    *,
+    model: str = DEFAULT_RUNG,
+    seed: int = 0,
+    units: Units = "si",
+    out: str | Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    device: str = "cpu",
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Answers to many scenes in one table, each as if it were alone.
+
+    Several processes are started; a script calls this under `if __name__ == "__main__":`.
+
+    Args:
+        scenes: what was measured of each, or the paths of scene files.
+        model: a rung's name; "auto" for the one that the ladder chooses for each scene, which takes
+            many times as long.
+        seed: of every random number.
+        units: of the table, "si" or "us".
+        out: folder for table.csv and table.parquet; each answer is kept there as it comes, and a run
+            goes on with those that are there. None writes nothing.
+        workers: processes of this machine; 1 for none beside this one; None for one a core, or 1
+            where Dask is not installed.
+        scheduler: address of a Dask cluster to use in place of them.
+        device: that JAX computes on, "cpu" or "gpu"; with a GPU one worker is the default.
+        progress: called with (stage, done, of all).
+
+    Returns:
+        One row a scene, as of `retrodict.report.batch.table_of`: in `checks` the verdict, or why there
+        is no answer. When interrupted, those that were answered, and no table is written.
+
+    Raises:
+        ValueError: no model has that name, or JAX does not find the device.
+        MissingLibrary: workers need Dask, which is not installed.
+        NoScheduler: there is none at the address.
+        OSError: a file could not be written, or another run answers into `out`.
+    """
+    from retrodict.report import batch as files
+    from retrodict.studies.batch import Asked, Entry, answers
+
+    if model not in (AUTO, *RUNGS):
+        raise ValueError(f"model is auto or one of {', '.join(RUNGS)}; not {model!r}")
+    if device == "gpu" and workers is None:
+        workers = 1  # each takes most of a GPU's memory
+    _see_that_engine_is_installed(workers, scheduler)
+    entries = [Entry.of(scene) for scene in scenes]
+    folder = None if out is None else Path(out)
+    with ExitStack() as stack:
+        known = {}
+        if folder:
+            stack.enter_context(files.locked(folder))
+            known = files.read_answers(folder)
+        found = answers(
+            entries,
+            Asked(model, seed, device),
+            stack.enter_context(engine(workers, scheduler)),
+            known=known,
+            keep=partial(files.write_answers, folder=folder) if folder else None,
+            progress=progress,
+        )
+        table = files.table_of([entry.label for entry in entries], found, units)
+        if folder and None not in found:
+            files.write_table(table, folder)
+    return table
 
 
 def _see_that_engine_is_installed(workers: int | None, scheduler: str | None) -> None:

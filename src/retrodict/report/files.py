@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 _STAGING = ".retrodict-"
+_BEGINS_A_FORMULA = tuple("=+-@\t\r\n＝＋－＠")  # OWASP, CSV injection; wide forms included
 _FORGOTTEN = 3600.0  # s: nobody takes as long to write results
 
 
@@ -102,10 +103,21 @@ def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
 
     Args:
         columns: names, in their order.
-        rows: values by column; what a row lacks is left empty.
+        rows: values by column; what a row lacks is left empty. A text that a spreadsheet would take for
+            a formula gets an apostrophe in front, by which spreadsheets know a text.
     """
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    writer.writerows({key: _no_formula(value) for key, value in row.items()} for row in rows)
     return text.getvalue()
+
+
+def _no_formula(value: Any) -> Any:
+    if not isinstance(value, str) or not value.lstrip(" ").startswith(_BEGINS_A_FORMULA):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value

@@ -1,0 +1,290 @@
+"""Answers many scenes, each by itself.
+
+An answer depends on its scene, model, seed and this package's version, and on nothing else: neither on
+the order in which scenes are answered nor on what else is in the batch. What stops one stops no other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+
+from retrodict.inference.errors import Interrupted, Unanswerable
+from retrodict.inference.outcome import Checks
+from retrodict.inference.reconstruct import reconstruct
+from retrodict.inference.threads import one_blas_thread
+from retrodict.inference.warm import WarmPoints
+from retrodict.models import RUNGS
+from retrodict.progress import Progress, silent
+from retrodict.scene.errors import SceneError
+from retrodict.scene.load import parse_scene, read_text
+from retrodict.scene.records import Scene
+from retrodict.scene.write import scene_toml
+from retrodict.studies import device as devices
+from retrodict.studies.engine import Engine, WorkerDied
+from retrodict.studies.ladder import AUTO, allowed, chosen_for
+from retrodict.studies.short import Short, of_draws, of_points
+
+_SCENES = 10  # that a worker answers at a time
+_FILES = 50  # that it reads at a time
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """What came of a scene.
+
+    Args:
+        model: name of the rung; empty where none was reached.
+        method: that the numbers, or the verdict on them, are by.
+        reason: why there are no numbers; empty where there are.
+        flags: findings about the scene, as of `Checks`.
+        numbers: of each reported quantity, SI units and radians.
+    """
+
+    model: str = ""
+    method: str = ""
+    reason: str = ""
+    flags: tuple[str, ...] = ()
+    numbers: Short = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is asked of every scene of a batch.
+
+    Args:
+        model: a rung's name; "auto" for the one that the ladder chooses for each scene.
+        seed: of every random number.
+        device: that JAX computes on, "cpu" or "gpu".
+        version: of this package.
+    """
+
+    model: str
+    seed: int = 0
+    device: str = "cpu"
+    version: str = field(default_factory=partial(version, "retrodict"))
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A scene of a batch.
+
+    Args:
+        label: its path, or its name where it has no file.
+        source: the text of its file; or the scene itself; or why the file cannot be read.
+        key: what its answer is kept under, but for what is asked: a digest of what the scene says.
+    """
+
+    label: str
+    source: str | Scene | SceneError
+    key: str
+
+    @classmethod
+    def of(cls, scene: Scene | str | Path) -> Entry:
+        """That of a scene, or of the scene file at a path."""
+        if isinstance(scene, Scene):
+            said = scene_toml(scene), scene.inputs(), scene.evidence()
+            return cls(scene.name, scene, _digest(repr(said)))
+        try:
+            text = read_text(scene)
+        except SceneError as error:
+            return cls(str(scene), error, _digest(str(scene)))
+        return cls(str(scene), text, _digest(text))
+
+    def scene(self) -> Scene:
+        """What was measured.
+
+        Raises:
+            SceneError: the file cannot be used.
+        """
+        if isinstance(self.source, SceneError):
+            raise self.source
+        if isinstance(self.source, Scene):
+            return self.source
+        return parse_scene(self.source, self.label)
+
+    def kept_under(self, asked: Asked) -> str:
+        """The key of its answer."""
+        return _digest(f"{self.key} {asked.model} {asked.seed} {asked.device} {asked.version}")
+
+
+def answer(scene: Scene, model: str, seed: int) -> Answered:
+    """What a scene's posterior says, in short.
+
+    By weighted points; where wheels roll, or the weights fall short, by draws as of `reconstruct`.
+
+    Args:
+        scene: what was measured.
+        model: a name in `retrodict.models.RUNGS`, or "auto".
+        seed: of every random number.
+
+    Returns:
+        The answer; or why there is none, whatever it is.
+
+    Raises:
+        KeyboardInterrupt: stopped before it was known.
+    """
+    name = ""
+    try:
+        with one_blas_thread():
+            name = chosen_for(scene, seed=seed)[0] if model == AUTO else model
+            return _by_points(scene, name, seed) or _by_draws(scene, name, seed)
+    except Unanswerable as refusal:
+        return Answered(name, reason=f"refused: {refusal}")
+    except Interrupted:
+        raise KeyboardInterrupt from None
+    except Exception as error:
+        return Answered(name, reason=_unexpected(error))
+
+
+def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
+    """The answer by importance sampling; None where that does not do."""
+    if scene.rolling:
+        return None
+    try:
+        found = WarmPoints(scene, model, seed).estimate(scene)
+    except Unanswerable:
+        return None
+    if not found.checks.passed:
+        return None
+    return _answered(model, "importance", found.checks, partial(of_points, found))
+
+
+def _by_draws(scene: Scene, model: str, seed: int) -> Answered:
+    method = "smc" if scene.rolling else "importance"  # where this fails, another stands in
+    found = reconstruct(scene, model=model, method=method, seed=seed, pictured=False)
+    if not found.complete:
+        raise KeyboardInterrupt
+    return _answered(model, str(found.settings["method"]), found.checks, partial(of_draws, found))
+
+
+def _answered(model: str, method: str, checks: Checks, numbers: Callable[[], Short]) -> Answered:
+    reason = f"checks failed: {'; '.join(checks.reasons)}" if checks.reasons else ""
+    return Answered(model, method, reason, checks.flags, {} if reason else numbers())
+
+
+def _unexpected(error: Exception) -> str:
+    said = str(error).splitlines() or [""]
+    return f"unexpected: {type(error).__name__}: {said[0]}"
+
+
+def answers(
+    entries: Sequence[Entry],
+    asked: Asked,
+    engine: Engine,
+    *,
+    known: Mapping[str, Answered] | None = None,
+    keep: Callable[[Mapping[str, Answered]], None] | None = None,
+    progress: Progress | None = None,
+) -> list[Answered | None]:
+    """Answer every scene of a batch that is not yet answered.
+
+    Args:
+        entries: the scenes.
+        asked: of each.
+        engine: that does it.
+        known: answers of an earlier run by `Entry.kept_under`, which are not sought again.
+        keep: called with some answers as they come, by the same keys.
+        progress: called with (stage, done, of all).
+
+    Returns:
+        The answer of each entry; when interrupted, None where it did not come.
+
+    Raises:
+        NoDevice: a worker does not find the device.
+        ValueError: a worker has another version of this package.
+    """
+    report = progress or silent
+    done = dict(known or {})  # and what is refused as it is read, which is not kept
+    by_key = {entry.kept_under(asked): entry for entry in entries}
+
+    def report_answered() -> None:
+        report("answering scenes", sum(key in done for key in by_key), len(by_key))
+
+    try:
+        alike: dict[Hashable, list[tuple[str, Scene]]] = {}
+        unknown = [(key, entry) for key, entry in by_key.items() if key not in done]
+        read_so_far = 0
+        report("reading scenes", read_so_far, len(unknown))
+        for files, read in engine.each(partial(_read_all, asked), _parts(unknown, _FILES)):
+            if isinstance(read, WorkerDied):
+                raise read
+            for (key, _), (scene, structure) in zip(files, read, strict=True):
+                if isinstance(scene, Answered):
+                    done[key] = scene
+                else:
+                    alike.setdefault(structure, []).append((key, scene))
+                read_so_far += 1
+            report("reading scenes", read_so_far, len(unknown))
+        report_answered()
+        # the first of each structure goes alone: it keeps the compiled programs that the others load
+        first = {scenes[0][0]: scenes[1:] for scenes in alike.values()}
+
+        def more(
+            scenes: Sequence[tuple[str, Scene]], found: list[Answered] | WorkerDied
+        ) -> list[Sequence[tuple[str, Scene]]]:
+            alone = _parts(scenes, 1) if isinstance(found, WorkerDied) and len(scenes) > 1 else []
+            return alone + _parts(first.pop(scenes[0][0], []), _SCENES)
+
+        job = partial(_answer_all, asked)
+        ones = [scenes[:1] for scenes in alike.values()]
+        for scenes, found in engine.each(job, ones, more):
+            if isinstance(found, WorkerDied):
+                if len(scenes) > 1:  # they come again, each alone
+                    continue
+                found = [Answered(reason=f"unexpected: {found}")]
+            new = {key: one for (key, _), one in zip(scenes, found, strict=True)}
+            if keep:
+                keep(new)
+            done |= new
+            report_answered()
+    except KeyboardInterrupt:
+        pass
+    return [done.get(entry.kept_under(asked)) for entry in entries]
+
+
+def _ready(asked: Asked) -> None:
+    """See that a worker gives the answers that are asked for."""
+    if (here := version("retrodict")) != asked.version:
+        raise ValueError(
+            f"a worker has retrodict {here}, and this is {asked.version}: install the same on all"
+        )
+    devices.choose(asked.device)
+
+
+def _read_all(
+    asked: Asked, entries: Sequence[tuple[str, Entry]]
+) -> list[tuple[Scene | Answered, Hashable]]:
+    """Scenes, each with what it shares its programs with; or why there is none."""
+    _ready(asked)
+    return [_read_one(asked, entry) for _, entry in entries]
+
+
+def _read_one(asked: Asked, entry: Entry) -> tuple[Scene | Answered, Hashable]:
+    try:
+        scene = entry.scene()
+        model = allowed(scene)[-1] if asked.model == AUTO else asked.model
+        return scene, RUNGS[model].of_scene(scene)[0]
+    except SceneError as error:
+        return Answered(reason=f"unusable: {'; '.join(map(str, error.problems))}"), None
+    except Unanswerable as refusal:
+        return Answered(reason=f"refused: {refusal}"), None
+    except Exception as error:
+        return Answered(reason=_unexpected(error)), None
+
+
+def _answer_all(asked: Asked, scenes: Sequence[tuple[str, Scene]]) -> list[Answered]:
+    _ready(asked)
+    return [answer(scene, asked.model, asked.seed) for _, scene in scenes]
+
+
+def _parts[T](items: Sequence[T], size: int) -> list[Sequence[T]]:
+    return [items[i : i + size] for i in range(0, len(items), size)]
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -1,0 +1,38 @@
+"""Which device JAX computes on, chosen before it starts."""
+
+from __future__ import annotations
+
+import os
+
+import jax
+
+DEVICES = ("cpu", "gpu")
+
+
+class NoDevice(ValueError):
+    """A device that JAX does not find; the message says what to do."""
+
+
+def choose(device: str) -> None:
+    """Have this process compute on a device.
+
+    Args:
+        device: one of `DEVICES`; the first leaves JAX_PLATFORMS in the environment its say.
+
+    Raises:
+        ValueError: there is no such device.
+        NoDevice: JAX finds none.
+    """
+    if device not in DEVICES:
+        raise ValueError(f"device is one of {', '.join(DEVICES)}; not {device!r}")
+    if device == "cpu":
+        if "JAX_PLATFORMS" not in os.environ:
+            jax.config.update("jax_platforms", "cpu")
+        return
+    try:
+        jax.config.update("jax_default_device", jax.devices("gpu")[0])
+    except RuntimeError:
+        raise NoDevice(
+            "JAX finds no GPU here: install jax[cuda13] or jax[rocm7] on a machine that has one, or "
+            "choose cpu"
+        ) from None
