@@ -10,12 +10,9 @@ from __future__ import annotations
 
 import csv
 import gc
-import os
 import sys
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import jax
@@ -31,6 +28,7 @@ from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.mechanics import closing_speed
 from retrodict.scene.records import VEHICLES, Measured, Rest, Scene, Surface
 from retrodict.studies.comparison import FACTOR, MIN_PROBABILITY, SHARE, Step
+from retrodict.studies.engine import engine
 from retrodict.studies.fit import Fit, Summary
 from retrodict.studies.ladder import blank, chosen, run_rung
 from tests.shared import random_scenes
@@ -445,8 +443,8 @@ def main(count: int = NUMBER, charts: Path = DOCS / "charts") -> None:
             kept.flush()
         missing = [i for i in range(count) if i not in done]
         batches = [missing[i : i + BATCH] for i in range(0, len(missing), BATCH)]
-        with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
-            for rows in pool.map(_on_scenes, batches):
+        with engine() as running:
+            for rows in running.results(_on_scenes, batches):
                 writer.writerows(rows)
                 kept.flush()
                 for row in rows:
@@ -481,4 +479,6 @@ def _read(file: Path) -> list[Row]:
 
 
 if __name__ == "__main__":
+    from benchmarks.ladder import main  # whose jobs workers can import
+
     main(*map(int, sys.argv[1:2]), *map(Path, sys.argv[2:3]))

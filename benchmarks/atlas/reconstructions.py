@@ -11,7 +11,6 @@ import csv
 import math
 import time
 from collections.abc import Iterator
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from scipy.stats import binomtest
 from benchmarks.atlas.maps import ASKED, WRONG
 from retrodict.inference import Unanswerable
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.studies.engine import engine
 from tests.shared import random_scenes
 
 EXACT, APPROXIMATE = ("nuts", "importance"), ("laplace", "monte-carlo", "linear")
@@ -96,8 +96,8 @@ def study(file: Path, count: int) -> pd.DataFrame:
         table.writeheader()
         table.writerows(row for row in rows if int(row["seed"]) in done)
         todo = [seed for seed in range(count) if seed not in done]
-        with get_context("spawn").Pool(PROCESSES) as pool:
-            for found in pool.imap_unordered(reconstructed, todo):
+        with engine(PROCESSES) as running:
+            for found in running.results(reconstructed, todo):
                 for row in found:
                     short = {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
                     table.writerow(short)

@@ -32,7 +32,7 @@ from retrodict.scene.departure import ITEMS
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import RunOutError, Scene
-from retrodict.studies.engine import WorkerDied, engine
+from retrodict.studies.engine import engine
 
 _FOLLOWS = ("initial_speed_a", "initial_speed_b")  # from what is ranked or measured
 QUANTITIES = (*(name for name in REPORTED if name not in _FOLLOWS), "log_likelihood")
@@ -183,10 +183,8 @@ def calibrate(
     later = {numbers[0][0]: numbers[1:]} if numbers else {}
     try:
         with engine(workers, scheduler) as running:
-            each = running.each(job, numbers[:1], lambda some, _: later.pop(some[0], ()))
-            for _, rows in each:
-                if isinstance(rows, WorkerDied):
-                    raise rows
+            found = running.results(job, numbers[:1], lambda some, _: later.pop(some[0], ()))
+            for rows in found:
                 done |= {row.simulation: row for row in rows}
                 if keep:
                     keep(so_far())

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -114,28 +114,53 @@ class Engine:
             left = deque(items)
             while left:
                 item = left.popleft()
-                result = job(item)
-                left.extend(more(item, result))
-                yield item, result
+                done = job(item)
+                left.extend(more(item, done))
+                yield item, done
             return
-        from distributed import KilledWorker, as_completed
+        from distributed import as_completed
 
-        items_of = {}
+        client, items_of = self._client, dict[Any, I]()
 
-        def submitted(items: Iterable[I]) -> list:
-            futures = [self._client.submit(job, item, pure=False) for item in items]
+        def submitted(items: Iterable[I]) -> list[Any]:
+            items = list(items)
+            futures = [client.submit(job, item, pure=False) for item in items]
             items_of.update(zip(futures, items, strict=True))
             return futures
 
-        coming = as_completed(submitted(list(items)), loop=self._client.loop)
+        coming = as_completed(submitted(items), loop=client.loop)
         for future in coming:
             item = items_of.pop(future)
-            try:
-                result: R | WorkerDied = future.result()
-            except KilledWorker:
-                result = WorkerDied("its worker was killed, as by want of memory, whichever it was")
-            coming.update(submitted(list(more(item, result))))
+            result: R | WorkerDied = _result_of(future)
+            coming.update(submitted(more(item, result)))
             yield item, result
+
+    def results[I, R](
+        self,
+        job: Callable[[I], R],
+        items: Iterable[I],
+        more: Callable[[I, R | WorkerDied], Iterable[I]] = lambda item, result: (),
+    ) -> Iterator[R]:
+        """The same without the items, of jobs that no worker should die of.
+
+        Raises:
+            WorkerDied: one did, again and again.
+        """
+        for _, result in self.each(job, items, more):
+            if isinstance(result, WorkerDied):
+                raise result
+            yield result
+
+
+def _result_of(future: Any) -> Any:
+    from distributed import KilledWorker
+
+    try:
+        return future.result()
+    except KilledWorker:
+        return WorkerDied("its worker was killed, as by want of memory, whichever it was")
+    except ImportError as error:
+        raise NoScheduler(f"a worker lacks {error.name}: install the same on all of them") from None
 
 
 def _connected(address: str) -> Client:
@@ -160,7 +185,8 @@ def _local(workers: int) -> Iterator[Client]:
     environment = dict(os.environ)
     with ExitStack() as stack:
         # of what Dask sets for workers
-        stack.callback(lambda: (os.environ.clear(), os.environ.update(environment)))
+        stack.callback(os.environ.update, environment)
+        stack.callback(os.environ.clear)
         stack.enter_context(dask.config.set(_SETTINGS))
         with _no_interrupt():
             cluster = LocalCluster(
