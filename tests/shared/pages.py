@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 # one of these takes from ten seconds to minutes
-LONG = {"calibrate", "ladder", "reconstruct", "replay", "validate"}
+LONG = {"batch", "calibrate", "ladder", "reconstruct", "replay", "validate"}
 
 
 def pages() -> list[Path]:

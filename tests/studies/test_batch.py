@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -237,4 +239,36 @@ def test_a_table_is_the_same_whatever_is_killed(tmp_path: Path, count, workers, 
     subprocess.run(undisturbed, check=True, capture_output=True)
     tables = [(tmp_path / name / "table.csv").read_text("utf-8") for name in ("killed", "out")]
     assert len(tables[0].splitlines()) == 1 + count
+    assert tables[0] == tables[1]
+
+
+@pytest.mark.slow
+def test_a_cluster_in_other_processes_gives_the_same_table(tmp_path: Path) -> None:
+    """By the commands of docs/batch.md, on another port than theirs."""
+    lines = (ROOT / "docs" / "batch.md").read_text("utf-8").splitlines()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    asked = [line.replace("8786", str(port)).split() for line in lines if line[:5] == "dask "]
+    assert [words[1] for words in asked] == ["scheduler", "worker", "worker"]
+    asked[0] += ["--port", str(port)]
+    written(crashes(12), tmp_path / "scenes")
+    with ExitStack() as stack:
+        for _, *arguments in asked:
+            of = [Path(sys.executable).with_name("dask"), *arguments]
+            running = subprocess.Popen(of, cwd=tmp_path, stderr=subprocess.DEVNULL)
+            stack.callback(running.wait, 60)
+            stack.callback(running.terminate)
+        time.sleep(10)  # the scheduler listens
+        tables = []
+        for how in (["--scheduler", f"tcp://127.0.0.1:{port}"], ["--workers", 1]):
+            out = tmp_path / how[0]
+            done = subprocess.run(
+                command(tmp_path / "scenes", out, *how),
+                check=False,
+                capture_output=True,
+                text=True,
+            )
+            assert done.returncode == 0, done.stderr
+            tables.append((out / "table.csv").read_text("utf-8"))
     assert tables[0] == tables[1]

@@ -21,7 +21,7 @@ from retrodict.inference.warm import WarmPoints
 from retrodict.models import RUNGS
 from retrodict.progress import Progress, silent
 from retrodict.scene.errors import SceneError
-from retrodict.scene.load import parse_scene, read_text
+from retrodict.scene.load import READERS, read_text, scene_from, toml_of
 from retrodict.scene.records import Scene
 from retrodict.scene.write import scene_toml
 from retrodict.studies import device as devices
@@ -31,6 +31,9 @@ from retrodict.studies.short import Short, of_draws, of_points
 
 _SCENES = 10  # that a worker answers at a time
 _FILES = 50  # that it reads at a time
+
+
+Keyed = Sequence[tuple[str, Scene]]  # scenes by what their answers are kept under
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +108,9 @@ class Entry:
             raise self.source
         if isinstance(self.source, Scene):
             return self.source
-        return parse_scene(self.source, self.label)
+        path = Path(self.label)
+        tables = READERS.get(path.suffix.lower(), toml_of)(self.source, self.label)
+        return scene_from(tables, path.stem, self.source, self.label)
 
     def kept_under(self, asked: Asked) -> str:
         """The key of its answer."""
@@ -224,14 +229,12 @@ def answers(
         # the first of each structure goes alone: it keeps the compiled programs that the others load
         first = {scenes[0][0]: scenes[1:] for scenes in alike.values()}
 
-        def more(
-            scenes: Sequence[tuple[str, Scene]], found: list[Answered] | WorkerDied
-        ) -> list[Sequence[tuple[str, Scene]]]:
+        def more(scenes: Keyed, found: list[Answered] | WorkerDied) -> list[Keyed]:
             alone = _parts(scenes, 1) if isinstance(found, WorkerDied) and len(scenes) > 1 else []
             return alone + _parts(first.pop(scenes[0][0], []), _SCENES)
 
         job = partial(_answer_all, asked)
-        ones = [scenes[:1] for scenes in alike.values()]
+        ones: list[Keyed] = [scenes[:1] for scenes in alike.values()]
         for scenes, found in engine.each(job, ones, more):
             if isinstance(found, WorkerDied):
                 if len(scenes) > 1:  # they come again, each alone
@@ -277,7 +280,7 @@ def _read_one(asked: Asked, entry: Entry) -> tuple[Scene | Answered, Hashable]:
         return Answered(reason=_unexpected(error)), None
 
 
-def _answer_all(asked: Asked, scenes: Sequence[tuple[str, Scene]]) -> list[Answered]:
+def _answer_all(asked: Asked, scenes: Keyed) -> list[Answered]:
     _ready(asked)
     return [answer(scene, asked.model, asked.seed) for _, scene in scenes]
 
