@@ -1,0 +1,173 @@
+"""What batches cost as they grow, and what a second worker brings.
+
+python3 -m uv run --group bench python -m benchmarks.batch [counts, as 10,100,1000] [folder]
+
+The scenes are crashes simulated from the design of `retrodict calibrate`, which share one structure.
+Each count is answered by one worker and by two, each time from nothing but compiled programs. Memory
+is what worker processes hold (RSS), at the first and the last hundred scenes. Writes
+docs/charts/batch.csv, batch.png and the numbers of docs/batch.md; a folder, for a trial, leaves the
+page alone.
+"""
+
+from __future__ import annotations
+
+import csv
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event, Thread
+from typing import NamedTuple
+
+import numpy as np
+import psutil
+from matplotlib.figure import Figure
+from retrodict.models import RUNGS
+
+import retrodict as rd
+from benchmarks import page
+from benchmarks.__main__ import DOCS
+from benchmarks.machine import machine
+from retrodict.inference.density.compiled import programs_for
+from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.report.batch import PASSED
+from retrodict.studies import calibration
+
+COUNTS = (10, 100, 1000)
+WORKERS = (1, 2)
+EVERY = 1.0  # s between looks at memory
+END = 100  # scenes at either end whose memory is compared
+MB = 2**20
+
+
+class Run(NamedTuple):
+    """A batch: memory in MB of all workers together, early and late."""
+
+    scenes: int
+    workers: int
+    seconds: float
+    answered: int
+    memory_early: float
+    memory_late: float
+
+    @property
+    def a_minute(self) -> float:
+        return 60 * self.scenes / self.seconds
+
+
+def scenes(count: int) -> Iterator[rd.Scene]:
+    """Simulated crashes, measured as the design says."""
+    design = calibration.design()
+    structure, data = RUNGS[DEFAULT_RUNG].of_scene(design)
+    for number in range(count):
+        i = number % calibration._BATCH
+        if i == 0:
+            truths = np.random.default_rng([0, number])
+            _, known = calibration._truths(programs_for(structure), data, truths)
+        one = {k: v[i] for k, v in known.items()}
+        yield calibration._measured(design, structure, one, np.random.default_rng([1, number]))
+
+
+def measured(files: list[Path], workers: int, out: Path) -> Run:
+    """Answer scene files, and look at the memory of the processes that do it."""
+    looks: list[tuple[int, float]] = []  # scenes done, MB
+    done, ended = 0, Event()
+
+    def progress(stage: str, so_far: int, _: int) -> None:
+        nonlocal done
+        done = so_far if stage.startswith("answering") else done
+
+    def look() -> None:
+        own = psutil.Process()
+        while not ended.wait(EVERY):
+            doing = own.children(recursive=True) if workers > 1 else [own]
+            try:
+                looks.append((done, sum(each.memory_info().rss for each in doing) / MB))
+            except psutil.NoSuchProcess:
+                continue
+
+    thread = Thread(target=look)
+    thread.start()
+    begin = time.perf_counter()
+    try:
+        table = rd.batch(files, workers=workers, out=out, progress=progress)
+    finally:
+        ended.set()
+        thread.join()
+    seconds = time.perf_counter() - begin
+    end = min(END, len(files) // 2)
+    early = [mb for count, mb in looks if 0 < count <= end]
+    late = [mb for count, mb in looks if count >= len(files) - end]
+    answered = int((table["checks"] == PASSED).sum())
+    middle = (float(np.median(each)) if each else np.nan for each in (early, late))
+    return Run(len(files), workers, seconds, answered, *middle)
+
+
+def draw(runs: list[Run], file: Path) -> None:
+    figure = Figure(figsize=(10, 4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for workers, look in zip(WORKERS, ("o-", "s--"), strict=True):
+        mine = [run for run in runs if run.workers == workers]
+        name = f"{workers} worker{'s' * (workers > 1)}"
+        counts = [run.scenes for run in mine]
+        left.loglog(counts, [run.seconds for run in mine], look, color="black", label=name)
+        right.semilogx(counts, [run.memory_late for run in mine], look, color="black", label=name)
+    left.set(xlabel="scenes", ylabel="seconds", title="Time")
+    right.set(
+        xlabel="scenes", ylabel="MB, at the end", title="Memory of the workers", ylim=(0, None)
+    )
+    left.legend()
+    figure.savefig(file, dpi=120)
+
+
+def parts(runs: list[Run]) -> page.Parts:
+    """What stands between the markers of docs/batch.md."""
+    alone = {run.scenes: run.seconds for run in runs if run.workers == 1}
+    headings = [
+        "scenes", "workers", "seconds", "scenes a minute", "times as fast as one worker", "answered",
+        "MB, first", "MB, last",
+    ]  # fmt: skip
+    rows = [
+        [
+            str(run.scenes), str(run.workers), f"{run.seconds:.0f}", f"{run.a_minute:.0f}",
+            f"{alone[run.scenes] / run.seconds:.2f}", str(run.answered), f"{run.memory_early:.0f}",
+            f"{run.memory_late:.0f}",
+        ]
+        for run in runs
+    ]  # fmt: skip
+    return {"machine": [f"- {machine()}"], "cost": page.table(headings, rows)}
+
+
+def main(counts: tuple[int, ...] = COUNTS, charts: Path = DOCS / "charts") -> None:
+    """Measure, draw and write the page."""
+    charts.mkdir(parents=True, exist_ok=True)
+    folder = Path(tempfile.mkdtemp())
+    runs: list[Run] = []
+    try:
+        files = []
+        for i, scene in enumerate(scenes(max(counts))):
+            files.append(folder / f"{i:05}.toml")
+            files[-1].write_text(scene.to_toml(), "utf-8")
+        rd.batch(files[:1], workers=1)  # compiles
+        with (charts / "batch.csv").open("w", newline="", encoding="utf-8") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(Run._fields)
+            for count in counts:
+                for workers in WORKERS:
+                    runs.append(measured(files[:count], workers, folder / f"{count}-{workers}"))
+                    table.writerow(runs[-1])
+                    file.flush()
+                    print(runs[-1], flush=True)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    draw(runs, charts / "batch.png")
+    if charts == DOCS / "charts":
+        page.refresh(DOCS / "batch.md", parts(runs))
+    print("\n".join(line for lines in parts(runs).values() for line in [*lines, ""]))
+
+
+if __name__ == "__main__":
+    given = tuple(int(each) for each in sys.argv[1].split(",")) if sys.argv[1:] else COUNTS
+    main(given, *map(Path, sys.argv[2:3]))
