@@ -45,6 +45,7 @@ OUTSIDE = {
     "examples/README.md": "examples/index",
     "examples/brach-1977/README.md": "examples/brach-1977",
     "examples/brach-1977-berm/README.md": "examples/brach-1977-berm",
+    "examples/iihs-cf10028-barrier/README.md": "examples/iihs-cf10028-barrier",
 }
 _LINK = re.compile(r"(\]\()([^)#\s:]+)(#[^)\s]*)?(\))")
 

@@ -30,14 +30,21 @@ def table_csv(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> bytes:
     return text.getvalue().encode("utf-8-sig")
 
 
-def _plain(cell: Cell) -> str:
-    if cell is None:
-        return ""
-    if not isinstance(cell, str):
-        return repr(cell)
-    number = cell.replace(_MINUS, "-")
+def no_formula(text: str) -> str:
+    """A text that no spreadsheet takes for a formula: with an apostrophe in front where one would.
+
+    Args:
+        text: of a cell; a number stays one.
+    """
+    number = text.replace(_MINUS, "-")
     try:
         float(number)
     except ValueError:
-        return f"'{cell}" if cell.lstrip(" ").startswith(_BEGINS_A_FORMULA) else cell
+        return f"'{text}" if text.lstrip(" ").startswith(_BEGINS_A_FORMULA) else text
     return number
+
+
+def _plain(cell: Cell) -> str:
+    if cell is None:
+        return ""
+    return no_formula(cell) if isinstance(cell, str) else repr(cell)

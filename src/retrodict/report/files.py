@@ -15,8 +15,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from retrodict.interchange.tables import no_formula
+
 _STAGING = ".retrodict-"
-_BEGINS_A_FORMULA = tuple("=+-@\t\r\n＝＋－＠")  # OWASP, CSV injection; wide forms included
 _FORGOTTEN = 3600.0  # s: nobody takes as long to write results
 
 
@@ -109,15 +110,7 @@ def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
-    writer.writerows({key: _no_formula(value) for key, value in row.items()} for row in rows)
+    writer.writerows(
+        {k: no_formula(v) if isinstance(v, str) else v for k, v in row.items()} for row in rows
+    )
     return text.getvalue()
-
-
-def _no_formula(value: Any) -> Any:
-    if not isinstance(value, str) or not value.lstrip(" ").startswith(_BEGINS_A_FORMULA):
-        return value
-    try:
-        float(value)
-    except ValueError:
-        return f"'{value}"
-    return value

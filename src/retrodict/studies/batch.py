@@ -13,11 +13,11 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
+from retrodict.inference import points
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Checks
-from retrodict.inference.reconstruct import reconstruct
+from retrodict.inference.reconstruct import compile_ahead, reconstruct
 from retrodict.inference.threads import one_blas_thread
-from retrodict.inference.warm import WarmPoints
 from retrodict.models import RUNGS
 from retrodict.progress import Progress, silent
 from retrodict.scene.errors import SceneError
@@ -150,8 +150,9 @@ def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
     """The answer by importance sampling; None where that does not do."""
     if scene.rolling:
         return None
+    compile_ahead(scene, model, "importance", many=True)
     try:
-        found = WarmPoints(scene, model, seed).estimate(scene)
+        found = points.answer(scene, model, seed)
     except Unanswerable:
         return None
     if not found.checks.passed:

@@ -10,7 +10,7 @@ from retrodict.studies.draws import error_of_mean
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
-    from retrodict.inference.warm import Estimate
+    from retrodict.inference.points import Estimate
 
 STATISTICS = ("mean", "sd", "median", "low_95", "high_95", "mcse_mean")
 Short = dict[str, dict[str, float]]  # by quantity and statistic, SI units and radians

@@ -169,9 +169,8 @@ def coordinates_near(
     of_a, of_b = (
         jnp.stack([crash.get(f"V{v}{axis}", np.zeros(())) for axis in "xy"]) for v in "ab"
     )
-    if (
-        "Va_normal" in own and not structure.barrier
-    ):  # B's but for what the impulse along the tangent makes of it
+    if "Va_normal" in own and not structure.barrier:
+        # B's but for what the impulse along the tangent makes of it
         P_t = x["mass_a"] * (of_a - parts.approach_of_a(x)[:2]) @ tangent
         of_b = of_b + P_t / x["mass_b"] * tangent
     values = dict(zip(("Vbx", "Vby"), of_b, strict=True)) | {"Va_normal": of_a @ normal}
