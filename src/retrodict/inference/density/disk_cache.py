@@ -109,7 +109,8 @@ def _folder() -> Path:
         for source in sorted(root.rglob("*.py")):
             state.update(source.read_bytes())
     libraries = [version(name) for name in ("jax", "jaxlib", "numpyro")]
-    for fact in (*libraries, platform.python_version(), _processor(), os.environ.get("XLA_FLAGS")):
+    machine = (jax.default_backend(), _processor(), os.environ.get("XLA_FLAGS"))
+    for fact in (*libraries, platform.python_version(), *machine):
         state.update(repr(fact).encode())
     return Path(platformdirs.user_cache_dir("retrodict")) / "programs" / state.hexdigest()[:16]
 
