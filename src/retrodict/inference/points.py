@@ -33,7 +33,8 @@ from retrodict.scene.records import Scene
 
 SCRAMBLINGS = 8
 USELESS = 12.0  # log weight by which a solution may fall behind, and be sampled
-_POINTS, _MOST = 256, 4  # of each scrambling at first, and times as many at most
+_POINTS = 256  # of each scrambling at first
+_MOST, _MOST_ALONE = 4, 16  # times as many at most; the latter where a whole run would follow
 _PILOT = 512  # points that a proposal is moved by
 # Independent draws whose errors are not exceeded: 1000 leave a mean uncertain by 3 % of its sd.
 _AS_GOOD_AS = 1000.0
@@ -126,12 +127,14 @@ class Points:
     Args:
         size: coordinates of a posterior.
         seed: of the scrambling.
+        most: times as many points as at first that are made at most, a power of two.
     """
 
-    def __init__(self, size: int, seed: int) -> None:
+    def __init__(self, size: int, seed: int, most: int = _MOST) -> None:
         self.pilot = scrambled(size + 2, _PILOT, 1, seed + 1)
         # of each scrambling in a row; the first of them are even too
-        points = scrambled(size + 2, _MOST * _POINTS, SCRAMBLINGS, seed)
+        points = scrambled(size + 2, most * _POINTS, SCRAMBLINGS, seed)
+        self._most = most
         self._points = points.reshape(SCRAMBLINGS, -1, size + 2)
 
     def estimate(
@@ -169,7 +172,7 @@ class Points:
                 for name in drawn[0].quantities
             }
             precise = precision(scene, quantities, weighted)
-            if times == _MOST or min(precise.bulk, precise.tail) >= enough:
+            if times == self._most or min(precise.bulk, precise.tail) >= enough:
                 break
             drawn = [_joined(*each) for each in zip(drawn, more(times, 2 * times), strict=True)]
             times *= 2
@@ -202,7 +205,7 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
     found = solutions(scene, rung)
     size = found[0].posterior.size
     parts = [Part(solution.posterior, Proposal.first(size)) for solution in found]
-    return _points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
+    return _points(size, seed, _MOST_ALONE).estimate(scene, parts, begin, diagnostics.MIN_ESS)
 
 
 def too_sharp(posterior: Posterior) -> tuple[str, ...]:
