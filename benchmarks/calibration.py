@@ -5,7 +5,8 @@ python3 -m uv run python -m benchmarks.calibration [simulations] [rung or `rolli
 A run goes on where the last one stopped: each rung's ranks stand in docs/charts/calibration/. Without
 arguments the page is written from the ranks that are there, and nothing is run. `rolling` is the
 default rung by smc, of crashes whose wheels roll (benchmarks/rolling/design.toml); `slow` is the default
-rung of two cars that close in slowly (benchmarks/slow.toml).
+rung of two cars that close in slowly (benchmarks/slow.toml); `wall` is a car against a wall, whose
+recorder was read (benchmarks/wall.toml).
 """
 
 from __future__ import annotations
@@ -23,10 +24,19 @@ from retrodict.scene import load_scene
 from retrodict.studies.calibration import SLOWLY
 
 METHODS = ["importance", "nuts"]
-BY = {"rolling": ["smc"], "slow": ["importance", "smc"]}
+BY = {"rolling": ["smc"], "slow": ["importance", "smc"], "wall": ["importance"]}
+MODELS = {"wall": "planar+spin"}  # of a design; the default rung of the others
 HERE = Path(__file__).parent
-DESIGNS = {"rolling": HERE / "rolling" / "design.toml", "slow": HERE / "slow.toml"}
-NAMES = {"rolling": ", wheels that roll", "slow": ", cars that close in slowly"}
+DESIGNS = {
+    "rolling": HERE / "rolling" / "design.toml",
+    "slow": HERE / "slow.toml",
+    "wall": HERE / "wall.toml",
+}
+NAMES = {
+    "rolling": ", wheels that roll",
+    "slow": ", cars that close in slowly",
+    "wall": ", a car against a wall",
+}
 FOLDERS = DOCS / "charts" / "calibration"
 
 
@@ -87,7 +97,7 @@ def main(simulations: int, rungs: list[str]) -> None:
     for method, rung in asked:
         found = calibrate(
             load_scene(DESIGNS[rung]) if rung in DESIGNS else None,
-            model=DEFAULT_RUNG if rung in DESIGNS else rung,
+            model=MODELS.get(rung, DEFAULT_RUNG) if rung in DESIGNS else rung,
             method=method,
             simulations=simulations,
             out=FOLDERS / f"{rung}-{method}",
