@@ -13,7 +13,8 @@ import arviz
 import pytest
 from typer.testing import CliRunner
 
-from retrodict.cli import MethodChoice, app
+from retrodict.cli import app
+from retrodict.cli.options import MethodChoice
 from retrodict.inference.samplers import METHODS
 from retrodict.report import export, figures
 from retrodict.result import Result

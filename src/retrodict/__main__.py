@@ -14,7 +14,7 @@ def main() -> None:
         if reconfigure := getattr(stream, "reconfigure", None):
             reconfigure(errors="replace")  # of an encoding that lacks a character
     try:
-        from retrodict.cli_batch import app  # with the command that this adds
+        from retrodict.cli import app
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(130)

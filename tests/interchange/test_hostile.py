@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from retrodict.cli import import_
+from retrodict.cli.import_ import import_
 from tests.interchange import hostile
 from tests.interchange.test_drawing import MAP as DRAWING_MAP
 from tests.interchange.test_survey import ONE, ROOT

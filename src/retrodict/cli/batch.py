@@ -9,16 +9,15 @@ from typing import Annotated
 
 import typer
 
-from retrodict.cli import (
-    _LOADING,
+from retrodict.cli.options import Quiet, ResultUnits, Seed, UnitChoice
+from retrodict.cli.running import (
     INTERRUPTED,
-    UnitChoice,
-    _fail,
-    _folder,
-    _known_rung,
-    _name,
-    _working,
-    app,
+    LOADING,
+    fail,
+    output_folder,
+    print_path,
+    require_rung,
+    working,
 )
 from retrodict.progress import printable
 
@@ -30,7 +29,6 @@ class DeviceChoice(StrEnum):
     gpu = "gpu"
 
 
-@app.command()
 def batch(
     scenes: Annotated[
         list[str],
@@ -52,20 +50,20 @@ def batch(
     scheduler: Annotated[
         str | None, typer.Option(help="address of a Dask cluster, in place of processes here")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="of every random number")] = 0,
-    units: Annotated[UnitChoice, typer.Option(help="units of the table")] = UnitChoice.si,
+    seed: Seed = 0,
+    units: ResultUnits = UnitChoice.si,
     device: Annotated[DeviceChoice, typer.Option(help="to compute on")] = DeviceChoice.cpu,
-    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Answer many scenes, each by itself, in one table."""
-    with _working(quiet) as progress:
+    with working(quiet) as progress:
         if workers and scheduler:
-            _fail(f"--workers {workers} --scheduler {scheduler}: choose one of them")
+            fail(f"--workers {workers} --scheduler {scheduler}: choose one of them")
         files = _files(scenes)
-        folder = _folder(out, "batch")
-        progress(_LOADING, 0, 1)
+        folder = output_folder(out, "batch")
+        progress(LOADING, 0, 1)
 
-        _known_rung(model, auto=True)
+        require_rung(model, auto=True)
 
         from retrodict.api import batch as run
         from retrodict.report.libraries import MissingLibrary
@@ -85,18 +83,18 @@ def batch(
                 progress=progress,
             )
         except MissingLibrary as error:
-            _fail(str(error), 1)
+            fail(str(error), 1)
         except NoDevice as error:
-            _fail(f"--device {device.value}: {error}")
+            fail(f"--device {device.value}: {error}")
         except NoScheduler as error:
-            _fail(f"--scheduler {error}")
+            fail(f"--scheduler {error}")
         except ValueError as error:
-            _fail(str(error))
+            fail(str(error))
         except OSError as error:
-            _fail(f"{folder}: cannot write the results: {error}", 1)
+            fail(f"{folder}: cannot write the results: {error}", 1)
 
     if len(table) < len(files):
-        _fail(
+        fail(
             f"interrupted: {len(table)} of {len(files)} scenes are answered; the same command goes on",
             INTERRUPTED,
         )
@@ -108,7 +106,7 @@ def batch(
     console = Console(quiet=quiet)
     console.print(printable(in_words(table)), highlight=False, markup=False)
     for file in files_of(folder):
-        _name(file, console)
+        print_path(file, console)
 
 
 def _files(patterns: list[str]) -> list[str]:
@@ -117,6 +115,6 @@ def _files(patterns: list[str]) -> list[str]:
     for pattern in patterns:
         matched = [pattern] if Path(pattern).is_file() else sorted(glob(pattern, recursive=True))
         if not matched:
-            _fail(f"{pattern}: no scene file is there; write paths, or a pattern in quotes")
+            fail(f"{pattern}: no scene file is there; write paths, or a pattern in quotes")
         found |= dict.fromkeys(matched)
     return list(found)

@@ -1,0 +1,142 @@
+"""The command `retrodict reconstruct`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from retrodict.cli.options import (
+    AutoChoice,
+    ModelName,
+    OutFolder,
+    Quiet,
+    ResultUnits,
+    SceneFile,
+    Seed,
+    UnitChoice,
+)
+from retrodict.cli.running import (
+    INTERRUPTED,
+    LOADING,
+    WRITING,
+    fail,
+    load_or_fail,
+    output_folder,
+    print_path,
+    require_rung,
+    working,
+)
+
+if TYPE_CHECKING:
+    from retrodict.scene import Scene
+
+
+def reconstruct(
+    scene: SceneFile,
+    out: OutFolder = None,
+    model: ModelName = "auto",
+    method: Annotated[
+        AutoChoice,
+        typer.Option(help="how to draw; auto: nuts, and smc where some wheel rolls or nuts fails"),
+    ] = AutoChoice.auto,
+    chains: Annotated[int, typer.Option(min=1, max=64, help="chains, or replicates")] = 4,
+    draws: Annotated[
+        int | None,
+        typer.Option(min=4, max=1_000_000, help="draws kept of each chain [default: the method's]"),
+    ] = None,
+    warmup: Annotated[int, typer.Option(min=50, max=100_000, help="iterations before them")] = 150,
+    seed: Seed = 0,
+    units: ResultUnits = UnitChoice.si,
+    exceeds: Annotated[
+        list[str] | None,
+        typer.Option(help='ask how probable it is: "speed_b > 45 mph"; may be repeated'),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="go on with a run that was interrupted")
+    ] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Reconstruct a collision: posterior, table, figures and report."""
+    with working(quiet) as progress:
+        found = _asking(load_or_fail(scene), exceeds or [])
+        folder = output_folder(out, found.name)
+        progress(LOADING, 0, 1)
+
+        from retrodict.report.drawing_process import DrawingProcess
+
+        drawing = DrawingProcess()  # it imports while this process does
+
+        from retrodict.result import CHAINS
+
+        chains_file = folder / CHAINS if resume else None
+        if chains_file and not chains_file.is_file():
+            fail(
+                f"--resume: {chains_file} is missing: no run was interrupted there; "
+                "leave --resume out"
+            )
+        require_rung(model, auto=True)
+
+        from retrodict.api import reconstruct as run
+        from retrodict.inference import Interrupted, Unanswerable
+
+        try:
+            result = run(
+                found,
+                model=model,
+                method=method.value,
+                chains=chains,
+                draws=draws,
+                warmup=warmup,
+                seed=seed,
+                progress=progress,
+                resume=chains_file,
+            )
+            progress(WRITING, 0, 1)
+
+            # not sooner: it imports xarray, which the run does while programs load
+            from retrodict.findings.summary import holds_answer
+
+            stays = not result.outcome.complete and holds_answer(folder)
+            result.save(folder, units.value, drawing)
+            progress(WRITING, 1, 1)
+        except Unanswerable as error:
+            fail(f"{scene}: {error}")
+        except ValueError as error:
+            if chains_file is None:
+                raise
+            fail(f"--resume: {error}")
+        except Interrupted as error:
+            fail(f"{scene}: {error}", INTERRUPTED)
+        except OSError as error:
+            fail(f"{folder}: cannot write the results: {error}", 1)
+
+    from rich.console import Console
+
+    from retrodict.report.terminal import print_summary
+
+    console = Console(quiet=quiet)
+    print_summary(result.findings, console, units.value)
+    print_path(folder / "report.html", console)
+    if stays:
+        again = "; --resume goes on with this one" if result.outcome.unfinished else ""
+        console.print(f"It is that of the run before, which was finished{again}.")
+    if not result.outcome.complete:
+        raise typer.Exit(INTERRUPTED)
+
+
+def _asking(scene: Scene, propositions: list[str]) -> Scene:
+    """The scene with these questions besides its own."""
+    from retrodict.scene.asked import read_proposition
+    from retrodict.scene.errors import shown
+    from retrodict.scene.units import QuantityError
+
+    asked = []
+    for text in propositions:
+        try:
+            asked.append(read_proposition(text))
+        except QuantityError as error:
+            fail(f"--exceeds {shown(text)}: {error}")
+    probabilities = (*scene.questions.probabilities, *asked)
+    return replace(scene, questions=replace(scene.questions, probabilities=probabilities))

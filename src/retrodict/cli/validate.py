@@ -1,0 +1,64 @@
+"""The command `retrodict validate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from retrodict.cli.options import MethodChoice, ModelName, Quiet, ResultUnits, UnitChoice
+from retrodict.cli.running import (
+    INTERRUPTED,
+    LOADING,
+    fail,
+    output_folder,
+    print_path,
+    require_rung,
+    working,
+)
+
+
+def validate(
+    folder: Annotated[
+        Path, typer.Argument(help="holds the cases: folders with scene.toml and truth.toml")
+    ] = Path("examples"),
+    out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/validation"),
+    model: ModelName = "auto",
+    method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
+    units: ResultUnits = UnitChoice.si,
+    quiet: Quiet = False,
+) -> None:
+    """Reconstruct staged collisions, and compare with the speeds that were measured."""
+    with working(quiet) as progress:
+        output_folder(out, "validation")
+        progress(LOADING, 0, 1)
+
+        require_rung(model, auto=True)
+        from retrodict.api import validate as run
+
+        try:
+            done = run(
+                folder,
+                model=model,
+                method=method.value,
+                units=units.value,
+                out=out,
+                progress=progress,
+            )
+        except ValueError as error:
+            fail(str(error))
+        except OSError as error:
+            fail(f"{out}: cannot write the results: {error}", 1)
+
+    from rich.console import Console
+
+    from retrodict.report.validation import print_validation
+
+    console = Console(quiet=quiet)
+    print_validation(done, console, units.value)
+    print_path(out / "validation.md", console)
+    if done.faults:
+        fail("\n".join(done.faults))
+    if not done.complete:
+        raise typer.Exit(INTERRUPTED)
