@@ -1,4 +1,4 @@
-"""The likelihood of a measured bound: a change of velocity whose recording ended too early."""
+"""The likelihood of a bound: a delta-v whose recording ended too early, an energy as at most."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ class AtLeast(dist.Distribution):
 
     arg_constraints: ClassVar[dict[str, object]] = {}
     support = constraints.real
+    outwards: ClassVar[float] = 1.0  # the sense from the bound to what satisfies it
 
     def __init__(self, quantity: _Number, sd: _Number, bound: _Number, robust: bool) -> None:
-        self.sign = jnp.where(jnp.asarray(bound) < 0, -1.0, 1.0)
+        self.sign = self.outwards * jnp.where(jnp.asarray(bound) < 0, -1.0, 1.0)
         self.bound, self.sd, self.robust = bound, sd, robust
         self.beyond = self.sign * (quantity - bound) / sd  # standard deviations that q exceeds b by
         super().__init__(batch_shape=(), event_shape=())
@@ -56,3 +57,12 @@ class AtLeast(dist.Distribution):
         """What the record is expected to show."""
         ratio = jnp.exp(norm.logpdf(self.beyond) - log_ndtr(self.beyond))
         return self.bound - self.sign * self.sd * ratio
+
+
+class AtMost(AtLeast):
+    """The mirror of `AtLeast`, of a bound that the quantity stays below: Φ((b − q) / sd).
+
+    What was measured is q and a part u ≥ 0 more.
+    """
+
+    outwards: ClassVar[float] = -1.0

@@ -1,4 +1,4 @@
-"""Evidence after the impact: the prediction and likelihood of each item."""
+"""Evidence: the prediction and likelihood of each item, after the impact or of the energy it took."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.at_least import AtLeast
+from retrodict.models.at_least import AtLeast, AtMost
 
 from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
 from retrodict.scene.names import parsed
@@ -85,6 +85,14 @@ PREDICTIONS |= {
 }
 
 
+# what is stated of the energy lost in the impact, and which bound it is, if any
+OF_ENERGY: dict[str, type[AtLeast] | None] = {
+    "impact_energy_lost": None,
+    "impact_energy_lost_at_least": AtLeast,
+    "impact_energy_lost_at_most": AtMost,
+}
+
+
 def explained(name: str, turns: bool) -> bool:
     """Whether a model predicts an item of evidence.
 
@@ -131,7 +139,7 @@ def observe(
             kind, vehicle, mark = parsed(name)
             if vehicle != v:
                 continue
-            value, sd = data.evidence[name]
+            value = data.evidence[name][0]
             if mark is not None:
                 point = jnp.asarray(data.marks[name])
                 predicted = _passing(motion, point, passed[name])[kind]
@@ -145,13 +153,34 @@ def observe(
                 # the equivalent angle nearest to the measured one
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))
-            if mark is None and PREDICTIONS[kind].at_least:
-                law: dist.Distribution = AtLeast(predicted, sd, value, structure.robust)
-            elif structure.robust:
-                law = dist.StudentT(FREEDOM, predicted, sd)
-            else:
-                law = dist.Normal(predicted, sd)
-            numpyro.sample(name, law, obs=value)
+            bound = AtLeast if mark is None and PREDICTIONS[kind].at_least else None
+            _sample(name, structure, data, predicted, bound)
+
+
+def observe_energy(structure: Structure, data: Data, lost: Float[Array, ""]) -> None:
+    """The likelihood of what is stated of the energy lost in the impact.
+
+    Args:
+        structure: names of the items.
+        data: what was stated.
+        lost: kinetic energy before less that after the impact, J.
+    """
+    for name, bound in OF_ENERGY.items():
+        if name in structure.evidence:
+            _sample(name, structure, data, lost, bound)
+
+
+def _sample(
+    name: str, structure: Structure, data: Data, predicted: Array, bound: type[AtLeast] | None
+) -> None:
+    value, sd = data.evidence[name]
+    if bound:
+        law: dist.Distribution = bound(predicted, sd, value, structure.robust)
+    elif structure.robust:
+        law = dist.StudentT(FREEDOM, predicted, sd)
+    else:
+        law = dist.Normal(predicted, sd)
+    numpyro.sample(name, law, obs=value)
 
 
 def _axis(angle: Array) -> Float[Array, "2"]:

@@ -69,6 +69,7 @@ class Impact:
         priors: names of the priors it uses, in `Scene.priors`.
         nesting: what it models beyond momentum; a model with more of these contains one with fewer.
         against_barrier: the model in words where A strikes a barrier; None where it is no model of that.
+        evidence: names of the items of evidence that its forward model observes.
     """
 
     description: Description
@@ -79,6 +80,7 @@ class Impact:
     priors: tuple[str, ...]
     nesting: frozenset[str]
     against_barrier: Description | None = None
+    evidence: tuple[str, ...] = ()
 
 
 SHORT = "the impact is short: vehicles do not move and tyres do nothing while it lasts"

@@ -95,7 +95,8 @@ class Rung:
 
     def explains(self, name: str) -> bool:
         """Whether the model predicts an item of evidence, named as in `Scene.evidence`."""
-        return evidence.explained(name, turns="heading" in self.run_out.rests)
+        turns = "heading" in self.run_out.rests
+        return name in self.impact.evidence or evidence.explained(name, turns)
 
     def model(
         self,

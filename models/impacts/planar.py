@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpyro
 import numpyro.distributions as dist
 from jaxtyping import Array, Float
-from retrodict.models import parts
+from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.friction import Friction
@@ -89,7 +89,8 @@ def forward_model(
 
     coefficients = Coefficients(e, mu, e_m)
     after = separation(before, bodies, coefficients)  # eqs 19-24
-    _record(before, bodies, coefficients, mu_c, after)
+    lost = _record(before, bodies, coefficients, mu_c, after)
+    evidence.observe_energy(structure, data, lost)
     moved = 3 * len(structure.vehicles)
     parts.record_motion(after[:moved], (after - before)[:moved].reshape(-1, 3)[:, :2])
     return after[:moved]
@@ -124,10 +125,10 @@ def _record(
     coefficients: Coefficients,
     mu_c: Float[Array, ""] | float,
     after: Float[Array, "6"],
-) -> None:
-    """Record energies, closing speed, normal impulse and mu_c."""
+) -> Float[Array, ""]:
+    """Record energies (the one lost is returned), closing speed, normal impulse and mu_c."""
     energy = audit(before, bodies, coefficients)
-    numpyro.deterministic("energy_lost", energy.before - energy.after)
+    lost = numpyro.deterministic("energy_lost", jnp.asarray(energy.before - energy.after))
     numpyro.deterministic("moment_work", energy.moment)
     closing = contact_velocity(before, bodies) @ axes(bodies)[0]
     # if both centres lie on one side of the contact line, only their motion shows the direction
@@ -136,6 +137,7 @@ def _record(
     P_n = impulse(before, bodies, coefficients)[0] @ axes(bodies)[0]
     numpyro.deterministic("normal_impulse", -P_n * sign)
     numpyro.deterministic("mu_critical", mu_c)
+    return lost
 
 
 def unknowns(
@@ -224,7 +226,7 @@ def _variant(name: str, title: str, *free: str) -> Impact:
             *_ASSUMPTIONS[moment],
             *_ASSUMPTIONS[friction],
         ),
-        left_out=("secondary impacts, and crush as evidence",),
+        left_out=("secondary impacts, and how the vehicles crush",),
     )
     of_moment = (_MOMENT_OF_BARRIER,) if "e_m" in free else _EQUATIONS[moment]
     return Impact(
@@ -245,10 +247,11 @@ def _variant(name: str, title: str, *free: str) -> Impact:
                 *_ASSUMPTIONS[friction],
             ),
             left_out=(
-                "secondary impacts, and crush as evidence; a vehicle that climbs the barrier, dives "
+                "secondary impacts, and how the vehicle crushes; one that climbs the barrier, dives "
                 "under it or is held by it",
             ),
         ),
+        evidence=tuple(evidence.OF_ENERGY),
     )
 
 

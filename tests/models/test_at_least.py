@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro.infer.util import log_density
-from retrodict.models.at_least import AtLeast
+from retrodict.models.at_least import AtLeast, AtMost
 from scipy import integrate, stats
 
 from retrodict.scene.records import FREEDOM, Measured
@@ -20,14 +20,18 @@ LAWS = {False: stats.norm, True: stats.t(FREEDOM)}
 PLACES = [-9.0, -3.0, 2.0, 11.5, 12.0, 13.0, 25.0]
 
 
+@pytest.mark.parametrize("kind", [AtLeast, AtMost])
 @pytest.mark.parametrize("robust", [False, True])
 @pytest.mark.parametrize("bound", [12.0, -12.0])
 @pytest.mark.parametrize("quantity", PLACES)
 def test_the_likelihood_integrates_over_what_the_recorder_lost(
-    quantity: float, bound: float, robust: bool
+    quantity: float, bound: float, robust: bool, kind: type[AtLeast]
 ) -> None:
-    """∫ p(b | q − u) du over all u ≥ 0, and the mean of q − u under it (of normal errors)."""
-    sd, sign = 1.3, np.sign(bound)
+    """∫ p(b | q − u) du over all u ≥ 0, and the mean of q − u under it (of normal errors).
+
+    At most: of q + u.
+    """
+    sd, sign = 1.3, np.sign(bound) if kind is AtLeast else -np.sign(bound)
 
     def density(lost: float) -> float:
         return LAWS[robust].pdf((sign * quantity - lost - sign * bound) / sd) / sd
@@ -35,7 +39,7 @@ def test_the_likelihood_integrates_over_what_the_recorder_lost(
     middle = max(0.0, sign * (quantity - bound))
     spans = [(0.0, middle), (middle, middle + 30 * sd), (middle + 30 * sd, np.inf)]
     total = sum(integrate.quad(density, *span, epsabs=0, limit=200)[0] for span in spans)
-    law = AtLeast(quantity, sd, bound, robust)
+    law = kind(quantity, sd, bound, robust)
     assert float(law.log_prob(jnp.asarray(bound))) == pytest.approx(np.log(total), abs=1e-6)
     if not robust:
         moments = [integrate.quad(lambda u: u * density(u), *s, epsabs=0)[0] for s in spans[:2]]

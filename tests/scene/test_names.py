@@ -13,6 +13,7 @@ from retrodict.scene.names import Name, parsed
         ("rest_x_a", Name("rest_x", "a")),
         ("departure_delta_v_left_b", Name("departure_delta_v_left", "b")),
         ("mark_2_b", Name("mark", "b", 2)),
+        ("impact_energy_lost_at_most", Name("impact_energy_lost_at_most", "")),
         ("mark_12_speed_a", Name("mark_speed", "a", 12)),
     ],
 )

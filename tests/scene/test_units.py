@@ -42,6 +42,8 @@ CONVERSIONS = [
     ("20 ft/s²", units.DECELERATION, 6.096),
     ("100 kJ", units.ENERGY, 1e5),
     ("1000 ft lbf", units.ENERGY, 1355.8179),
+    ("1000 ft lb", units.ENERGY, 1355.8179),  # here a pound of force
+    ("1000 ft-lb", units.ENERGY, 1355.8179),
     ("0.5", units.NUMBER, 0.5),
 ]
 

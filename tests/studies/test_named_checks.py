@@ -10,6 +10,7 @@ import pytest
 from retrodict.mechanics import Bodies, Coefficients, lever_arms, separation, severity
 from retrodict.scene.measured import Measured
 from retrodict.scene.records import Departure
+from retrodict.studies.conflict import LeftOut
 from retrodict.studies.named_checks import named_checks
 from tests.studies.gaussian import exact, outcome
 
@@ -79,6 +80,16 @@ def test_energy_is_that_of_the_audit(crash):
     work = float(audit.normal + audit.tangential + audit.moment)
     found = checks(crash)["energy", "kinetic energy lost"]
     assert found.predicted == pytest.approx(-work, rel=1e-4)
+
+
+def test_a_stated_energy_is_compared_with_what_all_else_says(crash):
+    made, severe = crash
+    lost = float(severe.energy.before - severe.energy.after)
+    stated = LeftOut("impact_energy_lost", 0.7 * lost, 30.0, lost, 50.0, *[0.0] * 8)
+    (found,) = (c for c in named_checks(made, (stated,)) if c.name == "energy")
+    assert (found.predicted, found.predicted_sd) == pytest.approx((lost, 40.0))  # 50² = 30² + 40²
+    assert (found.measured, found.measured_sd) == (0.7 * lost, 30.0)
+    assert found.off == pytest.approx(-0.3 * lost / 50)
 
 
 def test_a_recorded_delta_v_vector_has_the_pdof_of_the_force(crash):

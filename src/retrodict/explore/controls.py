@@ -12,6 +12,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 
 from retrodict.inference.digits import decimals_of
+from retrodict.scene.energy import ENERGY
 from retrodict.scene.kinds import Kind
 from retrodict.scene.load import toml_of
 from retrodict.scene.priors import prior_keys
@@ -261,7 +262,7 @@ def _group(key: str) -> tuple[str, str]:
                 return "Evidence", f"{v}: {_words(inner)}"
             return f"Vehicle {v}", _words(inner)
         case "impact":
-            return "Impact", _words(rest)
+            return "Evidence" if rest in ENERGY else "Impact", _words(rest)
         case "surfaces":
             return "Surfaces", _words(rest)
     return "Priors", _words(rest)

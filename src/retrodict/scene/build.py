@@ -9,6 +9,7 @@ from typing import Protocol
 
 from retrodict.scene import discrepancy
 from retrodict.scene.defaults import DEFAULTS, FRICTION, MOST_ROLLING
+from retrodict.scene.energy import ENERGY
 from retrodict.scene.priors import Prior, default_priors, overridden
 from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.questions import questions_of
@@ -125,6 +126,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         robust=entry.errors == "robust",
         questions=questions_of(entry.questions),
         barrier=_barrier(entry.barrier) if entry.barrier else None,
+        energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
     )
 
 

@@ -11,6 +11,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from retrodict.scene import units
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.departure import ITEMS
+from retrodict.scene.energy import CLASS_STIFFNESS_ERROR
 from retrodict.scene.records import Law, Measured
 
 
@@ -233,6 +234,17 @@ ImpactCoordinate = Annotated[
 ]
 ContactLine = Annotated[
     Measured, Kind(units.ANGLE, -180, 180, "-8.9 ± 3 deg", uncertainty="required")
+]
+EnergyLost = Annotated[
+    Measured,
+    Kind(
+        units.ENERGY,
+        0,
+        1e8,
+        "60 ± 25 kJ",
+        uncertainty="required",
+        advice=f"from crush and stiffness by class it is {CLASS_STIFFNESS_ERROR:.0%} or more",
+    ),
 ]
 Friction = Annotated[
     Measured,

@@ -1,12 +1,15 @@
-"""Flat names of quantities of a vehicle, taken apart in this one place."""
+"""Flat names of quantities of a vehicle, and of evidence, taken apart in this one place."""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import NamedTuple
 
+from retrodict.scene.energy import ENERGY
+
 _ON_WAY = ("mark", "mark_speed", "mark_course", "end_x", "end_y", "end_heading")
 _AT_REST = ("rest_x", "rest_y", "rest_heading")
+_OF_BOTH = tuple(f"impact_{key}" for key in ENERGY)
 
 
 class Name(NamedTuple):
@@ -14,7 +17,7 @@ class Name(NamedTuple):
 
     Args:
         kind: of quantity: `rest_x`, `mark_speed`.
-        vehicle: `a` or `b`.
+        vehicle: `a` or `b`; empty of the energy lost in the impact, which is of both.
         mark: number of the mark, from 1; None of what is at none.
     """
 
@@ -51,11 +54,13 @@ def parsed(name: str) -> Name:
     """A flat name taken apart.
 
     Args:
-        name: of a quantity of one vehicle, as in `Scene.inputs` and `Scene.evidence`.
+        name: of a quantity of one vehicle, as in `Scene.inputs`, or as in `Scene.evidence`.
 
     Raises:
         ValueError: it is of no vehicle.
     """
+    if name in _OF_BOTH:
+        return Name(name, "")
     kind, _, vehicle = name.rpartition("_")
     if vehicle not in ("a", "b"):
         raise ValueError(f"{name!r} is the name of no vehicle's quantity")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from retrodict.scene.departure import ITEMS
+from retrodict.scene.energy import ENERGY
 
 Units = Literal["si", "us"]
 
@@ -92,6 +93,7 @@ _SINGLE: dict[str, tuple[str, str]] = {
     "closing_speed": ("closing speed along the normal", "speed"),
     "normal_impulse": ("normal impulse, positive where it parts the vehicles", "impulse"),
     "mu_critical": ("μ at which sliding just ends", "number"),
+    **{f"impact_{key}": (label, "energy") for key, label in ENERGY.items()},
 }
 
 _FAMILIES: dict[str, tuple[str, str]] = {

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from retrodict.scene import discrepancy
 from retrodict.scene.asked import Questions
 from retrodict.scene.departure import ITEMS
+from retrodict.scene.energy import ENERGY
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
 from retrodict.scene.names import vehicle_of
@@ -292,6 +293,7 @@ class Scene:
             scene it sees.
         questions: what is asked of the answer.
         barrier: what A struck in the place of a vehicle B; None where that was a vehicle.
+        energy_lost: what is stated of the kinetic energy lost in the impact, J, by name in `ENERGY`.
     """
 
     title: str
@@ -312,6 +314,7 @@ class Scene:
     approximations: dict[str, Measured] = field(default_factory=dict)
     questions: Questions = field(default_factory=Questions)
     barrier: Barrier | None = None
+    energy_lost: dict[str, Measured] = field(default_factory=dict)
 
     if TYPE_CHECKING:
         # what needs the schema, or matplotlib, knows this module: it attaches itself (`scene.edit`,
@@ -396,6 +399,7 @@ class Scene:
                     off = missed.of_heading(far) if part == "heading" else missed.of_position(far)
                     measured = measured.with_model_sd(off)
                 flat[f"end_{part}_{v}"] = measured
+        flat |= {f"impact_{key}": self.energy_lost.get(key) for key in ENERGY}
         return {name: measured for name, measured in flat.items() if measured is not None}
 
     def way_to(self, v: str, x: float, y: float) -> float:

@@ -37,6 +37,7 @@ from retrodict.scene.kinds import (
     EdgeUncertainty,
     EndCoordinate,
     EndHeading,
+    EnergyLost,
     Friction,
     Grip,
     Heading,
@@ -433,13 +434,26 @@ class BarrierEntry(_Table):
 
 
 class ImpactEntry(_Table):
-    """`[impact]`: where and along which line the vehicles touched."""
+    """`[impact]`: where and along which line the vehicles touched, and what it took of their energy."""
 
     point: tuple[ImpactCoordinate, ImpactCoordinate] = Field(
         examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
     )
     contact_line: ContactLine
     interlocked: bool = Field(default=False, strict=True, examples=["true"])
+    energy_lost: EnergyLost | None = None
+    energy_lost_at_least: EnergyLost | None = None
+    energy_lost_at_most: EnergyLost | None = None
+
+    @model_validator(mode="after")
+    def _energy_is_stated_once(self) -> ImpactEntry:
+        least, most = self.energy_lost_at_least, self.energy_lost_at_most
+        if self.energy_lost and (least or most):
+            fix = "the same twice; keep it, or energy_lost_at_least and energy_lost_at_most"
+            raise fault(fix, "energy_lost")
+        if least and most and least.value >= most.value:
+            raise fault("not above energy_lost_at_least; exchange them", "energy_lost_at_most")
+        return self
 
 
 class EdgeEntry(_Table):

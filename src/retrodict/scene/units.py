@@ -166,8 +166,8 @@ def factor(unit: str, dimension: Dimension) -> float:
     if worth is None:
         raise QuantityError(f"unknown unit {shown(unit)}; {_unit_hint(unit, dimension)}")
     _, expected = _base(dimension.units[0]) or (1.0, None)
-    if worth[1] != expected and dimension is INERTIA:
-        # the pound of lb·ft·s² is a force
+    if worth[1] != expected and dimension in (INERTIA, ENERGY):
+        # the pound of lb·ft·s² and of ft·lb is a force
         worth = _base(re.sub(r"\b(?:lbs?|pounds?)\b", "lbf", text)) or worth
     if worth[1] != expected:
         raise QuantityError(

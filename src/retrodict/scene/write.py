@@ -128,6 +128,7 @@ def scene_toml(scene: Scene) -> str:
         f"point = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}",
         _line("contact_line", scene.contact.Gamma, "rad"),
         f"interlocked = {str(scene.contact.interlocked).lower()}",
+        *(_line(key, stated, "J") for key, stated in scene.energy_lost.items()),
     ]
     for surface in scene.surfaces:
         lines += ["", f"[surfaces.{surface.name}]", _line("friction", surface.friction)]

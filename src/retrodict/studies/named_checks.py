@@ -26,7 +26,7 @@ class NamedCheck:
         name: of the check.
         of: what is compared, in words.
         dimension: of it, a key for `unit_of`.
-        predicted, predicted_sd: by the posterior; of a measured delta-v by all else.
+        predicted, predicted_sd: by the posterior; of a measured delta-v or a stated energy by all else.
         measured, measured_sd: what it is compared with, or what the check assumes; None where nothing
             was measured.
         off: measured less predicted, in standard deviations of both; None where that is not known.
@@ -97,18 +97,7 @@ def _delta_v(outcome: Outcome, left_out: dict[str, LeftOut]) -> Iterator[NamedCh
             if f"departure_delta_v{part}_{v}" in left_out
         ]
         for label, item in items:
-            sd = math.sqrt(max(item.expected_sd**2 - item.sd**2, 0.0))
-            yield NamedCheck(
-                "delta-v",
-                label.format(v.upper()),
-                "speed",
-                item.expected,
-                sd,
-                item.value,
-                item.sd,
-                (item.value - item.expected) / item.expected_sd if item.reliable else None,
-                "predicted from all else" if item.reliable else "its weights cannot be relied on",
-            )
+            yield _left_out("delta-v", label.format(v.upper()), "speed", item)
         if not items:
             mean, sd = _moments(draws_of(outcome, f"delta_v_{v}"))
             yield NamedCheck("delta-v", f"of {v.upper()}", "speed", mean, sd)
@@ -138,8 +127,19 @@ def _pdof(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
         )
 
 
-def _energy(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedCheck]:
-    """The kinetic energy lost, which deforms the vehicles."""
+def _left_out(name: str, subject: str, dimension: str, item: LeftOut) -> NamedCheck:
+    """An item of evidence against what all else says of it."""
+    sd = math.sqrt(max(item.expected_sd**2 - item.sd**2, 0.0))
+    off = (item.value - item.expected) / item.expected_sd if item.reliable else None
+    note = "predicted from all else" if item.reliable else "its weights cannot be relied on"
+    return NamedCheck(name, subject, dimension, item.expected, sd, item.value, item.sd, off, note)
+
+
+def _energy(outcome: Outcome, left_out: dict[str, LeftOut]) -> Iterator[NamedCheck]:
+    """The kinetic energy lost, which deforms the vehicles: as stated, against what all else says."""
+    if stated := left_out.get("impact_energy_lost"):
+        yield _left_out("energy", "kinetic energy lost", "energy", stated)
+        return
     lost = draws_of(outcome, "energy_lost")
     mean, sd = _moments(lost)
     gains = float((lost < 0).mean())
