@@ -80,7 +80,7 @@ def test_it_comes_with_a_warning_and_with_another_where_it_is_sharper(key: str) 
     assert wide.startswith(f"impact.{key}: energies from crush and stiffness by class missed")
     assert "is smaller" not in wide
     assert sharp.startswith(wide)
-    assert "its uncertainty, 0.1 of it, is smaller: write ± 38%" in sharp
+    assert "its uncertainty of 10% is smaller: write ± 38%" in sharp
 
 
 # crush profiles and stiffness by class of the RICSAC crashes (Calspan 1978) by Neades, "Developments

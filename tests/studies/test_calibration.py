@@ -33,6 +33,9 @@ def test_a_design_with_evidence_that_is_not_simulated_is_refused() -> None:
     scene = replace(study.design(), marks={"a": (Mark(1.0, 2.0, 0.1, "centre"),)})
     with pytest.raises(ValueError, match="leave mark_1_a out"):
         calibrate(scene, model=QUICK)
+    energy = replace(study.design(), energy_lost={"energy_lost": Measured(5e4, 2e4)})
+    with pytest.raises(ValueError, match="leave impact_energy_lost out"):
+        calibrate(energy, model=QUICK)
     with pytest.raises(ValueError, match="leave robust out"):
         calibrate(replace(study.design(), robust=True), model=QUICK)
 

@@ -32,8 +32,7 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     # one wrong angle may cause several of these: only the most specific is given
     of_impact = _bearings(scene) or _sides(scene) or _overlaps(scene)
     of_impact = of_impact or _beyond_the_wall(scene)
-    others = (_inertias, _courses, _rolls, _energies)
-    return (*of_impact, *(line for check in others for line in check(scene)))
+    return (*of_impact, *_inertias(scene), *_courses(scene), *_rolls(scene), *_energies(scene))
 
 
 def _bearings(scene: Scene) -> list[str]:
@@ -227,9 +226,10 @@ def _energies(scene: Scene) -> list[str]:
             f"{known} (root mean square) in nine staged crashes: look at the answer without it, too"
         )
         if stated.sd < (CLASS_STIFFNESS_ERROR - 1e-9) * stated.value:
+            share = f"{100 * stated.sd / stated.value:.3g}%"
             line += (
-                f"; its uncertainty, {stated.sd / stated.value:.2g} of it, is smaller: write ± {known}, "
-                "or say in its source why it is known better"
+                f"; its uncertainty of {share} is smaller: write ± {known}, or say in its source why it "
+                "is known better"
             )
         found.append(line)
     return found

@@ -159,7 +159,7 @@ def calibrate(
     for what, name, names in (("model", model, tuple(RUNGS)), ("method", method, EXACT)):
         if name not in names:
             raise ValueError(f"{what} is one of {', '.join(names)}; not {name!r}")
-    others = [name for name in scene.evidence() if parsed(name).on_way]
+    others = [name for name in scene.evidence() if parsed(name).on_way or not parsed(name).vehicle]
     if others or scene.robust:
         raise ValueError(
             "only rest poses and the motion just after the impact are simulated, with normal errors: "
