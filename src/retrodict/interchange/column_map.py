@@ -39,7 +39,7 @@ def load_map(path: str | Path) -> MapEntry:
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.
     """
-    document = toml_of(read_text(path), str(path))
+    document = toml_of(read_text(path, "map"), str(path))
     try:
         return MapEntry.model_validate(document)
     except ValidationError as error:

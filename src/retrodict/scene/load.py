@@ -57,11 +57,12 @@ def load_scene(path: str | Path) -> Scene:
     return scene_from(reader(text, str(path)), name, text, str(path))
 
 
-def read_text(path: str | Path) -> str:
+def read_text(path: str | Path, of: str = "scene file") -> str:
     """The text of a file that somebody wrote by hand.
 
     Args:
         path: of the file.
+        of: what it is, for messages.
 
     Returns:
         The text.
@@ -73,7 +74,7 @@ def read_text(path: str | Path) -> str:
         if not Path(path).is_file():
             what = "not a file" if Path(path).exists() else "no such file"
             what = "is a folder" if Path(path).is_dir() else what
-            raise _file_error(path, f"{what}; write the path of a scene file")
+            raise _file_error(path, f"{what}; write the path of a {of}")
         with open(path, "rb") as file:
             raw = file.read(_FILE_BYTES + 1)
         text = raw.decode("utf-8-sig")
