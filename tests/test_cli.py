@@ -25,7 +25,9 @@ SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
 RETRODICT = Path(sys.executable).with_name("retrodict")
 
 
-ENVIRONMENT = os.environ | {"COLUMNS": "160", "TERM": "dumb"}
+# JAX in this process has set how much XLA says: a command sets that itself
+ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "TF_CPP_MIN_LOG_LEVEL"}
+ENVIRONMENT |= {"COLUMNS": "160", "TERM": "dumb"}
 
 
 def run(*arguments: object, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:

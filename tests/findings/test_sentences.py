@@ -28,7 +28,7 @@ def test_what_is_of_a_class_is_an_assumption_and_named_as_assumed(outcome):
     (line,) = assumptions(replace(outcome, scene=scene))[len(outcome.description.assumptions) :]
     assert line.startswith("of vehicle A these were not measured, but are those of the library's")
     assert line.endswith("minivan, with the spread among such vehicles: yaw inertia")
-    findings = compute(replace(outcome, scene=scene))
+    findings = found_of(replace(outcome, scene=scene))
     assert findings.assumptions[-1] == line
     (row,) = (row for row in findings.measured if row.name == "yaw_inertia_a")
     assert row.assumed == "value"

@@ -33,7 +33,9 @@ def found() -> dict:
         }
     )
     scene = SimpleNamespace(
-        robust=False, evidence=lambda: {k: Measured(*v) for k, v in MEASURED.items()}
+        robust=False,
+        sought="speed_b",
+        evidence=lambda: {k: Measured(*v) for k, v in MEASURED.items()},
     )
     return {item.name: item for item in conflicts(SimpleNamespace(idata=tree, scene=scene))}
 
@@ -56,8 +58,8 @@ def test_the_rest_says_what_it_would_say_alone(found: dict, name: str) -> None:
     assert item.reliable
     assert item.expected == pytest.approx(mean, abs=0.05)
     assert item.expected_sd == pytest.approx(np.hypot(sd, error), rel=0.05)
-    assert item.speed_b == pytest.approx(mean, abs=0.05)
-    assert item.speed_b_sd == pytest.approx(sd, rel=0.05)
+    assert item.speed == pytest.approx(mean, abs=0.05)
+    assert item.speed_sd == pytest.approx(sd, rel=0.05)
     exact = 2 * stats.norm.sf(abs(value - mean) / np.hypot(sd, error))
     assert item.probability == pytest.approx(exact, abs=0.02)
 

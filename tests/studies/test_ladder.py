@@ -157,7 +157,7 @@ def rungs(monkeypatch):
         return SimpleNamespace(
             answers=answers, explains=lambda name: explains in name, rank=rank,
             nests=lambda other: rank > other.rank, impact=rank, of_scene=lambda _: (None, None),
-            run_out=SimpleNamespace(refusal=lambda _: ""),
+            refusal=lambda _: "", run_out=None,
         )  # fmt: skip
 
     made = {

@@ -17,7 +17,7 @@ from retrodict.scene.kinds import Kind
 from retrodict.scene.load import toml_of
 from retrodict.scene.priors import prior_keys
 from retrodict.scene.records import Measured, Scene
-from retrodict.scene.schema import PriorsEntry, SceneEntry
+from retrodict.scene.schema import PriorsEntry, validated
 from retrodict.scene.units import (
     ANGLE,
     LENGTH,
@@ -146,7 +146,7 @@ def controls(scene: Scene) -> tuple[Control, ...]:
     """
     written = toml_of(scene_text(scene).text, scene.name)
     # a file made from the scene has its defaults too
-    every = SceneEntry.model_validate(toml_of(scene_toml(scene), scene.name))
+    every = validated(toml_of(scene_toml(scene), scene.name))
     found = [
         _control(key, kind, measured, in_file)
         for key, kind, measured in _quantities(every, "")

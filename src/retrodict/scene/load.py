@@ -133,11 +133,10 @@ def scene_from(document: dict[str, Any], name: str, text: str, file: str) -> Sce
 
     from retrodict.scene.build import scene_of
     from retrodict.scene.explain import problems_of
-    from retrodict.scene.schema import SceneEntry
+    from retrodict.scene.schema import validated
 
     try:
-        struck = {"barrier": document.get("barrier") is not None}
-        entry = SceneEntry.model_validate(document, context=struck)
+        entry = validated(document)
     except ValidationError as error:
         raise SceneError(file, problems_of(error)) from None
     problems: list[Problem] = []

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -716,3 +717,17 @@ class SceneEntry(_Table):
             fix = "corners are of the speed of a vehicle B, and a barrier stands still; leave them out"
             raise fault(fix, "questions.corners")
         return self
+
+
+def validated(document: Mapping[str, Any]) -> SceneEntry:
+    """The tables and keys of a scene file, validated; its vehicles know whether there is a barrier.
+
+    Args:
+        document: as TOML reads it.
+
+    Raises:
+        ValidationError: something in it is wrong.
+    """
+    return SceneEntry.model_validate(
+        document, context={"barrier": document.get("barrier") is not None}
+    )
