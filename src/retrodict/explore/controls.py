@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from retrodict.inference.digits import decimals_of
 from retrodict.scene.energy import ENERGY
 from retrodict.scene.kinds import Kind
-from retrodict.scene.load import toml_of
+from retrodict.scene.load import toml_of, value_at
 from retrodict.scene.priors import prior_keys
 from retrodict.scene.records import Measured, Scene
 from retrodict.scene.schema import PriorsEntry, validated
@@ -152,7 +152,7 @@ def controls(scene: Scene) -> tuple[Control, ...]:
         for key, kind, measured in _quantities(every, "")
         if not key.startswith("priors.") and key.rpartition(".")[2] not in _NOT_MOVED
         # what is neither measured nor uncertain is left alone
-        if (in_file := _at(written, key)) is not None or measured.sd
+        if (in_file := value_at(written, key)) is not None or measured.sd
     ]
     found += _priors(scene, written)
     moving = [each for each in found if each is not None]
@@ -249,7 +249,7 @@ def _priors(scene: Scene, written: Mapping[str, Any]) -> Iterator[Control | None
             path = f"priors.{name}.{key}"
             also = {} if prior.overridden else {f"priors.{name}.source": _CHANGED}
             yield _control(
-                path, kind, Measured(number, source=prior.source), _at(written, path), also
+                path, kind, Measured(number, source=prior.source), value_at(written, path), also
             )
 
 
@@ -275,17 +275,3 @@ def _words(key: str) -> str:
             key = key.replace(f"{pair}{index}", f"{pair}{axis}")
     key = re.sub(r"marks\[(\d+)\]", lambda m: f"mark {int(m[1]) + 1}", key)
     return key.replace(".", " ").replace("_", " ")
-
-
-def _at(document: Mapping[str, Any], key: str) -> object:
-    """What a document has at a key; None where it has nothing."""
-    value: Any = document
-    for part in re.findall(r"[^.\[\]]+", key):
-        try:
-            if isinstance(value, list):
-                value = value[int(part)]
-            else:
-                value = value[part] if part in value else value[part.lower()]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return value

@@ -206,11 +206,11 @@ def _numbers(found: Numbers) -> Any:
                 "bound": found.bound,
             }
         case Avoidability():
-            numbers = _strict(asdict(found))
+            numbers = strict(asdict(found))
             asked = numbers.pop("asked")
             return {"vehicle": asked["vehicle"], "limit": asked["limit"]} | numbers
         case TimeDistance():
-            return _strict(asdict(found))
+            return strict(asdict(found))
     return [_record(each) for each in found]
 
 
@@ -232,7 +232,7 @@ def _probability(found: Probability) -> ProbabilityEntry:
 def _record(each: Corner | Effect | NamedCheck) -> dict[str, Any]:
     if isinstance(each, Effect):
         return {"name": each.name, "moved": each.moved, "error": finite(each.error)}
-    return {k: v for k, v in _strict(asdict(each)).items() if k != "dimension"}
+    return {k: v for k, v in strict(asdict(each)).items() if k != "dimension"}
 
 
 def summary_json(findings: Findings, files: Mapping[str, bytes]) -> bytes:
@@ -296,7 +296,7 @@ def ladder_data(ladder: Ladder) -> LadderEntry:
         "factor": ladder.factor,
         "seed": ladder.seed,
         "complete": ladder.complete,
-        "steps": [_strict(asdict(step)) for step in ladder.steps],
+        "steps": [strict(asdict(step)) for step in ladder.steps],
     }
 
 
@@ -340,9 +340,10 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _strict(value: Any) -> Any:
+def strict(value: Any) -> Any:
+    """Plain data without NaN and infinity, which JSON lacks: null stands for them."""
     if isinstance(value, dict):
-        return {str(key): _strict(each) for key, each in value.items()}
+        return {str(key): strict(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
-        return [_strict(each) for each in value]
+        return [strict(each) for each in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

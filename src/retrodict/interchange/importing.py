@@ -24,12 +24,12 @@ from retrodict.interchange.points import (
 from retrodict.interchange.recorder_csv import recorder_taken
 from retrodict.interchange.source_file import SourceFile, read_source
 from retrodict.interchange.survey_csv import survey_points
-from retrodict.interchange.taken import Taken, quantity, rounded, written_at
+from retrodict.interchange.taken import Taken, quantity, rounded
 from retrodict.interchange.vendors import refuse_vendor
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.edit import write_keys
 from retrodict.scene.errors import Problem, SceneError, shown
-from retrodict.scene.load import READERS, read_text, scene_from, toml_of
+from retrodict.scene.load import READERS, read_text, scene_from, toml_of, value_at
 from retrodict.scene.records import Measured, Scene, Vehicle
 from retrodict.scene.write import document_toml
 
@@ -329,7 +329,7 @@ class _Taking:
         return self._taken(key, written if len(written) > 1 else written[0], points, remark)
 
     def _taken(self, key: str, value: Any, points: Sequence[Point], remark: str = "") -> Taken:
-        return Taken(key, value, _places(points), written_at(self.document, key), remark)
+        return Taken(key, value, _places(points), value_at(self.document, key), remark)
 
     def _source(self, points: Sequence[Point]) -> str:
         return self.file.source(_places(points))

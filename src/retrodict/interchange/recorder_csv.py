@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 from retrodict.interchange.column_map import RecordedSpeedEntry, RecorderEntry
 from retrodict.interchange.source_file import NoNumber, Row, SourceFile, number, table_rows
 from retrodict.interchange.survey_csv import columns_of
-from retrodict.interchange.taken import Taken, quantity, rounded, written_at
+from retrodict.interchange.taken import Taken, quantity, rounded
 from retrodict.scene.errors import shown
+from retrodict.scene.load import value_at
 from retrodict.scene.records import Measured
 
 _KEPT = 200  # times that a scene file may hold
@@ -74,7 +75,7 @@ class _Recorder:
         else:
             yield self._taken(f"{key}.speed_record", self._record(curve, entry, source), curve)
             other = f"{key}.speed"
-        if (before := written_at(self.document, other)) is not None:
+        if (before := value_at(self.document, other)) is not None:
             yield Taken(other, None, "what is taken stands in its place", before)
 
     def _record(self, curve: Curve, entry: RecordedSpeedEntry, source: str) -> dict[str, Any]:
@@ -124,7 +125,7 @@ class _Recorder:
         return self._taken(key, written, curve, f"at {time:g} s")
 
     def _taken(self, key: str, value: Any, curve: Curve, remark: str = "") -> Taken:
-        return Taken(key, value, _rows(curve), written_at(self.document, key), remark)
+        return Taken(key, value, _rows(curve), value_at(self.document, key), remark)
 
     def _source(self, column: str, curve: Curve) -> str:
         return self.file.source(f"{column}, {_rows(curve)}")

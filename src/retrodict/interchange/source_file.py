@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from retrodict.scene.errors import Problem, SceneError, shown
+from retrodict.scene.errors import Problem, SceneError, clipped, shown
 
 MEGABYTES = 20
 ROWS = 100_000
@@ -39,8 +39,8 @@ class SourceFile:
 
     def source(self, where: str) -> str:
         """What stands as the source of a value: the file's name, the place in it, its SHA-256."""
-        name, digest = _clip(shown(Path(self.path).name)[1:-1], _NAME), f"; SHA-256 {self.sha256}"
-        return f"{name}, {_clip(where, _SOURCE - len(name) - len(digest) - 2)}{digest}"
+        name, digest = clipped(shown(Path(self.path).name)[1:-1], _NAME), f"; SHA-256 {self.sha256}"
+        return f"{name}, {clipped(where, _SOURCE - len(name) - len(digest) - 2)}{digest}"
 
     def refuse(self, fix: str, key: str = "", value: str = "") -> SceneError:
         """The error that names the file, the place in it and the fix."""
@@ -160,7 +160,3 @@ def number(cell: str, decimal: str) -> float:
     if not math.isfinite(value):
         raise NoNumber("is too large")
     return value
-
-
-def _clip(text: str, length: int) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"

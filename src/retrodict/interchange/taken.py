@@ -25,14 +25,6 @@ class Taken:
     remark: str = ""
 
 
-def written_at(document: dict[str, Any], key: str) -> Any:
-    """What the tables and keys of a scene file have at a dotted key; None for nothing."""
-    at: Any = document
-    for part in key.split("."):
-        at = at.get(part, at.get(part.lower())) if isinstance(at, dict) else None
-    return at
-
-
 def quantity(value: float, sd: float | None, unit: str, source: str) -> dict[str, Any]:
     """A quantity as a table of a scene file, to a ten-thousandth of its unit."""
     written: dict[str, Any] = {"value": round(value, 4)}

@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from retrodict.findings.summary import strict
 from retrodict.report.files import csv_text, write_together, write_whole
 from retrodict.scene.quantities import REPORTED, Units, describe, unit_of
 from retrodict.studies.batch import Answered
@@ -71,7 +72,7 @@ def write_answers(answers: Mapping[str, Answered], folder: Path) -> None:
         OSError: the file could not be written; then there is none.
     """
     lines = [
-        json.dumps({"key": key, **_strict(asdict(answer))}, ensure_ascii=False, allow_nan=False)
+        json.dumps({"key": key, **strict(asdict(answer))}, ensure_ascii=False, allow_nan=False)
         for key, answer in answers.items()
     ]
     name = hashlib.sha256(" ".join(answers).encode()).hexdigest()[:32]
@@ -95,13 +96,6 @@ def read_answers(folder: Path) -> dict[str, Answered]:
         except (ValueError, KeyError, TypeError, AttributeError):
             continue
     return found
-
-
-def _strict(value: Any) -> Any:
-    """Plain data without NaN and infinity, which JSON lacks."""
-    if isinstance(value, dict):
-        return {key: _strict(each) for key, each in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def table_of(
@@ -153,12 +147,13 @@ def write_table(table: pd.DataFrame, folder: Path) -> None:
     headed = table.rename(columns={k: f"{k} [{unit}]" for k, unit in units.items() if unit})
     rows = headed.astype(object).where(headed.notna(), None).to_dict("records")
     contents = [csv_text(list(headed.columns), rows).encode()]
-    (folder / TABLES[1]).unlink(missing_ok=True)  # of another batch
     if find_spec("pyarrow"):
         content = io.BytesIO()
         headed.to_parquet(content, index=False)
         contents.append(content.getvalue())
     write_together(folder, dict(zip(TABLES, contents, strict=False)))
+    if len(contents) < len(TABLES):  # one that is there is of another batch
+        (folder / TABLES[1]).unlink(missing_ok=True)
 
 
 def files_of(folder: Path) -> list[Path]:

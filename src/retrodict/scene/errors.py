@@ -45,7 +45,7 @@ class SceneError(Exception):
         self.problems = tuple(problems)
 
     def __str__(self) -> str:
-        file = _clipped(_escaped(self.file[: _FILE_LENGTH + 1]), _FILE_LENGTH)
+        file = clipped(_escaped(self.file[: _FILE_LENGTH + 1]), _FILE_LENGTH)
         lines = [f"{file}: {problem}" for problem in self.problems[:_LINES]]
         if len(self.problems) > _LINES:
             lines.append(f"{file}: and {len(self.problems) - _LINES} problems more")
@@ -61,7 +61,7 @@ def shown(value: object) -> str:
     Returns:
         At most about 60 printable characters.
     """
-    return _clipped(_written(value, nested=True), _VALUE_LENGTH)
+    return clipped(_written(value, nested=True), _VALUE_LENGTH)
 
 
 def key_path(parts: Sequence[str | int]) -> str:
@@ -78,7 +78,7 @@ def key_path(parts: Sequence[str | int]) -> str:
         if isinstance(part, int):
             path += f"[{part}]"
         else:
-            path += ("." if path else "") + _clipped(_escaped(part[: _KEY_LENGTH + 1]), _KEY_LENGTH)
+            path += ("." if path else "") + clipped(_escaped(part[: _KEY_LENGTH + 1]), _KEY_LENGTH)
     return path
 
 
@@ -111,5 +111,6 @@ def _escaped(text: str) -> str:
     )
 
 
-def _clipped(text: str, length: int) -> str:
+def clipped(text: str, length: int) -> str:
+    """A text of at most so many characters, the last of them a mark where it was cut."""
     return text if len(text) <= length else text[: length - 1] + "…"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -142,10 +142,10 @@ def scene_from(document: dict[str, Any], name: str, text: str, file: str) -> Sce
     problems: list[Problem] = []
 
     def complain(key: str, fix: str, amount: float = 0.0, dimension: Dimension = LENGTH) -> None:
-        raw = _written(document, key)
+        raw = value_at(document, key)
         written = in_unit_of(raw, amount, dimension)
         # what a class fills in is not written
-        value = shown(raw) if raw != "" else ""
+        value = "" if raw is None else shown(raw)
         problems.append(Problem(key, value, fix.format(amount=written)))
 
     scene = scene_of(entry, name, text, complain)
@@ -200,8 +200,23 @@ tables_of = lru_cache(maxsize=8)(toml_of)
 READERS: dict[str, Reader] = {".toml": toml_of}
 
 
-def _written(document: dict[str, Any], key: str) -> Any:
+def value_at(document: Mapping[str, Any], key: str) -> Any:
+    """What the tables and keys of a scene file have at a dotted key, a vehicle in either letter.
+
+    Args:
+        document: the tables and keys.
+        key: such as "vehicles.A.mass" or "impact.point[0]".
+
+    Returns:
+        As TOML has it; None for nothing.
+    """
     value: Any = document
-    for part in key.split("."):
-        value = value[part] if part in value else value.get(part.lower(), "")
+    for part in re.findall(r"[^.\[\]]+", key):
+        try:
+            if isinstance(value, list):
+                value = value[int(part)]
+            else:
+                value = value[part] if part in value else value[part.lower()]
+        except (KeyError, IndexError, TypeError):
+            return None
     return value

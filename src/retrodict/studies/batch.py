@@ -11,6 +11,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
+from itertools import batched
 from pathlib import Path
 
 from retrodict.inference import points
@@ -216,7 +217,7 @@ def answers(
         unknown = [(key, entry) for key, entry in by_key.items() if key not in done]
         read_so_far = 0
         report("reading scenes", read_so_far, len(unknown))
-        for files, read in engine.each(partial(_read_all, asked), _parts(unknown, _FILES)):
+        for files, read in engine.each(partial(_read_all, asked), batched(unknown, _FILES)):
             if isinstance(read, WorkerDied):
                 raise read
             for (key, _), (scene, structure) in zip(files, read, strict=True):
@@ -231,8 +232,8 @@ def answers(
         first = {scenes[0][0]: scenes[1:] for scenes in alike.values()}
 
         def more(scenes: Keyed, found: list[Answered] | WorkerDied) -> list[Keyed]:
-            alone = _parts(scenes, 1) if isinstance(found, WorkerDied) and len(scenes) > 1 else []
-            return alone + _parts(first.pop(scenes[0][0], []), _SCENES)
+            alone = batched(scenes, 1) if isinstance(found, WorkerDied) and len(scenes) > 1 else ()
+            return [*alone, *batched(first.pop(scenes[0][0], []), _SCENES)]
 
         job = partial(_answer_all, asked)
         ones: list[Keyed] = [scenes[:1] for scenes in alike.values()]
@@ -284,10 +285,6 @@ def _read_one(asked: Asked, entry: Entry) -> tuple[Scene | Answered, Hashable]:
 def _answer_all(asked: Asked, scenes: Keyed) -> list[Answered]:
     _ready(asked)
     return [answer(scene, asked.model, asked.seed) for _, scene in scenes]
-
-
-def _parts[T](items: Sequence[T], size: int) -> list[Sequence[T]]:
-    return [items[i : i + size] for i in range(0, len(items), size)]
 
 
 def _digest(text: str) -> str:
