@@ -34,8 +34,10 @@ from retrodict.scene.records import Scene
 SCRAMBLINGS = 8
 USELESS = 12.0  # log weight by which a solution may fall behind, and be sampled
 _POINTS = 256  # of each scrambling at first
-_MOST, _MOST_ALONE = 4, 16  # times as many at most; the latter where a whole run would follow
+_MOST = 4  # times as many at most
 _PILOT = 512  # points that a proposal is moved by
+# The same where these do not do and a whole run would follow, which takes ten times as long.
+_THEN_MOST, _THEN_PILOT = 16, 2048
 # Independent draws whose errors are not exceeded: 1000 leave a mean uncertain by 3 % of its sd.
 _AS_GOOD_AS = 1000.0
 _DRAWS = 2000  # of equal weight
@@ -128,10 +130,11 @@ class Points:
         size: coordinates of a posterior.
         seed: of the scrambling.
         most: times as many points as at first that are made at most, a power of two.
+        pilot: points that a proposal is moved by, a power of two.
     """
 
-    def __init__(self, size: int, seed: int, most: int = _MOST) -> None:
-        self.pilot = scrambled(size + 2, _PILOT, 1, seed + 1)
+    def __init__(self, size: int, seed: int, most: int = _MOST, pilot: int = _PILOT) -> None:
+        self.pilot = scrambled(size + 2, pilot, 1, seed + 1)
         # of each scrambling in a row; the first of them are even too
         points = scrambled(size + 2, most * _POINTS, SCRAMBLINGS, seed)
         self._most = most
@@ -205,7 +208,11 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
     found = solutions(scene, rung)
     size = found[0].posterior.size
     parts = [Part(solution.posterior, Proposal.first(size)) for solution in found]
-    return _points(size, seed, _MOST_ALONE).estimate(scene, parts, begin, diagnostics.MIN_ESS)
+    estimate = _points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
+    if estimate.checks.passed:
+        return estimate
+    more = _points(size, seed, _THEN_MOST, _THEN_PILOT)
+    return more.estimate(scene, parts, begin, diagnostics.MIN_ESS)
 
 
 def too_sharp(posterior: Posterior) -> tuple[str, ...]:

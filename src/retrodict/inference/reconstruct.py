@@ -18,8 +18,7 @@ from retrodict.inference.density.compiled import COMPILATION, Programs, programs
 from retrodict.inference.density.kernels import (
     BATCH,
     EVALUATE,
-    EVALUATE_FEW,
-    FEW,
+    EVALUATE_WITH_SLOPES,
     INPUTS,
     LEVELS,
     POTENTIAL,
@@ -220,7 +219,7 @@ def compile_ahead(
         method: a name in `retrodict.inference.samplers.METHODS`.
         warmup: iterations before the draws.
         pictured: whether the prior and run-outs are recorded too.
-        many: whether so many scenes follow that a program pays by which single points take half as long.
+        many: whether so many scenes follow that a program pays by which modes are found sooner.
     """
     structure, data = RUNGS[model].of_scene(scene)
     if rolling.tempered(scene, model, method):
@@ -237,7 +236,9 @@ def compile_ahead(
     if kind.refit_to_draws:
         programs.expect(POTENTIAL, np.zeros(n), data, transform)
     surrogates = len(kind.surrogates(structure))
-    for kernel, rows in ((EVALUATE, ROWS), *([(EVALUATE_FEW, FEW)] if many else [])):
+    slopes = kind.by_regressions and not structure.inverted
+    sloped = [(EVALUATE_WITH_SLOPES, n + 1)] if many and slopes else []
+    for kernel, rows in ((EVALUATE, ROWS), *sloped):
         programs.expect(kernel, data, transform, np.zeros((rows, n)), np.zeros((rows, surrogates)))
     METHODS[method].compile_ahead(programs, warmup, data, transform)
     # a start is sought among crashes of the prior

@@ -1,4 +1,4 @@
-"""Linear algebra on one thread, beside programs that take every core.
+"""How many threads there are: programs take every core, and linear algebra beside them one thread.
 
 BLAS's own threads wait for more work by spinning, some hundredths of a second after each product. Two
 reconstructions in two threads took 2.1 times the time of one after the other by that, and 1.3 to 2 with
@@ -7,6 +7,7 @@ this; with OPENBLAS_NUM_THREADS=1 in the environment, by which these threads are
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -19,6 +20,11 @@ from threadpoolctl import ThreadpoolController
 _controller = cache(ThreadpoolController)  # looking for the libraries takes 5 ms
 _changes = Lock()
 _inside: list[Any] = []  # what restores BLAS, once for each caller within: the last one uses it
+
+
+def cores() -> int:
+    """As many as XLA takes for its own threads: NPROC in the environment, or all."""
+    return int(os.environ.get("NPROC") or os.cpu_count() or 1)
 
 
 @contextmanager

@@ -24,6 +24,7 @@ from jaxlib.mlir.passmanager import PassManager
 from retrodict.inference.density import disk_cache
 from retrodict.inference.density.kernels import CHUNK, Kernel
 from retrodict.inference.density.log_density import Target
+from retrodict.inference.threads import cores
 from retrodict.models.arrays import Structure
 
 # XLA compiles outside Python's lock, so two programs compile at once
@@ -159,10 +160,13 @@ def in_chunks(function: Callable[[Any], Any], values: Any, size: int = CHUNK) ->
 
     if count <= size:
         return one(0)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return jax.tree.map(
-            lambda *parts_: np.concatenate(parts_), *pool.map(one, range(0, count, size))
-        )
+    begins = range(0, count, size)
+    if cores() == 1:
+        chunks = [one(i) for i in begins]
+    else:
+        with ThreadPoolExecutor(cores()) as pool:
+            chunks = list(pool.map(one, begins))
+    return jax.tree.map(lambda *parts_: np.concatenate(parts_), *chunks)
 
 
 # a kernel lets a process have some 65 000 memory maps, and those of a structure take 5000

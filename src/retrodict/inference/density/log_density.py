@@ -218,6 +218,18 @@ class Target:
 
         return jax.vmap(one)(jnp.asarray(w), jnp.asarray(missed))
 
+    def evaluate_with_slopes(
+        self, data: Data, transform: TransformParameters, w: Numbers, missed: Numbers
+    ) -> tuple[Evaluated[Array], Array]:
+        """`evaluate_rows`, and the slopes of the potential there."""
+
+        def value(w: Array, missed: Array) -> tuple[Array, Evaluated[Array]]:
+            there = self.evaluate(w, data, transform, missed)
+            return -there.log_density, there
+
+        slopes, there = jax.vmap(jax.grad(value, has_aux=True))(jnp.asarray(w), jnp.asarray(missed))
+        return there, slopes
+
 
 def _recorded(trace: dict[str, Any]) -> dict[str, Array]:
     """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""

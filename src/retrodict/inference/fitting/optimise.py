@@ -97,10 +97,12 @@ class Differenced(Potential):
     Args:
         at: values at points, and what the surrogate misses there.
         alike: values of surrogates at points, each of one that misses so much.
+        sloped: values and slopes at one point more than there are coordinates, if there is a program.
     """
 
     at: Callable[[Points], tuple[Values, Missed]]
     alike: Callable[[Points, Missed], Values]
+    sloped: Callable[[Points], tuple[Values, Points]] | None = None
     _known: dict[bytes, _Local] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @override
@@ -178,6 +180,8 @@ class Differenced(Potential):
         return self._known[at]
 
     def _measured(self, w: Point) -> _Local:
+        if self.sloped:
+            return self._by_slopes(w, self.sloped)
         n, steps, (i, j) = w.size, _STEP * np.eye(w.size), np.triu_indices(w.size, 1)
         values, missed = self._at(w[None])
         points = np.concatenate([w[None], w + steps, w - steps, w + steps[i] + steps[j]])
@@ -189,6 +193,15 @@ class Differenced(Potential):
             curvature[i, j] = curvature[j, i] = both - ahead[i] - ahead[j] + here
         slope = _leading_back(w[None], values, slope[None])[0]
         return _Local(float(values[0]), slope, _numbers(curvature / _STEP**2))
+
+    @staticmethod
+    def _by_slopes(w: Point, sloped: Callable[[Points], tuple[Values, Points]]) -> _Local:
+        points = np.concatenate([w[None], w + _STEP * np.eye(w.size)])
+        values, slopes = sloped(points)
+        values = _or_back(points, values)
+        slopes = _leading_back(points, values, slopes)
+        by_w = _numbers(slopes[1:] - slopes[0]) / _STEP
+        return _Local(float(values[0]), slopes[0], (by_w + by_w.T) / 2)
 
 
 class _Local(NamedTuple):

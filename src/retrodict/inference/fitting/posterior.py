@@ -15,8 +15,7 @@ from retrodict.inference.density.kernels import (
     BATCH,
     CHUNK,
     EVALUATE,
-    EVALUATE_FEW,
-    FEW,
+    EVALUATE_WITH_SLOPES,
     POTENTIAL,
     ROWS,
     SIMULATE,
@@ -96,7 +95,8 @@ class Posterior:
     def potential(self) -> Potential:
         """Minus the log density."""
         if not transform_of(self.programs.structure).exact_gradient:
-            return Differenced(self._exact, self._alike)
+            sloped = self.programs.has(EVALUATE_WITH_SLOPES)
+            return Differenced(self._exact, self._alike, self._sloped if sloped else None)
 
         def at(w: np.ndarray) -> tuple[float, np.ndarray]:
             value, slope = self.programs(POTENTIAL, w, *self._numbers)
@@ -112,6 +112,11 @@ class Posterior:
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
         """The potential at points if surrogates missed by so much: no run-out is asked."""
         return self._sought(self._located(w, missed))
+
+    def _sloped(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The potential at one point more than there are coordinates at most, and its slopes."""
+        there, slopes = self._few(w)
+        return -there.log_density, slopes
 
     def _sought(self, there: Evaluated[np.ndarray]) -> np.ndarray:
         """What a mode is sought by: the potential, but for the spike where B stands.
@@ -195,15 +200,29 @@ class Posterior:
     def _located(self, w: np.ndarray, missed: np.ndarray | None = None) -> Evaluated[np.ndarray]:
         """What points are known by; rest poses by their surrogate if `missed` is given."""
         data, transform = self._numbers
+        structure = self.programs.structure
         if missed is None:
-            structure = self.programs.structure
-            missed = np.full((len(w), len(transform_of(structure).surrogates(structure))), np.nan)
-        elif self.programs.structure.steps is None:
+            if len(w) <= self.size + 1 and self.programs.has(EVALUATE_WITH_SLOPES):
+                return self._few(w)[0]
+            missed = self._unknown(w)
+        elif structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
-        kernel, size = EVALUATE, ROWS
-        if len(w) <= FEW and self.programs.has(EVALUATE_FEW):
-            kernel, size = EVALUATE_FEW, FEW
-        return in_chunks(lambda at: self.programs(kernel, data, transform, *at), (w, missed), size)
+        return in_chunks(
+            lambda at: self.programs(EVALUATE, data, transform, *at), (w, missed), ROWS
+        )
+
+    def _few(self, w: np.ndarray) -> tuple[Evaluated[np.ndarray], np.ndarray]:
+        """What a few points are known by, with the slopes of the potential."""
+        return in_chunks(
+            lambda at: self.programs(EVALUATE_WITH_SLOPES, *self._numbers, *at),
+            (w, self._unknown(w)),
+            self.size + 1,
+        )
+
+    def _unknown(self, w: np.ndarray) -> np.ndarray:
+        """What surrogates miss at points, where run-outs are to say it."""
+        structure = self.programs.structure
+        return np.full((len(w), len(transform_of(structure).surrogates(structure))), np.nan)
 
     @cached_property
     def _numbers(self) -> tuple[Data, TransformParameters]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from retrodict.inference.density.log_density import Target
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import checkpoint
 from retrodict.inference.samplers.draws import Task
+from retrodict.inference.threads import cores
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import TransformParameters
 from retrodict.models.arrays import Data
@@ -86,7 +86,7 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     def all_have() -> int:
         return min(len(r) for r in records) * BLOCK
 
-    with ThreadPoolExecutor(min(chains, os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(min(chains, cores())) as pool:
         running: dict[Future[None], int] = {}
         ready = list(range(chains))
         try:
