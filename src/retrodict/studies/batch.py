@@ -30,7 +30,7 @@ from retrodict.studies.engine import Engine, WorkerDied
 from retrodict.studies.ladder import AUTO, allowed, chosen_for
 from retrodict.studies.short import Short, of_draws, of_points
 
-_SCENES = 10  # that a worker answers at a time
+_SCENES = 4  # that a worker answers at a time
 _FILES = 50  # that it reads at a time
 
 
