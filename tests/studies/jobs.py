@@ -8,6 +8,8 @@ from pathlib import Path
 
 import psutil
 
+from retrodict.inference import threads
+
 
 def squared(number: int) -> int:
     return number**2
@@ -37,3 +39,7 @@ def listening(_: int) -> set[str]:
     own = psutil.Process()
     every = [*own.net_connections(), *own.parent().net_connections()]
     return {c.laddr.ip for c in every if c.status == psutil.CONN_LISTEN}
+
+
+def cores(_: int) -> int:
+    return threads.cores()

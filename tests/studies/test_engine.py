@@ -22,6 +22,8 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope="module")
 def two() -> Iterator[Engine]:
     """Two workers; begun once, and this process is afterwards as it was."""
+    import distributed  # noqa: F401  which sets its loggers up
+
     before = dict(os.environ), logging.getLogger("distributed").level
     with engine(2) as made:
         yield made
@@ -64,6 +66,11 @@ def test_the_task_of_a_worker_that_is_killed_is_done_again(two: Engine, tmp_path
 def test_workers_listen_on_the_loopback_address_alone(two: Engine) -> None:
     ((_, addresses),) = two.each(jobs.listening, [0])
     assert addresses == {"127.0.0.1"}
+
+
+def test_a_worker_has_one_core(two: Engine) -> None:
+    ((_, cores),) = two.each(jobs.cores, [0])
+    assert cores == 1
 
 
 def test_an_address_without_a_scheduler_is_named() -> None:

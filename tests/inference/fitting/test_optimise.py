@@ -20,17 +20,23 @@ def two_bowls(w: np.ndarray) -> np.ndarray:
     return -np.logaddexp(-(w**2).sum(axis=-1) / 2, -far)
 
 
-def differenced(values: object, *, cut: float = np.inf) -> Differenced:
+def differenced(values: object, *, cut: float = np.inf, slopes: object = None) -> Differenced:
     """A surrogate_value that misses by nothing; what lies beyond `cut` is outside."""
 
     def at(w: np.ndarray) -> np.ndarray:
         return np.where(np.linalg.norm(w, axis=-1) < cut, values(w), np.inf)  # type: ignore[operator]
 
-    return Differenced(lambda w: (at(w), np.zeros((len(w), 1))), lambda w, _: at(w))
+    sloped = slopes and (lambda w: (at(w), slopes(w)))  # type: ignore[operator]
+    return Differenced(lambda w: (at(w), np.zeros((len(w), 1))), lambda w, _: at(w), sloped)
+
+
+def slopes_of_bowl(w: np.ndarray) -> np.ndarray:
+    return (w - LOWEST) @ PRECISION
 
 
 POTENTIALS: dict[str, Potential] = {
     "differenced": differenced(bowl),
+    "differenced-with-slopes": differenced(bowl, slopes=slopes_of_bowl),
     "differentiated": Differentiated(lambda w: (float(bowl(w)), PRECISION @ (w - LOWEST))),
 }
 
@@ -48,8 +54,9 @@ def test_a_bowl_is_found_out(which: str) -> None:
     assert found.value == pytest.approx(0, abs=1e-5)
 
 
-def test_a_search_from_outside_is_led_back() -> None:
-    potential = differenced(bowl, cut=6.0)
+@pytest.mark.parametrize("slopes", [None, slopes_of_bowl])
+def test_a_search_from_outside_is_led_back(slopes: object) -> None:
+    potential = differenced(bowl, cut=6.0, slopes=slopes)
     found = potential.minimise(np.array([8.0, 1.0, 0.0]))
     np.testing.assert_allclose(found.w, LOWEST, atol=2e-3)
 
