@@ -54,7 +54,10 @@ def _staged(found: dict) -> list[str]:
 def _calibrated(file: Path) -> list[str]:
     found = json.loads(file.read_text("utf-8"))
     name = found["model"] + NAMES.get(file.parent.name.split("-")[0], "")
-    coverage = found["quantities"]["speed_b"]["coverage"]
+    quantities = found["quantities"]
+    coverage = quantities.get("speed_b", quantities.get("speed_a"))[
+        "coverage"
+    ]  # what A struck stood
     return [
         name,
         found["method"],
@@ -64,7 +67,11 @@ def _calibrated(file: Path) -> list[str]:
     ]
 
 
-NAMES = {"rolling": ", wheels that roll", "slow": ", slow closing"}
+NAMES = {
+    "rolling": ", wheels that roll",
+    "slow": ", slow closing",
+    "wall": ", a car against a wall (its speed)",
+}
 
 
 def _rolling(file: Path) -> list[str]:
