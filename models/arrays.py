@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 import retrodict._precision  # noqa: F401
 from retrodict.mechanics import Zone
 from retrodict.mechanics.runout import Steps, fixed_steps
+from retrodict.mechanics.surface import Polygon
 from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES
 
@@ -30,7 +31,7 @@ class Structure:
     Args:
         rung: a name in `retrodict.models.RUNGS`.
         uncertain: measured inputs that carry an uncertainty, with their error laws.
-        surfaces: names, the one that lies everywhere first.
+        surfaces: names: the one that lies everywhere, those with edges, those with outlines.
         known_of_b: which of `OF_B` was measured.
         constant_friction: whether no surface's friction depends on speed.
         rolling: vehicles of which some wheel is not locked.
@@ -47,6 +48,7 @@ class Structure:
         steps: number of integration steps of each run-out; None where it is an argument, for run-outs
             that are not differentiated in reverse mode.
         vehicles: A and B; A alone where it struck a barrier.
+        outlines: number of corners of each surface that has some, in the order of `surfaces`.
     """
 
     rung: str
@@ -67,6 +69,7 @@ class Structure:
     recorded: tuple[tuple[str, int], ...] = ()
     steps: int | None = None
     vehicles: tuple[str, ...] = VEHICLES
+    outlines: tuple[int, ...] = ()
 
     @property
     def barrier(self) -> bool:
@@ -127,6 +130,7 @@ class Data(NamedTuple):
         marks: x and y of the mark of every item there, m.
         priors: numbers of each prior, as `Scene.priors` has them.
         edges: of the surfaces: a point (m) and the unit normal into the zone.
+        outlines: of the surfaces that have some: their corners, m.
         steps: of each run-out's integration, where the structure does not say.
         ways: x, y (m) and heading (rad) of each point of a measured way, by vehicle.
         records: time (s) and speed (m/s) of each point of a recorder's record, by vehicle.
@@ -137,6 +141,7 @@ class Data(NamedTuple):
     marks: dict[str, Float[Array | np.ndarray, "2"]]
     priors: dict[str, Float[Array | np.ndarray, " numbers"]]
     edges: Zone
+    outlines: tuple[Polygon, ...]
     steps: Steps
     ways: dict[str, Float[Array | np.ndarray, "points 3"]]
     records: dict[str, Float[Array | np.ndarray, "points 2"]]

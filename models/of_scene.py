@@ -59,6 +59,7 @@ def of_scene(
         point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
         inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
     )
+    outlines = tuple(np.array(s.outline.corners) for s in scene.surfaces if s.outline is not None)
     structure = Structure(
         rung=rung,
         uncertain=tuple(uncertain),
@@ -77,6 +78,7 @@ def of_scene(
         ways=tuple((v, len(way)) for v, way in ways.items()),
         recorded=tuple((v, len(record.within)) for v, record in records.items()),
         vehicles=tuple(scene.vehicles),
+        outlines=tuple(map(len, outlines)),
     )
     data = Data(
         inputs=numbers,
@@ -84,6 +86,7 @@ def of_scene(
         marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
         edges=zones,
+        outlines=outlines,
         steps=fixed_steps(STEPS),
         ways=ways,
         records={v: np.array(record.within) for v, record in records.items()},

@@ -175,16 +175,19 @@ def _wheels(x: Values) -> Wheels:
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:
-    """Friction and edges of the surfaces for the vehicles; friction is stacked."""
+    """Friction of the surfaces for the vehicles, stacked, and where the surfaces lie."""
     inward = data.edges.inward
     shifts = [x[f"edge_{name}"] for name in structure.surfaces[1:]]
-    shift = jnp.stack(shifts)[:, None] * inward if shifts else inward
+    straight, around = shifts[: len(inward)], shifts[len(inward) :]
+    shift = jnp.stack(straight)[:, None] * inward if straight else inward
     dependence = [x[f"speed_dependence_{s}"] for s in structure.surfaces]
     friction = jnp.stack([x[f"friction_{s}"] for s in structure.surfaces])
     return Ground(
         coefficients=jnp.stack([x[f"grip_{v}"] for v in vehicles(x)])[:, None] * friction,
         speed_dependence=None if structure.constant_friction else jnp.stack(dependence),
         zones=Zone(data.edges.point + shift, inward),
+        polygons=data.outlines,
+        insets=jnp.stack(around) if around else 0.0,
     )
 
 

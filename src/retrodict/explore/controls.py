@@ -30,8 +30,9 @@ from retrodict.scene.write import scene_text, scene_toml
 
 GROUPS = ("Vehicle A", "Vehicle B", "Impact", "Surfaces", "Evidence", "Priors")
 _EVIDENCE = ("rest", "departure", "marks", "end_of_rotation")
-# of a vehicle: for drawing alone; and what only selects a number of whole turns
-_NOT_MOVED = ("length", "width", "rotation")
+# of a vehicle: for drawing alone; what only selects a number of whole turns; and of an outline what
+# is up to two hundred numbers, and no outline any more if one of them goes far
+_NOT_MOVED = ("length", "width", "rotation", "corners")
 _REACH = 4.0  # standard deviations to either side
 _STEPS = 160  # of a slider
 _SHARE = 0.2  # of a positive value without an uncertainty, to either side
@@ -150,7 +151,7 @@ def controls(scene: Scene) -> tuple[Control, ...]:
     found = [
         _control(key, kind, measured, in_file)
         for key, kind, measured in _quantities(every, "")
-        if not key.startswith("priors.") and key.rpartition(".")[2] not in _NOT_MOVED
+        if not key.startswith("priors.") and key.rpartition(".")[2].split("[")[0] not in _NOT_MOVED
         # what is neither measured nor uncertain is left alone
         if (in_file := value_at(written, key)) is not None or measured.sd
     ]

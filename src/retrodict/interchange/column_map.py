@@ -22,6 +22,7 @@ from retrodict.scene.errors import SceneError, shown
 from retrodict.scene.explain import problems_of
 from retrodict.scene.kinds import Direction, Kind, RecordTime, RecordUncertainty, RestHeading, fault
 from retrodict.scene.load import read_text, toml_of
+from retrodict.scene.outlines import MOST_CORNERS
 from retrodict.scene.records import Measured
 from retrodict.scene.schema import SurfaceName
 from retrodict.scene.units import Dimension, QuantityError, factor
@@ -231,6 +232,15 @@ class EdgeEntry(_Table):
     uncertainty: Uncertainty
 
 
+class OutlineEntry(_Table):
+    """`[outlines.NAME]`: points along the outline of a surface, in order; the last joins the first."""
+
+    points: list[Name] = Field(
+        min_length=1, max_length=MOST_CORNERS, examples=['["21", "22", "23"]']
+    )
+    uncertainty: Uncertainty
+
+
 # what a recorder's table may have: unit, and where the sign is the other way round, a scene's name
 RECORDED = {
     "time": units.TIME,
@@ -390,6 +400,9 @@ class MapEntry(_Table):
     rest: RestsEntry = Field(RestsEntry(), examples=["{ A = { … } }"])
     marks: AllMarksEntry = Field(AllMarksEntry(), examples=["{ A = [{ … }] }"])
     edges: dict[SurfaceName, EdgeEntry] = Field({}, max_length=20, examples=["{ berm = { … } }"])
+    outlines: dict[SurfaceName, OutlineEntry] = Field(
+        {}, max_length=20, examples=["{ oil = { … } }"]
+    )
 
     @model_validator(mode="after")
     def _one_kind_of_file(self) -> MapEntry:
@@ -398,9 +411,11 @@ class MapEntry(_Table):
                 "write one table of [survey] (points as CSV), [drawing] (DXF) or [recorder] (CSV)"
             )
         frame = self.survey or self.drawing
-        of_points = {"impact_point", "rest", "marks", "edges"} & self.model_fields_set
+        of_points = {"impact_point", "rest", "marks", "edges", "outlines"} & self.model_fields_set
         if frame is None and of_points:
             raise fault("points are taken of a [survey] or [drawing]", sorted(of_points)[0])
+        for name in sorted(self.edges.keys() & self.outlines.keys()):
+            raise fault("this surface has an edge too; leave out one of them", f"outlines.{name}")
         headed = [v for v in ("A", "B") if (rest := getattr(self.rest, v)) and rest.heading]
         if headed and frame and frame.angles is None:
             raise fault(f"rest.{headed[0]} has a heading; in the table of the file, {_ANGLES}")

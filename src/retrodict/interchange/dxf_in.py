@@ -49,6 +49,7 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
     points: list[Point] = []
     numbers: Counter[str] = Counter()
     left: Counter[tuple[str, str]] = Counter()
+    arcs: Counter[tuple[str, str]] = Counter()
     left_lines = _units(unit, drawing)
     for entity in entities:
         kind = entity.dxftype()
@@ -58,6 +59,7 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
             continue
         try:
             places = list(_places(entity))
+            arcs[layer, kind] += bool(getattr(entity, "has_arc", False))
         except Exception:  # what a damaged entity lacks is raised in as many ways
             left[layer, f"damaged {kind}"] += 1
             continue
@@ -72,6 +74,8 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
     of = ", ".join(_TYPES)
     for (layer, kind), count in left.items():
         left_lines.append(f"{count} {kind} on layer {shown(layer)}: places are taken of {of}")
+    for (layer, kind), count in (+arcs).items():
+        left_lines.append(f"arcs of {count} {kind} on layer {shown(layer)}: their ends are taken")
     if not points:
         raise file.refuse(f"its model space has none of {of}; export these")
     return points, left_lines

@@ -30,6 +30,7 @@ from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.edit import write_keys
 from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.load import READERS, read_text, scene_from, toml_of, value_at
+from retrodict.scene.outlines import outline_fault
 from retrodict.scene.records import Measured, Scene, Vehicle
 from retrodict.scene.write import document_toml
 
@@ -81,7 +82,8 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
         taken, left = _Taking(source, str(map_file), entry, document, str(into)).all()
     if not taken:
         fix = (
-            "takes nothing; write what to take: [impact_point], [rest.A], [[marks.A]], [edges.NAME]"
+            "takes nothing; write what to take: [impact_point], [rest.A], [[marks.A]], [edges.NAME], "
+            "[outlines.NAME]"
         )
         raise SceneError(str(map_file), [Problem("", "", fix)])
     changes = {each.key: each.value for each in taken}
@@ -157,7 +159,7 @@ class _Taking:
         self.points, self.by_name = points, named(points)
         self.precision = entry.precision.value
         self.frame = self._frame(entry)
-        others = [*self._impact_point(), *self._marks(), *self._edges()]
+        others = [*self._impact_point(), *self._marks(), *self._edges(), *self._outlines()]
         taken = [*others, *self._rests(others)]
         for point in points:
             if point not in self.used:
@@ -279,7 +281,31 @@ class _Taking:
                 "side": entry.side,
                 "uncertainty": {"value": rounded(sd), "unit": "m"},
             }
+            yield from self._no_more(f"surfaces.{name}.outline")
             yield self._taken(f"surfaces.{name}.edge", edge, points, f"misfit {misfit:.3f} m")
+
+    def _outlines(self) -> Iterator[Taken]:
+        for name, entry in self.map.outlines.items():
+            points = self._several(entry.points, f"outlines.{name}.points")
+            places = [self.frame.position(point) for point in points]
+            corners = _once(places, _MISFIT * self.precision)
+            if wrong := outline_fault(corners):
+                raise self._wrong(f"outlines.{name}.points", wrong)
+            sd = math.hypot(self.precision, entry.uncertainty.value)
+            # one source, and not of every corner: a scene file is a page of text
+            outline = {
+                "corners": [[f"{round(x, 4)!r} m", f"{round(y, 4)!r} m"] for x, y in corners],
+                "uncertainty": {"value": rounded(sd), "unit": "m", "source": self._source(points)},
+            }
+            again = len(places) - len(corners)
+            remark = f"{len(corners)} corners" + (f"; {again} points there again" if again else "")
+            yield from self._no_more(f"surfaces.{name}.edge")
+            yield self._taken(f"surfaces.{name}.outline", outline, points, remark)
+
+    def _no_more(self, key: str) -> Iterator[Taken]:
+        """The removal of a key, if the scene file has it, that what is taken stands in the place of."""
+        if (before := value_at(self.document, key)) is not None:
+            yield Taken(key, None, "what is taken stands in its place", before)
 
     def _one(self, name: str, key: str) -> Point:
         points = self._several([name], key)
@@ -333,6 +359,20 @@ class _Taking:
 
     def _source(self, points: Sequence[Point]) -> str:
         return self.file.source(_places(points))
+
+
+def _once(places: Sequence[tuple[float, float]], near: float) -> list[tuple[float, float]]:
+    """Places along an outline without those near the one before.
+
+    Lines drawn end to end, and a survey that ends where it began, have corners twice.
+    """
+    kept: list[tuple[float, float]] = []
+    for place in places:
+        if not kept or math.dist(place, kept[-1]) > near:
+            kept.append(place)
+    while len(kept) > 1 and math.dist(kept[-1], kept[0]) <= near:
+        kept.pop()
+    return kept
 
 
 def _places(points: Sequence[Point]) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from retrodict.mechanics.rotation import cos_sin
-from retrodict.mechanics.surface import NO_ZONES, Coefficients, Polygon, Zone, friction
+from retrodict.mechanics.surface import NO_ZONES, Coefficients, Insets, Polygon, Zone, friction
 from retrodict.mechanics.tyre import SLIP, SLOW, Wheels, force
 
 GRAVITY = 9.80665  # m/s²
@@ -82,12 +82,14 @@ class Ground(NamedTuple):
         speed_dependence: c, s/m, of f exp(-c v), likewise; None where f does not depend on speed.
         zones: half-planes.
         polygons: corners of each, m, shape (corners, 2).
+        insets: how far each polygon's outline lies inwards of its corners, m.
     """
 
     coefficients: Coefficients
     speed_dependence: Coefficients | None = None
     zones: Zone = NO_ZONES
     polygons: tuple[Polygon, ...] = ()
+    insets: Insets = 0.0
 
 
 class Steps(NamedTuple):

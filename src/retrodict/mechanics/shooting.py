@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,7 +20,6 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from retrodict.mechanics.runout import GRAVITY, Car, Ground, rest
-from retrodict.mechanics.surface import Zone
 from retrodict.mechanics.tyre import Wheels
 
 TURNS = tuple(range(-3, 4))
@@ -79,13 +78,13 @@ def departures(
     """All velocities after the impact that bring a skidding vehicle to its rest pose.
 
     Poses, the car's numbers and the ground's friction may have leading axes, which broadcast to a
-    grid of problems; the edges of the ground are the same for all.
+    grid of problems; where the surfaces lie is the same for all.
 
     Args:
         start: x, y, heading at the impact, m and rad, shape (*grid, 3).
         rest_pose: x, y, heading at rest, m and rad, shape (*grid, 3).
         car: inertia, axles and track, each of shape (*grid,) or a number; of its wheels (*grid, 4).
-        ground: friction of the surfaces, shape (*grid, surfaces), and their edges.
+        ground: friction of the surfaces, shape (*grid, surfaces), and where they lie.
         turns: whole turns to try beyond the shortest rotation from one heading to the other, which
             lies in [-pi, pi), positive counter-clockwise; None where the total rotation is known:
             it is then the difference of the headings as they are.
@@ -131,7 +130,7 @@ def departures(
         (friction[cell], None if dependence is None else dependence[cell]),
     )
     batches = [
-        _solve(*jax.tree.map(lambda a: a[i : i + _BATCH], inputs), ground.zones, tolerance, steps)  # noqa: B023
+        _solve(*jax.tree.map(lambda a: a[i : i + _BATCH], inputs), ground[2:], tolerance, steps)  # noqa: B023
         for i in range(0, len(rows), _BATCH)
     ]
     velocity, miss = (
@@ -155,7 +154,7 @@ def _solve(
     rotation: Float[Array, " problems"],
     car: Car,
     frictions: tuple[Float[Array, "problems surfaces"], Float[Array, "problems surfaces"] | None],
-    zones: Zone,
+    where: tuple[Any, ...],
     tolerance: float,
     steps: int,
 ) -> tuple[Float[Array, "problems starts 3"], Float[Array, "problems starts 2"]]:
@@ -164,7 +163,7 @@ def _solve(
     def solve(
         start: Array, way: Array, rotation: Array, car: Car, frictions: tuple[Array, Array | None]
     ) -> tuple[Array, Array]:
-        ground = Ground(*frictions, zones)
+        ground = Ground(*frictions, *where)
         return _from_starts(start, way, rotation, car, ground, tolerance, steps)
 
     return jax.vmap(solve)(start, way, rotation, car, frictions)

@@ -19,6 +19,8 @@ _TINY = 1e-18  # m²: a point on the outline has a derivative too
 Polygon = Float[Array | np.ndarray, "corners 2"]
 # of every surface in order; a number where there is but one
 Coefficients = Float[Array | np.ndarray, " surfaces"] | Sequence[float] | float
+# of every polygon in order; a number where all have the same
+Insets = Float[Array | np.ndarray, " polygons"] | Sequence[float] | float
 
 
 class Zone(NamedTuple):
@@ -44,6 +46,7 @@ def friction(
     speed_dependence: Coefficients | None,
     zones: Zone,
     polygons: tuple[Polygon, ...] = (),
+    insets: Insets = 0.0,
 ) -> Float[Array, " wheels"]:
     """Sliding friction at each wheel: f exp(-c v) of the surface it is on.
 
@@ -56,6 +59,7 @@ def friction(
         speed_dependence: c, s/m, likewise; None where friction does not depend on speed.
         zones: half-planes.
         polygons: corners of each, m.
+        insets: how far each polygon's outline lies inwards of its corners, m.
 
     Returns:
         Friction of each wheel, passing smoothly over a tyre's width at an edge.
@@ -67,9 +71,9 @@ def friction(
     def of_surface(i: int) -> Array:
         return f[i] if c is None else f[i] * jnp.exp(-c[i] * speed)
 
-    depths = [(x - px) * nx + (y - py) * ny for (px, py), (nx, ny) in zip(*zones, strict=True)] + [
-        depth_in(polygon, x, y) for polygon in polygons
-    ]
+    depths = [(x - px) * nx + (y - py) * ny for (px, py), (nx, ny) in zip(*zones, strict=True)]
+    inset = jnp.broadcast_to(jnp.asarray(insets), (len(polygons),))
+    depths += [depth_in(polygon, x, y) - inset[i] for i, polygon in enumerate(polygons)]
     value = jnp.broadcast_to(of_surface(0), speed.shape)
     for i, depth in enumerate(depths, start=1):
         s = jnp.clip(depth / TYRE_WIDTH + 0.5, 0.0, 1.0)

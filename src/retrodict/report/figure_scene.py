@@ -12,11 +12,13 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Rectangle, Wedge
+from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 
 from retrodict.report import drawing
 from retrodict.scene.quantities import Units, unit_of
-from retrodict.scene.records import Edge, Measured, Scene, Vehicle
+from retrodict.scene.records import Edge, Measured, Scene, Surface, Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -145,6 +147,20 @@ def barrier_outline(scene: Scene, reach: float) -> np.ndarray:
     return struck + np.array([along, -along, behind - along, behind + along])
 
 
+def area_of(surface: Surface, view: tuple[float, float, float, float]) -> np.ndarray:
+    """Corners of what is to be drawn of a surface in a view (x0, x1, y0, y1 in m), shape (any, 2).
+
+    None of the road, nor of a surface that lies beyond the view. An outline is drawn as measured, and
+    reaches as far as it does.
+    """
+    if surface.edge is not None:
+        return half_plane(surface.edge, view)
+    x0, x1, y0, y1 = view
+    corners = np.array(surface.outline.corners if surface.outline else []).reshape(-1, 2)
+    seen = len(corners) and Path(corners).intersects_bbox(Bbox([[x0, y0], [x1, y1]]))
+    return corners if seen else corners[:0]
+
+
 def half_plane(edge: Edge, view: tuple[float, float, float, float]) -> np.ndarray:
     """The part of a view (x0, x1, y0, y1 in m) beyond an edge, as a polygon's corners."""
     x0, x1, y0, y1 = view
@@ -211,9 +227,7 @@ def _surfaces(
     handles: list[Artist] = []
     in_metres = tuple(bound * worth for bound in view)
     for surface, hatch in zip(scene.surfaces[1:], _HATCHES * 9, strict=False):
-        if surface.edge is None:
-            continue
-        corners = half_plane(surface.edge, in_metres) / worth  # type: ignore[arg-type]
+        corners = area_of(surface, in_metres) / worth  # type: ignore[arg-type]
         if len(corners) >= 3:
             look: dict[str, Any] = {
                 "facecolor": "#f1efe6",

@@ -59,6 +59,8 @@ def _short(value: Any) -> str:
             return f"{len(value)} points"
         case list():
             return ", ".join(map(_short, value[:4]))
+        case {"corners": [*corners], **_others}:
+            return f"{len(corners)} corners"
         case {"point": point, "direction": direction, **_others}:
             return f"through {_short(point)} at {_short(direction)}"
         case str():

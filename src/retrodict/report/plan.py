@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.report.figure_scene import barrier_outline, half_plane
+from retrodict.report.figure_scene import area_of, barrier_outline
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import Scene
 
@@ -48,11 +48,11 @@ class Plan:
         return " ".join(f"{x:.1f},{y:.1f}" for x, y in placed)
 
     def surfaces(self, scene: Scene) -> list[dict[str, str]]:
-        """The surfaces beyond an edge that lie in the view, each with its name and its area."""
+        """The surfaces other than the road that lie in the view, each with its name and its area."""
         return [
             {"name": surface.name, "area": self.at(corners)}
             for surface in scene.surfaces[1:]
-            if surface.edge is not None and len(corners := half_plane(surface.edge, self.view)) >= 3
+            if len(corners := area_of(surface, self.view)) >= 3
         ]
 
     def barrier(self, scene: Scene) -> dict[str, str]:

@@ -21,7 +21,7 @@ from retrodict.interchange.plan_drawing import (
 )
 from retrodict.report import drawing
 from retrodict.report.figure_scene import barrier_outline, impact_pose, outline, wheel_paths
-from retrodict.scene.records import Scene
+from retrodict.scene.records import Scene, Surface
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -63,21 +63,27 @@ def scene_drawing(
     layers += [_contact(scene), Layer("LABELS", drawing.INK, tuple(_labels(scene)))]
     layers = [layer for layer in layers if layer.shapes]
     bounds = Drawing("", tuple(layers)).bounds
-    edges = [
-        (surface.name, surface.edge) for surface in scene.surfaces[1:] if surface.edge is not None
-    ]
-    surfaces: list[Shape] = []
-    for name, edge in edges:
-        side = math.pi / 2 if edge.side == "left" else -math.pi / 2
-        inward = np.array([math.cos(edge.direction + side), math.sin(edge.direction + side)])
-        x, y = (np.array([edge.x, edge.y]) + edge.offset.value * inward).tolist()
-        if line := edge_within((x, y), edge.direction, bounds):
-            tx, ty = line.points[0].tolist()
-            surfaces += [line, Text((tx, ty), f"{name}: {edge.side} of this edge")]
-    if surfaces:
+    if surfaces := [shape for each in scene.surfaces for shape in _surface(each, bounds)]:
         layers.insert(0, Layer("SURFACES", _SOIL, tuple(surfaces)))
     layers.append(_notes(findings, chosen, Drawing("", tuple(layers)).bounds))
     return Drawing(scene.title, tuple(layers))
+
+
+def _surface(surface: Surface, bounds: tuple[float, float, float, float]) -> list[Shape]:
+    """The edge of a surface as far as it goes through a rectangle's circle, or its whole outline."""
+    if surface.outline is not None:
+        corners = surface.outline.corners
+        label = Text(corners[0], f"{surface.name}: within this outline")
+        return [Line(np.array(corners), closed=True), label]
+    if (edge := surface.edge) is None:
+        return []
+    side = math.pi / 2 if edge.side == "left" else -math.pi / 2
+    inward = np.array([math.cos(edge.direction + side), math.sin(edge.direction + side)])
+    x, y = (np.array([edge.x, edge.y]) + edge.offset.value * inward).tolist()
+    if (line := edge_within((x, y), edge.direction, bounds)) is None:
+        return []
+    tx, ty = line.points[0].tolist()
+    return [line, Text((tx, ty), f"{surface.name}: {edge.side} of this edge")]
 
 
 def _measured(scene: Scene, v: str) -> list[Layer]:

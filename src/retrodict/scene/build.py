@@ -22,6 +22,7 @@ from retrodict.scene.records import (
     EndOfRotation,
     Mark,
     Measured,
+    Outline,
     Rest,
     RunOutError,
     Scene,
@@ -35,6 +36,7 @@ from retrodict.scene.schema import (
     BarrierEntry,
     EdgeEntry,
     MarkEntry,
+    OutlineEntry,
     PriorsEntry,
     RestEntry,
     SceneEntry,
@@ -82,8 +84,10 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         )
     # the schema sees to it that nothing slides where none is written; still a scene has a road
     written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
-    # surfaces keep their order, but for the one without an edge
-    in_order = sorted(written.items(), key=lambda item: item[1].edge is not None)
+    # surfaces keep their order, but for the road and outlines, which are what covers last
+    in_order = sorted(
+        written.items(), key=lambda item: 2 if item[1].outline else 1 if item[1].edge else 0
+    )
     surfaces = tuple(_surface(*item) for item in in_order)
     friction = surfaces[0].friction.value
     of_a = entry.vehicles.A.approach
@@ -387,7 +391,9 @@ def _surface(name: str, entry: SurfaceEntry) -> Surface:
         0.0, source="assumed: friction does not depend on speed", assumed="value"
     )
     friction = entry.friction or _friction_of(entry.kind or "")
-    return Surface(name, friction, dependence, _edge(entry.edge) if entry.edge else None)
+    edge = _edge(entry.edge) if entry.edge else None
+    outline = _outline(entry.outline) if entry.outline else None
+    return Surface(name, friction, dependence, edge, outline)
 
 
 def _friction_of(kind: str) -> Measured:
@@ -396,15 +402,23 @@ def _friction_of(kind: str) -> Measured:
 
 
 def _edge(entry: EdgeEntry) -> Edge:
-    sd = entry.uncertainty.value if entry.uncertainty else 0.0
     x, y = entry.point
     return Edge(
         x=x.value,
         y=y.value,
         direction=entry.direction.value,
         side=entry.side,
-        offset=Measured(0.0, sd, source=entry.uncertainty.source if entry.uncertainty else ""),
+        offset=_offset(entry.uncertainty),
     )
+
+
+def _outline(entry: OutlineEntry) -> Outline:
+    corners = tuple((x.value, y.value) for x, y in entry.corners)
+    return Outline(corners, _offset(entry.uncertainty))
+
+
+def _offset(sd: Measured | None) -> Measured:
+    return Measured(0.0, sd.value, source=sd.source) if sd else Measured(0.0)
 
 
 def _priors(entry: PriorsEntry) -> dict[str, Prior]:

@@ -300,6 +300,11 @@ EdgeDirection = Annotated[
     Measured,
     Kind(units.ANGLE, -360, 360, "0 deg", uncertainty="refused", advice=_EDGE),
 ]
+_OUTLINE = "that of the outline goes into its key uncertainty"
+OutlineCoordinate = Annotated[
+    Measured,
+    Kind(units.LENGTH, -1000, 1000, "4 m", uncertainty="refused", advice=_OUTLINE),
+]
 EdgeUncertainty = Annotated[
     Measured,
     Kind(

@@ -241,16 +241,29 @@ class Edge:
 
 
 @dataclass(frozen=True, slots=True)
+class Outline:
+    """The corners (m) of a surface in the order in which straight sides join them, either way round.
+
+    `offset` shifts the whole outline inwards; its sd is the outline's uncertainty.
+    """
+
+    corners: tuple[tuple[float, float], ...]
+    offset: Measured
+
+
+@dataclass(frozen=True, slots=True)
 class Surface:
     """A surface: sliding friction f at low speed, f exp(-speed_dependence v) at speed v (s/m).
 
-    The first surface of a scene has no edge: it lies everywhere that no later one covers.
+    It has an edge, or an outline. The first surface of a scene has neither: it lies everywhere that
+    no later one covers.
     """
 
     name: str
     friction: Measured
     speed_dependence: Measured
     edge: Edge | None
+    outline: Outline | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,7 +293,7 @@ class Scene:
         approach: motion before impact, keyed likewise.
         rest: where each vehicle came to rest, keyed likewise; without those that were not measured.
         contact: where and along which line they touched.
-        surfaces: road first, then those with edges.
+        surfaces: road first, then those with edges, then those with outlines.
         notes: remarks of the scene's author, printed in the report.
         question: which of `UNKNOWNS` are asked, in their order.
         priors: of the unknowns, by name; see `default_priors`.
@@ -359,8 +372,8 @@ class Scene:
         for surface in self.surfaces:
             flat[f"friction_{surface.name}"] = surface.friction
             flat[f"speed_dependence_{surface.name}"] = surface.speed_dependence
-            if surface.edge is not None:
-                flat[f"edge_{surface.name}"] = surface.edge.offset
+            if (end := surface.edge or surface.outline) is not None:
+                flat[f"edge_{surface.name}"] = end.offset
         return flat | self.approximations
 
     def evidence(self) -> dict[str, Measured]:

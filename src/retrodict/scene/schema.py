@@ -50,6 +50,7 @@ from retrodict.scene.kinds import (
     Mass,
     MomentCentre,
     NumberScale,
+    OutlineCoordinate,
     OutlineLength,
     OutlineWidth,
     PoleDiameter,
@@ -79,6 +80,7 @@ from retrodict.scene.kinds import (
     of_departure,
 )
 from retrodict.scene.names import vehicle_of
+from retrodict.scene.outlines import outline_fault
 from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.records import Measured
 from retrodict.scene.units import QuantityError
@@ -466,6 +468,24 @@ class EdgeEntry(_Table):
     uncertainty: EdgeUncertainty | None = None
 
 
+def _around(corners: list[tuple[Measured, Measured]]) -> list[tuple[Measured, Measured]]:
+    if wrong := outline_fault([(x.value, y.value) for x, y in corners]):
+        raise fault(wrong)
+    return corners
+
+
+_CORNERS = '[["2 m", "-3 m"], ["6 m", "-3 m"], ["6 m", "1 m"]]'
+
+
+class OutlineEntry(_Table):
+    """`outline` of a surface: the corners that it lies between."""
+
+    corners: Annotated[
+        list[tuple[OutlineCoordinate, OutlineCoordinate]], AfterValidator(_around)
+    ] = Field(examples=[_CORNERS])
+    uncertainty: EdgeUncertainty | None = None
+
+
 class SurfaceEntry(_Table):
     """`[surfaces.NAME]`: what the vehicles slid over."""
 
@@ -477,12 +497,19 @@ class SurfaceEntry(_Table):
     edge: EdgeEntry | None = Field(
         default=None, examples=['{ point = ["0 m", "4 m"], direction = "0 deg", side = "left" }']
     )
+    outline: OutlineEntry | None = Field(default=None, examples=[f"{{ corners = {_CORNERS} }}"])
 
     @model_validator(mode="after")
     def _friction_is_known(self) -> SurfaceEntry:
         if self.friction is None and self.kind is None:
             fix = 'missing; write friction = "0.50 ± 0.03", or kind = "dry asphalt"'
             raise fault(fix, "friction")
+        return self
+
+    @model_validator(mode="after")
+    def _ends_in_one_way(self) -> SurfaceEntry:
+        if self.edge and self.outline:
+            raise fault("the surface ends twice; keep it, or edge", "outline")
         return self
 
 
@@ -650,11 +677,11 @@ class QuestionsEntry(_Table):
 _ROAD = '{ road = { friction = "0.50 ± 0.03" } }'
 
 
-def _one_without_edge(surfaces: dict[str, SurfaceEntry]) -> dict[str, SurfaceEntry]:
-    bare = [name for name, surface in surfaces.items() if surface.edge is None]
+def _one_without_end(surfaces: dict[str, SurfaceEntry]) -> dict[str, SurfaceEntry]:
+    bare = [name for name, surface in surfaces.items() if not (surface.edge or surface.outline)]
     if len(bare) != 1:
         found = f"{', '.join(bare)} have none" if bare else "here none is without"
-        raise fault(f"write an edge for every surface but one, the road; {found}")
+        raise fault(f"write an edge or outline for every surface but one, the road; {found}")
     return surfaces
 
 
@@ -673,7 +700,7 @@ class SceneEntry(_Table):
     impact: ImpactEntry = Field(
         examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }']
     )
-    surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_edge)] = Field(
+    surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_end)] = Field(
         {}, max_length=20, examples=[_ROAD]
     )
     priors: PriorsEntry = Field(PriorsEntry(), examples=["{ speed_b = { … } }"])

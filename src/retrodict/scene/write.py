@@ -20,6 +20,7 @@ from retrodict.scene.records import (
     Edge,
     Mark,
     Measured,
+    Outline,
     Rest,
     Scene,
     SpeedRecord,
@@ -134,6 +135,7 @@ def scene_toml(scene: Scene) -> str:
         lines += ["", f"[surfaces.{surface.name}]", _line("friction", surface.friction)]
         lines.append(_line("speed_dependence", surface.speed_dependence, "s/m"))
         lines += _edge(surface.edge) if surface.edge else []
+        lines += _outline(surface.outline) if surface.outline else []
     default_keys = prior_keys()
     for name, prior in scene.priors.items():
         if prior.overridden:
@@ -285,6 +287,15 @@ def _edge(edge: Edge) -> Iterator[str]:
     yield f"edge.side = {_quoted(edge.side)}"
     if edge.offset.sd:
         yield _line("edge.uncertainty", Measured(edge.offset.sd, source=edge.offset.source), "m")
+
+
+def _outline(outline: Outline) -> Iterator[str]:
+    yield "outline.corners = ["
+    yield from (f'  ["{float(x)!r} m", "{float(y)!r} m"],' for x, y in outline.corners)
+    yield "]"
+    if outline.offset.sd:
+        of = Measured(outline.offset.sd, source=outline.offset.source)
+        yield _line("outline.uncertainty", of, "m")
 
 
 def _prior(name: str, prior: Prior, keys: tuple[str, ...]) -> Iterator[str]:

@@ -236,7 +236,8 @@ def digest(scene: Scene, model: str) -> str:
     for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways, data.records):
         for name in sorted(numbers):
             print_.update(name.encode() + np.asarray(numbers[name], float).tobytes())
-    print_.update(np.concatenate([data.edges.point, data.edges.inward], axis=1).tobytes())
+    for corners in (np.concatenate([*data.edges], axis=1), *data.outlines):
+        print_.update(np.asarray(corners).tobytes())
     return print_.hexdigest()[:12]
 
 
