@@ -1,4 +1,4 @@
-"""The most detailed run-out: a rigid body on four wheels, locked or rolling, on surfaces with edges."""
+"""The most detailed run-out: a rigid body on four wheels, locked or rolling, on the scene's surfaces."""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from retrodict.explore.controls import Control, controls
-from retrodict.scene import Scene, load_scene
+from retrodict.scene import Scene, load_scene, parse_scene
+from tests.shared.scene_file import OIL, SCENE
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/scene.toml"))
 
@@ -26,9 +27,18 @@ def test_every_uncertain_quantity_of_a_scene_has_a_control(scene: Scene) -> None
     with_sd = [c for c in controls(scene) if c.sd and not c.key.startswith("vehicles.")]
     of_vehicles = [c for c in controls(scene) if c.sd and c.group.startswith("Vehicle")]
     # the place of an edge has its uncertainty in a key of its own
-    edges = [c for c in controls(scene) if c.key.endswith("edge.uncertainty")]
+    ends = ("edge.uncertainty", "outline.uncertainty")
+    edges = [c for c in controls(scene) if c.key.endswith(ends)]
     inputs = [c for c in with_sd if c.group in ("Impact", "Surfaces")] + of_vehicles + edges
     assert len(inputs) == len(uncertain)
+
+
+def test_an_outline_is_moved_as_a_whole() -> None:
+    found = by_key(parse_scene(SCENE + OIL, "bend"))
+    of_oil = [key for key in found if key.startswith("surfaces.oil.outline")]
+    assert of_oil == ["surfaces.oil.outline.uncertainty"]
+    assert found[of_oil[0]].label == "oil outline uncertainty"
+    assert found[of_oil[0]].changes("0.4 m") == {of_oil[0]: "0.4 m"}
 
 
 def test_a_control_that_is_not_moved_changes_nothing(scene: Scene) -> None:

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 from pathlib import Path
 
 import ezdxf
+import numpy as np
 import pytest
 from ezdxf.document import Drawing
 
+from retrodict.interchange import plan_drawing
+from retrodict.interchange.dxf_out import dxf
+from retrodict.interchange.importing import Import
+from retrodict.scene import parse_scene
+from retrodict.scene.records import Outline
 from tests.interchange.test_survey import imported, refusal
 
 MAP = """
@@ -84,6 +91,93 @@ def test_layers_become_keys_in_every_version(tmp_path: Path, version: str) -> No
     assert found.left == (
         '1 TEXT on layer "TEXT": places are taken of POINT, LINE, LWPOLYLINE, POLYLINE, CIRCLE, INSERT',
     )
+
+
+OUTLINE = (
+    MAP.partition("[edges")[0]
+    + """
+[outlines.berm]
+points = ["OIL"]
+uncertainty = "0.1 m"
+"""
+)
+PATCH = [(3.0, -5.0), (7.0, -6.0), (8.0, -3.0), (4.0, -2.5)]
+
+
+def outlined(tmp_path: Path, document: Drawing) -> tuple[Outline, Import]:
+    found = imported(tmp_path, written(document), OUTLINE, "scene.dxf")
+    berm = found.scene.surfaces[1]
+    assert berm.edge is None  # which the scene file had
+    assert berm.outline is not None
+    return berm.outline, found
+
+
+@pytest.mark.parametrize("version", ["R12", "R2010"])
+@pytest.mark.parametrize("way", ["polyline", "closed by hand", "lines"])
+def test_a_closed_polyline_is_an_outline(tmp_path: Path, version: str, way: str) -> None:
+    document = drawing(version)
+    space, look = document.modelspace(), {"layer": "OIL"}
+    round_again = [*PATCH, PATCH[0]]
+    if way == "lines":
+        for a, b in itertools.pairwise(round_again):
+            space.add_line(a, b, dxfattribs=look)
+    elif version == "R12":
+        closed = way == "polyline"
+        corners = PATCH if closed else round_again
+        space.add_polyline2d(corners, close=closed, dxfattribs=look)
+    else:
+        space.add_lwpolyline(
+            PATCH if way == "polyline" else round_again, close=way == "polyline", dxfattribs=look
+        )
+    outline, found = outlined(tmp_path, document)
+    assert outline.corners == tuple(PATCH)
+    assert outline.offset.sd == pytest.approx(math.hypot(0.03, 0.1), rel=1e-2)
+    assert outline.offset.source.startswith("scene.dxf, points OIL#1, OIL#2, OIL#3, OIL#4")
+    taken = {each.key: each for each in found.taken}
+    assert taken["surfaces.berm.edge"].value is None
+    again = {"polyline": "", "closed by hand": "; 1 points there again"}
+    remark = taken["surfaces.berm.outline"].remark
+    assert remark == "4 corners" + again.get(way, "; 4 points there again")
+
+
+def test_an_exported_outline_comes_back(tmp_path: Path) -> None:
+    exported = plan_drawing.Layer("OIL", "#000000", (plan_drawing.Line(np.array(PATCH), True),))
+    content = dxf(plan_drawing.Drawing("x", (exported,)))
+    frame = OUTLINE.partition("[impact_point]")[0] + OUTLINE[OUTLINE.index("[outlines") :]
+    found = imported(tmp_path, content, frame, "scene.dxf")
+    outline = found.scene.surfaces[1].outline
+    assert outline is not None
+    assert outline.corners == tuple(PATCH)
+
+
+def test_a_hundred_corners_fit_into_a_scene_file(tmp_path: Path) -> None:
+    document = drawing()
+    circle = [(30 * math.cos(i / 16), 30 * math.sin(i / 16)) for i in range(100)]
+    document.modelspace().add_lwpolyline(circle, close=True, dxfattribs={"layer": "OIL"})
+    outline, found = outlined(tmp_path, document)
+    assert np.array(outline.corners) == pytest.approx(np.array(circle), abs=1e-4)
+    assert parse_scene(found.text, "again").surfaces[1].outline == outline
+
+
+def test_points_that_make_no_outline_are_named_in_the_map(tmp_path: Path) -> None:
+    document = drawing()
+    bow = [PATCH[0], PATCH[2], PATCH[1], PATCH[3]]
+    document.modelspace().add_lwpolyline(bow, close=True, dxfattribs={"layer": "OIL"})
+    said = refusal(tmp_path, written(document), OUTLINE, "scene.dxf")
+    assert "map.toml: outlines.berm.points: its sides from corner" in said
+    both = OUTLINE + MAP[MAP.index("[edges") :]
+    said = refusal(tmp_path, written(document), both, "scene.dxf")
+    assert "outlines.berm" in said
+    assert "has an edge too; leave out one of them" in said
+
+
+def test_arcs_of_polylines_are_mentioned(tmp_path: Path) -> None:
+    document = drawing()
+    corners = [(*p, bulge) for p, bulge in zip(PATCH, (0, 0.5, 0, 0), strict=True)]
+    document.modelspace().add_lwpolyline(corners, "xyb", close=True, dxfattribs={"layer": "OIL"})
+    outline, found = outlined(tmp_path, document)
+    assert outline.corners == tuple(PATCH)
+    assert 'arcs of 1 LWPOLYLINE on layer "OIL": their ends are taken' in found.left
 
 
 def test_inches_and_a_drawing_seen_from_below(tmp_path: Path) -> None:

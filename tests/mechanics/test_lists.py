@@ -48,7 +48,7 @@ def test_an_impact_of_lists_is_that_of_arrays():
 def test_a_run_out_of_lists_is_that_of_arrays():
     wheels = Wheels([1, 1, 0.1, 0.1], [0, 0, 0, 0])
     square = [[9, 9], [12, 9], [12, 12]]
-    ground = Ground([0.7, 0.3, 0.2], [0.01, 0, 0], Zone([[5, 0]], [[1, 0]]), (square,))
+    ground = Ground([0.7, 0.3, 0.2], [0.01, 0, 0], Zone([[5, 0]], [[1, 0]]), (square,), [1])
     listed = rest(POSE, VELOCITY, CAR._replace(wheels=wheels), ground, STEPS)
     arrays = jax.tree.map(
         lambda a: np.asarray(a, float),

@@ -128,6 +128,16 @@ def test_a_vehicle_at_its_rest_pose_has_not_moved_or_turned_in_place() -> None:
     np.testing.assert_array_equal(known.velocity, np.zeros((1, 3)))
 
 
+@pytest.mark.slow  # a program of its own
+def test_a_polygon_is_crossed_as_its_edge_is() -> None:
+    wide = np.array([[2.0, -900.0], [900.0, -900.0], [900.0, 900.0], [2.0, 900.0]])
+    ground = Ground(*GROUND[:2], polygons=(wide,), insets=[1.0])
+    there = end(np.array([[6.0, -2.0, 5.0]]))[0]
+    by_edge, by_polygon = (departures(START, there, CAR, on, turns=None) for on in (GROUND, ground))
+    assert by_edge.converged[0]
+    np.testing.assert_allclose(by_polygon.velocity[0], by_edge.velocity[0], atol=1e-6)
+
+
 def test_what_has_no_solution_is_said_to_have_none() -> None:
     """A tolerance that no arithmetic meets: the nearest run-out for each number of turns."""
     found = departures(START, [5.0, 1.0, 0.9], CAR, GROUND, turns=(0, 1), tolerance=0.0)

@@ -53,3 +53,33 @@ def test_later_surfaces_cover_earlier_ones() -> None:
     assert float(middle[0]) == pytest.approx(0.55)
     off = friction(np.array([TYRE_WIDTH]), np.ones(1), np.ones(1), f[:2], None, half)
     assert float(off[0]) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("inset", [0.4, -0.4])
+def test_an_inset_rectangle_is_the_one_whose_sides_lie_so_far_within(inset: float) -> None:
+    rng = np.random.default_rng(2)
+    sides = np.array([[0.0, 0.0], [8.0, 5.0]])
+    whole, moved = (
+        np.array([[a, b], [c, b], [c, d], [a, d]])
+        for (a, b), (c, d) in (sides, sides + inset * np.array([[1], [-1]]))
+    )
+    x, y = rng.uniform([[-2], [-2]], [[10], [7]], (2, 4000))
+    # beyond a corner an outline that lies further out is round
+    near = np.hypot(*(np.stack([x, y], axis=1)[:, None] - moved).transpose(2, 0, 1)).min(axis=1)
+    x, y = x[near > 0.5], y[near > 0.5]
+    f = jnp.array([0.7, 0.2])
+    found = friction(x, y, np.ones(len(x)), f, None, NOWHERE, (whole,), np.array([inset]))
+    expected = friction(x, y, np.ones(len(x)), f, None, NOWHERE, (moved,))
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert ((np.array(expected) > 0.21) & (np.array(expected) < 0.69)).sum() > 50  # on its sides
+    unmoved = friction(x, y, np.ones(len(x)), f, None, NOWHERE, (whole,))
+    assert np.abs(np.array(unmoved) - np.array(found)).max() == pytest.approx(0.5)
+
+
+def test_each_polygon_has_its_own_inset() -> None:
+    first = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
+    f, x, y = jnp.array([0.7, 0.4, 0.1]), np.array([0.5, 10.5]), np.array([2.0, 2.0])
+    both = (first, first + np.array([10.0, 0.0]))
+    for insets, expected in (([1.0, 0.0], [0.7, 0.1]), ([0.0, 1.0], [0.4, 0.7]), (1.0, [0.7, 0.7])):
+        found = friction(x, y, np.ones(2), f, None, NOWHERE, both, insets)
+        np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -11,7 +11,7 @@ from retrodict.models import RUNGS, parts
 from scipy import stats
 
 from retrodict.mechanics import Coefficients, contact_velocity, critical_mu, separation
-from retrodict.scene.records import Measured, Scene
+from retrodict.scene.records import Edge, Measured, Outline, Scene, Surface
 from tests.models.test_friction import density
 from tests.shared.scenes import collision, rolls
 
@@ -82,6 +82,49 @@ def test_scenes_that_differ_in_numbers_share_a_structure() -> None:
     assert RUNG.of_scene(collision())[0] == RUNG.of_scene(other)[0]
     assert RUNG.of_scene(collision())[0] != RUNG.of_scene(collision(share=0.0))[0]
     assert hash(RUNG.of_scene(collision())[0]) == hash(RUNG.of_scene(other)[0])
+
+
+def bounded(*surfaces: tuple[Edge | None, Outline | None]) -> tuple[Scene, np.ndarray]:
+    """The collision with berms and patches of these bounds, and where its vehicles come to rest."""
+    scene = collision(share=0.02, berm=False)
+    covering = [
+        Surface(f"cover_{i}", Measured(0.2 + 0.1 * i, 0.02, "lognormal"), Measured(0.0), *bounds)
+        for i, bounds in enumerate(surfaces)
+    ]
+    scene = replace(scene, surfaces=(*scene.surfaces, *covering))
+    structure, data = RUNG.of_scene(scene)
+    x = parts.from_standard(structure, data, jnp.full(len(structure.uncertain), 0.5))
+    after = jnp.array([-4.6, 3.0, 1.5, 6.5, -6.0, 6.0])
+    return scene, np.array(RUNG.run_out.rest_poses(structure, data, x, after))
+
+
+def test_an_outline_is_the_edge_that_is_its_one_side_within_reach() -> None:
+    off = Measured(0.1, 0.3)
+    berm = Edge(0.0, 1.75, 0.0, "left", off)
+    verge = Edge(0.0, -6.0, 0.0, "right", off)
+    around = Outline(((-900.0, 1.75), (-900.0, 900.0), (900.0, 900.0), (900.0, 1.75)), off)
+    below = Outline(((-900.0, -6.0), (-900.0, -900.0), (900.0, -900.0), (900.0, -6.0)), off)
+    scene, expected = bounded((verge, None), (berm, None))
+    outlined, found = bounded((verge, None), (None, around))
+    both, as_outlines = bounded((None, below), (None, around))
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+    np.testing.assert_allclose(as_outlines, expected, atol=1e-8)
+    assert [RUNG.of_scene(s)[0].outlines for s in (scene, outlined, both)] == [(), (4,), (4, 4)]
+    assert outlined.inputs()["edge_cover_1"] is off
+    # either matters, and so does where it lies
+    for less in (bounded((verge, None)), bounded((berm, None))):
+        assert np.abs(less[1] - expected).max() > 0.1
+    exact = replace(around, offset=Measured(0.0))
+    assert np.abs(bounded((verge, None), (None, exact))[1] - expected).max() > 1e-3
+
+
+def test_run_outs_without_other_surfaces_neglect_outlines() -> None:
+    patch = Outline(((1.0, -3.0), (5.0, -3.0), (5.0, 1.0)), Measured(0.0, 0.1))
+    ice = Surface("ice", Measured(0.1, 0.02, "lognormal"), Measured(0.0), None, patch)
+    bare = collision(berm=False)
+    scene = replace(bare, surfaces=(*bare.surfaces, ice))
+    for name in ("momentum+spin", "momentum+slide"):
+        assert RUNGS[name].of_scene(scene)[0] == RUNGS[name].of_scene(bare)[0]
 
 
 def shares(factor: Measured | None, at: float = 0.0) -> tuple[Scene, np.ndarray, np.ndarray, float]:

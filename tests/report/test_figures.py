@@ -15,12 +15,12 @@ from matplotlib.text import Text
 from retrodict.findings.run_outs import motions
 from retrodict.report import figures, files
 from retrodict.report.drawing import IMAGES, new_figure
-from retrodict.report.figure_scene import half_plane, impact_pose, outline, plan_figure
+from retrodict.report.figure_scene import area_of, half_plane, impact_pose, outline, plan_figure
 from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
 from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
 from tests.report.conftest import found_of
-from tests.shared.scene_file import SCENE, stripped
+from tests.shared.scene_file import OIL, SCENE, stripped
 
 NEEDS = (
     ("scene", "trajectories"),
@@ -243,6 +243,22 @@ def test_a_surface_lies_beyond_its_edge_shifted_by_its_offset(side, inside):
     sign = np.sign(inside[1])
     assert sorted({float(round(y, 6)) for y in corners[:, 1]}, key=abs) == [sign, sign * 10]
     assert half_plane(replace(edge, y=sign * 30.0), (-10.0, 10.0, -10.0, 10.0)).size == 0
+
+
+@pytest.mark.parametrize(("units", "size"), [("si", 1), ("us", 0.3048)])
+def test_an_outline_is_drawn_with_its_corners_where_the_view_has_some_of_it(units, size):
+    corners = np.array([[3, -5], [7, -6], [8, -3]])
+    figure = plan_figure(parse_scene(SCENE + OIL, "bend"), units)
+    assert " oil" in words(figure).split("\n")
+    drawn = [p.get_xy()[:3] for p in figure.axes[0].patches if isinstance(p, Polygon)]
+    assert any(np.allclose(corners / size, each) for each in drawn)
+    oil = parse_scene(SCENE + OIL, "bend").surfaces[2]
+    for view, seen in (
+        ((-10, 10, -10, 10), True),
+        ((6, 6.1, -5, -4.9), True),  # all of it
+        ((-10, 2, -10, 10), False),
+    ):
+        assert area_of(oil, view).tolist() == (corners.tolist() if seen else [])
 
 
 def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ from retrodict import findings
 from retrodict.findings.run_outs import motion_of, motions
 from retrodict.interchange.plan_drawing import Ellipse, Line, Point, Text
 from retrodict.report.scene_layers import scene_drawing
-from retrodict.scene.records import Measured
+from retrodict.scene.records import Measured, Outline, Surface
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +98,17 @@ def test_an_edge_lies_where_its_surface_begins(record, outcome):
     moved, _ = layers(record, outcome, scene)["SURFACES"]
     assert (moved.points - [edge.x, edge.y]) @ left == pytest.approx([-1.5, -1.5])
     assert label.text == "berm: right of this edge"
+
+
+def test_an_outline_is_drawn_whole_after_the_edges(record, outcome):
+    corners = ((500.0, -5.0), (7.0, -6.0), (8.0, -3.0))
+    oil = Surface("oil", Measured(0.2), Measured(0.0), None, Outline(corners, Measured(0.0, 0.2)))
+    scene = replace(outcome.scene, surfaces=(*outcome.scene.surfaces, oil))
+    *before, line, label = layers(record, outcome, scene)["SURFACES"]
+    assert [type(each) for each in before] == [Line, Text]
+    assert line.closed
+    assert line.points.tolist() == [list(corner) for corner in corners]
+    assert label.text == "oil: within this outline"
 
 
 def test_a_failed_run_says_so_in_its_drawing(record, outcome, failing):

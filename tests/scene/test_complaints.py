@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from retrodict.scene import SceneError, load_scene, parse_scene
-from tests.shared.scene_file import SCENE, changed, stripped, without
+from tests.shared.scene_file import OIL, SCENE, changed, stripped, without
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 A, B = "vehicles.A", "vehicles.B"
@@ -196,6 +196,45 @@ def test_a_problem_names_file_key_value_and_fix(old, new, key, value, fix):
     assert line is not None, lines
     assert value in line
     assert fix in line
+
+
+OUTLINE = '[["3 m", "-5 m"], ["7 m", "-6 m"], ["8 m", "-3 m"]]'
+_SQUARE = '[["0 m", "0 m"], ["2 m", "0 m"], ["2 m", "2 m"], ["0 m", "2 m"]'
+_TWO = '["3 m", "-5 m"], ["7 m", "-6 m"]'
+CORNERS = "surfaces.oil.outline.corners"
+
+# of an outline: what is written in the place of what; the key, and the fix
+WRONG_OUTLINES = [
+    (OUTLINE, f"[{_TWO}]", CORNERS, "an outline of 2 corners; write 3 to 100"),
+    (OUTLINE, f"[{', '.join([_TWO] * 51)}]", CORNERS, "an outline of 102 corners; write 3 to 100"),
+    (OUTLINE, '"a square"', CORNERS, 'write corners = [["2 m", "-3 m"], '),
+    (OUTLINE, f"{_SQUARE}, [0, 0]]", f"{CORNERS}[4][0]", 'write "0 m"'),
+    (OUTLINE, f'{_SQUARE}, ["0 m", "0 m"]]', CORNERS, "corner 5 is corner 1 again; write each once"),
+    (OUTLINE, f'{_SQUARE}, ["3 m", "1 m"]]', CORNERS,
+     "sides from corner 2 to 3 and from corner 4 to 5 meet; write the corners in order"),
+    (OUTLINE, f'{_SQUARE}, ["1 m", "0 m"]]', CORNERS, "from corner 1 to 2 and from corner 4 to 5 meet"),
+    (OUTLINE, '[["0 m", "0 m"], ["1 m", "1 m"], ["3 m", "3 m"]]', CORNERS, "meet"),
+    (OUTLINE, '[["0 m", "0 m"], ["1 m", "0 m"], ["1 m", "1 mm"]]', CORNERS, "less than 0.01 m²"),
+    ('"7 m"', '"7 ± 1 m"', f"{CORNERS}[1][0]", "goes into its key uncertainty"),
+    ('"7 m"', '"1700 m"', f"{CORNERS}[1][0]", "between -1000 and 1000 m"),
+    ('uncertainty = "0.2 m"', 'uncertainty = "0 m"', "surfaces.oil.outline.uncertainty", "0.0001"),
+    ("corners =", "points =", "surfaces.oil.outline.points", "known here: corners, uncertainty"),
+    ("outline =", f"{EDGE}\noutline =", "surfaces.oil.outline", "ends twice; keep it, or edge"),
+    ("outline =", "# ", "surfaces", "write an edge or outline for every surface but one, the road"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "key", "fix"), WRONG_OUTLINES)
+def test_a_problem_of_an_outline_names_key_and_fix(old, new, key, fix):
+    assert old in OIL
+    with pytest.raises(SceneError) as caught:
+        parse_scene(SCENE + OIL.replace(old, new, 1), "bend.toml")
+    lines = str(caught.value).splitlines()
+    found = [
+        line for line in lines if line.startswith((f"bend.toml: {key} = ", f"bend.toml: {key}: "))
+    ]
+    assert len(found) == 1, lines
+    assert fix in found[0]
 
 
 REQUIRED = [

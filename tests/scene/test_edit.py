@@ -15,7 +15,7 @@ from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_sc
 from retrodict.scene.asked import read_proposition
 from retrodict.scene.records import Measured
 from retrodict.scene.write import document_toml, scene_text
-from tests.shared.scene_file import SCENE
+from tests.shared.scene_file import OIL, SCENE
 from tests.shared.scenes import collision
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/scene.toml"))
@@ -59,7 +59,7 @@ def test_what_a_scene_writes_reads_as_that_scene_changed_or_not(path: Path) -> N
 
 
 def test_tables_written_as_toml_read_as_those_tables() -> None:
-    for text in (SCENE, *(path.read_text("utf-8") for path in EXAMPLES)):
+    for text in (SCENE, SCENE + OIL, *(path.read_text("utf-8") for path in EXAMPLES)):
         document = tomllib.loads(text)
         written = document_toml(document)
         assert tomllib.loads(written) == document
@@ -103,6 +103,24 @@ def test_none_removes_a_key_and_a_table_takes_the_place_of_another() -> None:
     alone = scene.change({"vehicles.A.rest": rest}).rest["a"]
     assert (alone.x.value, alone.y.sd, alone.heading) == (1, 0.2, None)
     assert "not written in the scene" in refusal(scene, "vehicles.B.approach.skid", None)
+
+
+def test_a_corner_of_an_outline_has_a_key() -> None:
+    scene = parse_scene(SCENE + OIL, "bend")
+    key = "surfaces.oil.outline.corners[1]"
+    for changes in ({key: ["9 m", "-6 m"]}, {f"{key}[0]": "9 m"}):
+        outline = scene.change(changes).surfaces[2].outline
+        assert outline is not None
+        assert outline.corners == ((3, -5), (9, -6), (8, -3))
+    said = "surfaces.oil.outline.corners = [[…], […], […]]: corner 2 is corner 1 again"
+    assert said in refusal(scene, key, ["3 m", "-5 m"])
+    beyond = scene.change(
+        {
+            "surfaces.oil.outline": None,
+            "surfaces.oil.edge": {"point": ["0 m", "-5 m"], "direction": "0 deg", "side": "right"},
+        }
+    )
+    assert [(s.edge is None, s.outline) for s in beyond.surfaces[1:]] == [(False, None)] * 2
 
 
 def test_a_source_goes_with_the_value_that_it_is_of() -> None:

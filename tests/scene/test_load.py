@@ -13,7 +13,7 @@ from scipy import special, stats
 from retrodict.scene import SceneError, load_scene, parse_scene
 from retrodict.scene.quantities import describe, unit_of
 from retrodict.scene.records import Measured
-from tests.shared.scene_file import SCENE, changed, stripped, without
+from tests.shared.scene_file import OIL, SCENE, changed, stripped, without
 
 DEGREE = math.pi / 180
 
@@ -304,6 +304,19 @@ def test_the_surface_without_an_edge_comes_first():
     edge = berm.edge
     assert (edge.x, edge.y, edge.direction) == pytest.approx((0, 4, math.pi / 2))
     assert (berm.name, edge.side) == ("berm", "left")
+
+
+def test_surfaces_with_outlines_come_last_wherever_they_are_written():
+    head, _, tables = SCENE.partition("[vehicles.A]")
+    text = head + OIL + OIL.replace("oil", "paint") + "[vehicles.A]" + tables
+    scene = parse_scene(text, "bend")
+    assert [s.name for s in scene.surfaces] == ["road", "berm", "oil", "paint"]
+    oil = scene.surfaces[2]
+    assert oil.edge is None
+    assert oil.outline.corners == ((3, -5), (7, -6), (8, -3))
+    assert scene.inputs()["edge_oil"] == Measured(0.0, 0.2)
+    exact = parse_scene(text.replace(', uncertainty = "0.2 m" }\n', " }\n"), "bend")
+    assert exact.inputs()["edge_oil"] == exact.inputs()["edge_paint"] == Measured(0.0)
 
 
 def test_one_axle_distance_and_the_wheelbase_give_the_other():

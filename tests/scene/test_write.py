@@ -1,5 +1,7 @@
 """A scene file made from a scene reads as that scene; its own text stays while it holds."""
 
+import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +10,7 @@ import pytest
 from retrodict.scene import load_scene, parse_scene
 from retrodict.scene.records import Measured
 from retrodict.scene.write import scene_text, scene_toml
+from tests.shared.scene_file import OIL, SCENE
 from tests.shared.scenes import collision
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/scene.toml"))
@@ -33,6 +36,21 @@ def test_a_scene_file_made_from_a_scene_reads_the_same(path):
     assert {v: r.turns_known for v, r in again.rest.items()} == {
         v: r.turns_known for v, r in scene.rest.items()
     }
+
+
+def test_edges_and_outlines_are_written_as_they_are():
+    corners = OIL[OIL.index("[[") : OIL.index("]]") + 2]
+    many = [[f"{40 * math.cos(i / 16)} m", f"{40 * math.sin(i / 16)} m"] for i in range(100)]
+    scene = parse_scene(
+        SCENE + OIL.replace(corners, json.dumps(many).replace("], [", "],\n [")), "x"
+    )
+    assert len(scene.surfaces[2].outline.corners) == 100
+    again = parse_scene(scene_toml(scene), "x")
+    assert [(s.edge, s.outline) for s in again.surfaces] == [
+        (s.edge, s.outline) for s in scene.surfaces
+    ]
+    changed = scene.change({"title": "Another"})
+    assert parse_scene(changed.to_toml(), "x").surfaces == scene.surfaces
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.parent.name)

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from retrodict.cli import app
-from tests.shared.scene_file import SCENE
+from tests.shared.scene_file import OIL, SCENE
 
-DOCUMENT = tomllib.loads(SCENE)
+DOCUMENT = tomllib.loads(SCENE + OIL)
 TOKENS = [
     "±",
     "+/-",
@@ -53,6 +53,8 @@ KEYS = [
     "A",
     "mass",
     "edge",
+    "outline",
+    "corners",
     "marks",
     "end_of_rotation",
     "of",

@@ -97,6 +97,13 @@ over = "12 mph"
 source = "bumper beams met"
 """
 
+# a surface besides, for scenes that have one
+OIL = """
+[surfaces.oil]
+friction = "0.20 ± 0.03"
+outline = { corners = [["3 m", "-5 m"], ["7 m", "-6 m"], ["8 m", "-3 m"]], uncertainty = "0.2 m" }
+"""
+
 
 def changed(*changes: tuple[str, str]) -> str:
     """The scene with the first occurrence of each text replaced by another."""
