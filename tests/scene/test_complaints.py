@@ -90,6 +90,7 @@ WRONG = [
     ('"5.2 m"', '"5.2 ± 0.1 m"', f"{A}.length", "5.2 ± 0.1", 'like "5.2 m"'),
     ('["0 m", "4 m"]', '["0 m", "4 ± 1 m"]', "surfaces.berm.edge.point[1]", "4 ± 1",
      "goes into its key uncertainty"),
+    ('"1778 kg"', '{ value = 1, unit = "kg", "a.b" = 3 }', f"{B}.mass.a.b", "3", "unknown"),
     # the question
     ('["mu", "speed_b"]', '"mu"', "question", '"mu"', 'like ["speed_b"]'),
     ('["mu", "speed_b"]', "[]", "question", "[]", 'like ["speed_b"]'),

@@ -48,7 +48,9 @@ def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> l
             continue
         if kind == "fault":
             fix, at = found["ctx"]["fix"], found["ctx"]["at"]
-            for part in at.split(".") if at else ():
+            # a validator's path, or a key of the user's own, which may have dots
+            own = isinstance(value, dict) and at in value
+            for part in [at] if own else at.split(".") if at else ():
                 parts.append(part)
                 value = value.get(part)
         elif kind == "extra_forbidden":
