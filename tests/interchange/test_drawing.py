@@ -135,9 +135,9 @@ def test_a_closed_polyline_is_an_outline(tmp_path: Path, version: str, way: str)
     assert outline.offset.source.startswith("scene.dxf, points OIL#1, OIL#2, OIL#3, OIL#4")
     taken = {each.key: each for each in found.taken}
     assert taken["surfaces.berm.edge"].value is None
-    again = {"polyline": "", "closed by hand": "; 1 points there again"}
-    remark = taken["surfaces.berm.outline"].remark
-    assert remark == "4 corners" + again.get(way, "; 4 points there again")
+    again = {"polyline": 0, "closed by hand": 1, "lines": 4}[way]
+    remark = f"{again} of them at the corner before" if again else ""
+    assert taken["surfaces.berm.outline"].remark == remark
 
 
 def test_an_exported_outline_comes_back(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from retrodict.models import RUNGS
 
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
-from retrodict.scene.records import Mark, Measured, RunOutError
+from retrodict.scene.records import Mark, Measured, Outline, RunOutError, Scene, Surface
 from retrodict.studies import calibration as study
 from retrodict.studies.calibration import Calibration, Row, calibrate
 from retrodict.studies.uniformity import uniformity
@@ -126,3 +126,15 @@ def test_a_moment_of_the_wrong_sign_is_caught(monkeypatch) -> None:
     monkeypatch.setattr(study, "_simulated", turned)
     wrong = calibrate(design, model=model, simulations=60, workers=1)
     assert "e_m" in outside(wrong)
+
+
+def test_a_design_s_digest_knows_where_its_outlines_lie() -> None:
+    bare = study.design()
+
+    def patched(*corners: tuple[float, float]) -> Scene:
+        outline = Outline(corners, Measured(0.0, 0.1))
+        ice = Surface("ice", Measured(0.1, 0.02, "lognormal"), Measured(0.0), None, outline)
+        return replace(bare, surfaces=(*bare.surfaces, ice))
+
+    scenes = (bare, patched((3, -5), (7, -6), (8, -3)), patched((3, -5), (7, -6), (8, -2)))
+    assert len({study.digest(scene, "planar-moment+wheels") for scene in scenes}) == 3

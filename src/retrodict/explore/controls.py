@@ -30,8 +30,8 @@ from retrodict.scene.write import scene_text, scene_toml
 
 GROUPS = ("Vehicle A", "Vehicle B", "Impact", "Surfaces", "Evidence", "Priors")
 _EVIDENCE = ("rest", "departure", "marks", "end_of_rotation")
-# of a vehicle: for drawing alone; what only selects a number of whole turns; and of an outline what
-# is up to two hundred numbers, and no outline any more if one of them goes far
+# of a vehicle: for drawing alone; what only selects a number of whole turns; and of an outline up to
+# two hundred numbers, which make none any more where one of them goes far
 _NOT_MOVED = ("length", "width", "rotation", "corners")
 _REACH = 4.0  # standard deviations to either side
 _STEPS = 160  # of a slider

@@ -288,7 +288,7 @@ class _Taking:
         for name, entry in self.map.outlines.items():
             points = self._several(entry.points, f"outlines.{name}.points")
             places = [self.frame.position(point) for point in points]
-            corners = _once(places, _MISFIT * self.precision)
+            corners = _distinct(places, _MISFIT * self.precision)
             if wrong := outline_fault(corners):
                 raise self._wrong(f"outlines.{name}.points", wrong)
             sd = math.hypot(self.precision, entry.uncertainty.value)
@@ -298,7 +298,7 @@ class _Taking:
                 "uncertainty": {"value": rounded(sd), "unit": "m", "source": self._source(points)},
             }
             again = len(places) - len(corners)
-            remark = f"{len(corners)} corners" + (f"; {again} points there again" if again else "")
+            remark = f"{again} of them at the corner before" if again else ""
             yield from self._no_more(f"surfaces.{name}.edge")
             yield self._taken(f"surfaces.{name}.outline", outline, points, remark)
 
@@ -361,7 +361,7 @@ class _Taking:
         return self.file.source(_places(points))
 
 
-def _once(places: Sequence[tuple[float, float]], near: float) -> list[tuple[float, float]]:
+def _distinct(places: Sequence[tuple[float, float]], near: float) -> list[tuple[float, float]]:
     """Places along an outline without those near the one before.
 
     Lines drawn end to end, and a survey that ends where it began, have corners twice.

@@ -1,4 +1,4 @@
-"""Whether corners are those of an outline: three or more, each once, of sides that do not cross."""
+"""Whether corners are those of an outline: three or more, each once, of sides that do not meet."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def outline_fault(corners: Sequence[Place]) -> str:
     sides = [(corners[i], corners[(i + 1) % count]) for i in range(count)]
     for i in range(count):
         for j in range(i):
-            if _cross(sides[j], sides[i]):
+            if _meet(sides[j], sides[i]):
                 names = (f"from corner {k + 1} to {(k + 1) % count + 1}" for k in (j, i))
                 return f"its sides {' and '.join(names)} meet; write the corners in order"
     twice = sum(ax * by - bx * ay for (ax, ay), (bx, by) in sides)
@@ -38,7 +38,7 @@ def outline_fault(corners: Sequence[Place]) -> str:
     return ""
 
 
-def _cross(one: tuple[Place, Place], other: tuple[Place, Place]) -> bool:
+def _meet(one: tuple[Place, Place], other: tuple[Place, Place]) -> bool:
     """Whether two sides have a point in common, but for the corner between neighbours."""
     (a, b), (c, d) = one, other
     if b == c or d == a:  # neighbours: does the second lead back along the first?
