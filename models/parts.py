@@ -145,7 +145,12 @@ def cars(structure: Structure, x: Values) -> Car:
         for v in vehicles(x)
     ]
     k2, front, rear, track = (jnp.stack(pair) for pair in zip(*columns, strict=True))
-    return Car(k2, front, rear, track, _wheels(x) if structure.rolling else None)
+    wheels = _wheels(x) if structure.rolling else None
+    if not any(f"cg_height_{v}" in x for v in vehicles(x)):
+        return Car(k2, front, rear, track, wheels)
+    # at no height loads are static
+    height = jnp.stack([x.get(f"cg_height_{v}", jnp.zeros(())) for v in vehicles(x)])
+    return Car(k2, front, rear, track, wheels, height)
 
 
 def drag_factors(structure: Structure, x: Values) -> Float[Array, " vehicles"]:

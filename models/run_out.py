@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -17,6 +17,12 @@ from retrodict.scene.records import Measured, Scene
 def rolls(scene: Scene) -> str:
     """Refusal of a scene with rolling wheels by a run-out that assumes locked wheels; else empty."""
     return "takes every wheel as locked, and some roll" if scene.rolling else ""
+
+
+def static(scene: Scene) -> Scene:
+    """The scene with static loads, for run-outs that model no load transfer."""
+    vehicles = {v: replace(own, cg_height=None) for v, own in scene.vehicles.items()}
+    return replace(scene, vehicles=vehicles)
 
 
 ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for all vehicles"

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
-from retrodict.models.run_out import NORMAL_ERRORS, RunOut
+from retrodict.models.run_out import NORMAL_ERRORS, RunOut, static
 
 from retrodict.mechanics import (
     Car,
@@ -291,7 +291,7 @@ RUN_OUT = RunOut(
         ),
     ),
     rests=("x", "y", "heading"),
-    seen=lambda scene: scene,
+    seen=static,
     rest_poses=rest_poses,
     paths=paths,
     nesting=frozenset({"yaw", "rolling"}),

@@ -59,7 +59,8 @@ RUN_OUT = RunOut(
             NORMAL_ERRORS,
         ),
         left_out=(
-            "yaw, and the rest headings as evidence; other surfaces; rolling wheels; slopes",
+            "yaw, and the rest headings as evidence; other surfaces; rolling wheels; load transfer; "
+            "slopes",
         ),
     ),
     rests=("x", "y"),

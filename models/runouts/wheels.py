@@ -67,17 +67,23 @@ RUN_OUT = RunOut(
         name="wheels",
         title="a skid to rest on four wheels over the surfaces of the scene",
         equations=(
-            "run-out: planar rigid body on four wheels with static loads, friction f exp(−c v) "
+            "run-out: planar rigid body on four wheels, friction f exp(−c v) times load "
             "against the slip of each wheel, in the spirit of Ellis, which SAE 770014 cites",
         ),
         assumptions=(
             "wheels keep their state from impact to rest; those of which the scene says nothing are "
             "locked, or slide as if they were",
+            "loads of the wheels are static, but for a vehicle whose centre of gravity has a height "
+            "(cg_height): there the forces of the tyres move them, as if the body could not tilt; a "
+            "motion in which a wheel lifts is ruled out",
             "the road is plane and level; a surface's friction is shared by all vehicles but for a "
             "factor of each one's tyres",
             NORMAL_ERRORS,
         ),
-        left_out=("steering or braking in between; load transfer, pitch and roll; slopes",),
+        left_out=(
+            "steering or braking in between; load transfer of a vehicle without cg_height; pitch and "
+            "roll; slopes",
+        ),
     ),
     rests=("x", "y", "heading"),
     seen=lambda scene: scene,

@@ -170,6 +170,7 @@ def _vehicle(letter: str, entry: VehicleEntry, friction: float, complain: Compla
         front_axle=front,
         rear_axle=rear,
         track=entry.track,
+        cg_height=entry.cg_height,
         impact_distance=entry.impact_centre.distance,
         impact_angle=entry.impact_centre.angle,
         heading=entry.impact.heading,

@@ -114,6 +114,13 @@ DEFAULTS: dict[str, Default] = {
         "C",
         "judgement: spread of the centre of gravity along cars",
     ),
+    "cg_height": Default(
+        "height of the centre of gravity, where given",
+        5,
+        "%",
+        "C",
+        "judgement: measured, but with other occupants and load; allow 10 % for a figure of its class",
+    ),
     "impact_distance": Default(
         "centre of gravity to impact centre, distance",
         0.10,

@@ -17,6 +17,7 @@ _OTHER_NAMES = {
     "direction": "course",
     "drag": "friction",
     "gamma": "contact_line",
+    "height": "cg_height",
     "inertia": "yaw_inertia",
     "mu": "friction",
     "omega": "yaw_rate",

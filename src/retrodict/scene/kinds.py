@@ -145,6 +145,10 @@ YawInertia = Annotated[
 ]
 AxleDistance = Annotated[Measured, Kind(units.LENGTH, 0.05, 20, "1.35 m", "lognormal")]
 Track = Annotated[Measured, Kind(units.LENGTH, 0.2, 5, "1.54 m", "lognormal")]
+HeightOfCentre = Annotated[
+    Measured,
+    Kind(units.LENGTH, 0.1, 3, "0.53 ± 0.03 m", "lognormal", default="cg_height"),
+]
 _OUTLINE = "it is for drawing"
 OutlineLength = Annotated[
     Measured, Kind(units.LENGTH, 0.5, 30, "5.2 m", uncertainty="refused", advice=_OUTLINE)

@@ -32,7 +32,8 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     # one wrong angle may cause several of these: only the most specific is given
     of_impact = _bearings(scene) or _sides(scene) or _overlaps(scene)
     of_impact = of_impact or _beyond_the_wall(scene)
-    return (*of_impact, *_inertias(scene), *_courses(scene), *_rolls(scene), *_energies(scene))
+    of_vehicles = (*_inertias(scene), *_lifts(scene), *_courses(scene), *_rolls(scene))
+    return (*of_impact, *of_vehicles, *_energies(scene))
 
 
 def _bearings(scene: Scene) -> list[str]:
@@ -180,6 +181,27 @@ def _inertias(scene: Scene) -> list[str]:
                 f"vehicles.{v.upper()}.yaw_inertia: makes a radius of gyration of {radius:.2f} "
                 "wheelbases, where vehicles have about 0.5: look at its unit, the mass and the "
                 "wheelbase"
+            )
+    return found
+
+
+def _lifts(scene: Scene) -> list[str]:
+    """Centres of gravity so high that a wheel lifts where the vehicle slides at its worst angle."""
+    found = []
+    for v, vehicle in scene.vehicles.items():
+        if vehicle.cg_height is None:
+            continue
+        front, rear = vehicle.front_axle.value, vehicle.rear_axle.value
+        # of a wheel of the axle with less load: what braking lengthwise and sideways take off it
+        load = min(front, rear) / (front + rear) / 2
+        taken = math.hypot(0.5 / (front + rear), 2 * load / vehicle.track.value)
+        grip = vehicle.grip.value * max(surface.friction.value for surface in scene.surfaces)
+        highest = load / (grip * taken)
+        if vehicle.cg_height.value > highest:
+            found.append(
+                f"vehicles.{v.upper()}.cg_height: above {highest:.2f} m a wheel of it may lift on "
+                f"friction of {grip:.2f}; the model ends there, and takes such motions for impossible: "
+                "look at it and at the track, or leave cg_height out"
             )
     return found
 

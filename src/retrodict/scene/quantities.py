@@ -102,6 +102,7 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "front_axle": ("centre of gravity to front axle, {}", "length"),
     "rear_axle": ("centre of gravity to rear axle, {}", "length"),
     "track": ("track of {}", "length"),
+    "cg_height": ("height of {}'s centre of gravity", "length"),
     "impact_distance": ("centre of gravity to impact centre, {}", "length"),
     "impact_angle": ("angle of the impact centre from straight ahead, {}", "angle"),
     "grip": ("grip of {}'s tyres, a factor of the friction", "number"),

@@ -81,6 +81,7 @@ class Vehicle:
     from the x axis. `grip` is a factor of the surfaces' friction for this vehicle's tyres. `wheels`
     is None where all were locked after the impact. `kind` names the entry of the library of vehicles
     whose figures stand where the scene file has none; it is empty where the file names no class.
+    `cg_height` is the height of the centre of gravity above the road; None where loads are static.
     """
 
     name: str
@@ -98,6 +99,7 @@ class Vehicle:
     wheels: Wheels | None = None
     run_out_error: RunOutError = RunOutError()
     kind: str = ""
+    cg_height: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)

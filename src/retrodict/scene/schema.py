@@ -42,6 +42,7 @@ from retrodict.scene.kinds import (
     Friction,
     Grip,
     Heading,
+    HeightOfCentre,
     ImpactAngle,
     ImpactCoordinate,
     ImpactDistance,
@@ -323,6 +324,7 @@ class VehicleEntry(_Table):
     cg_to_front_axle: AxleDistance | None = None
     cg_to_rear_axle: AxleDistance | None = None
     track: Track
+    cg_height: HeightOfCentre | None = None
     length: OutlineLength | None = None
     width: OutlineWidth | None = None
     grip: Grip | None = None

@@ -199,6 +199,8 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
     yield _line("cg_to_front_axle", vehicle.front_axle, "m")
     yield _line("cg_to_rear_axle", vehicle.rear_axle, "m")
     yield _line("track", vehicle.track, "m")
+    if vehicle.cg_height is not None:
+        yield _line("cg_height", vehicle.cg_height, "m")
     yield f'length = "{float(vehicle.length)!r} m"'
     yield f'width = "{float(vehicle.width)!r} m"'
     yield _line("grip", vehicle.grip)
