@@ -17,6 +17,7 @@ from retrodict.mechanics import (
     Bodies,
     Car,
     Ground,
+    Incline,
     Path,
     Wheels,
     Zone,
@@ -180,7 +181,7 @@ def _wheels(x: Values) -> Wheels:
 
 
 def ground(structure: Structure, data: Data, x: Values) -> Ground:
-    """Friction of the surfaces for the vehicles, stacked, and where the surfaces lie."""
+    """Friction of the surfaces for the vehicles, stacked, where the surfaces lie, and their slope."""
     inward = data.edges.inward
     shifts = [x[f"edge_{name}"] for name in structure.surfaces[1:]]
     straight, around = shifts[: len(inward)], shifts[len(inward) :]
@@ -193,6 +194,7 @@ def ground(structure: Structure, data: Data, x: Values) -> Ground:
         zones=Zone(data.edges.point + shift, inward),
         polygons=data.outlines,
         insets=jnp.stack(around) if around else 0.0,
+        incline=Incline(x["grade"], x["uphill"]) if "grade" in x else None,
     )
 
 
@@ -240,7 +242,8 @@ def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "vehi
 def record_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> None:
     """Record each vehicle's speed before its skid to the impact with all wheels locked.
 
-    v0² = v² + 2 g f exp(−c v̄) s, v̄ the mean of v0 and v.
+    v0² = v² + 2 g (f exp(−c v̄) cos θ + sin θ cos φ) s, v̄ the mean of v0 and v; θ is the angle of the
+    slope and φ that between the direction of travel and uphill.
     """
     road = structure.surfaces[0]
     before = after.reshape(len(structure.vehicles), -1)[:, :2] - delta_v(x, after)
@@ -249,10 +252,16 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
             continue
         square = jnp.sum(before[i] ** 2)
         speed = initial = jnp.sqrt(square)
+        normal, upward = 1.0, 0.0
+        if "grade" in x:
+            normal = 1 / jnp.sqrt(1 + x["grade"] ** 2)
+            course = jnp.arctan2(before[i][1], before[i][0])
+            upward = normal * x["grade"] * jnp.cos(course - x["uphill"])
         for _ in range(1 if structure.constant_friction else 8):
             slowing = jnp.exp(-x[f"speed_dependence_{road}"] * (initial + speed) / 2)
             friction = x[f"friction_{road}"] * x[f"grip_{v}"] * slowing
-            initial = jnp.sqrt(square + 2 * GRAVITY * friction * x[f"skid_{v}"])
+            held = friction * normal + upward
+            initial = jnp.sqrt(square + 2 * GRAVITY * held * x[f"skid_{v}"])
         numpyro.deterministic(f"initial_speed_{v}", initial)
 
 

@@ -19,10 +19,10 @@ def rolls(scene: Scene) -> str:
     return "takes every wheel as locked, and some roll" if scene.rolling else ""
 
 
-def static(scene: Scene) -> Scene:
-    """The scene with static loads, for run-outs that model no load transfer."""
+def level(scene: Scene) -> Scene:
+    """The scene on level ground with static loads, for run-outs that model no slope or load transfer."""
     vehicles = {v: replace(own, cg_height=None) for v, own in scene.vehicles.items()}
-    return replace(scene, vehicles=vehicles)
+    return replace(scene, vehicles=vehicles, slope=None)
 
 
 ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for all vehicles"

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
-from retrodict.models.run_out import NORMAL_ERRORS, RunOut, static
+from retrodict.models.run_out import NORMAL_ERRORS, RunOut, level
 
 from retrodict.mechanics import (
     Car,
@@ -260,6 +260,8 @@ def _refusal(scene: Scene) -> str:
         return "no wheel rolls"
     if not any(v in scene.rest for v in rolling):
         return "of no vehicle that rolls it was measured where it came to rest"
+    if scene.slope is not None:  # it stands in for fuller ones, with errors found on level ground
+        return "takes the road as level, and a slope moves a car that rolls by more than its errors"
     return ""
 
 
@@ -291,7 +293,7 @@ RUN_OUT = RunOut(
         ),
     ),
     rests=("x", "y", "heading"),
-    seen=static,
+    seen=level,
     rest_poses=rest_poses,
     paths=paths,
     nesting=frozenset({"yaw", "rolling"}),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from retrodict.models.description import Description
-from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls, static
+from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, level, rolls
 from retrodict.models.runouts import wheels
 
 from retrodict.scene.records import Measured, Scene
@@ -18,7 +18,7 @@ def seen(scene: Scene) -> Scene:
         v: replace(vehicle, wheels=None, grip=Measured(1.0))
         for v, vehicle in scene.vehicles.items()
     }
-    return static(replace(scene, vehicles=vehicles, surfaces=(road,)))
+    return level(replace(scene, vehicles=vehicles, surfaces=(road,)))
 
 
 RUN_OUT = RunOut(

@@ -76,13 +76,14 @@ RUN_OUT = RunOut(
             "loads of the wheels are static, but for a vehicle whose centre of gravity has a height "
             "(cg_height): there the forces of the tyres move them, as if the body could not tilt; a "
             "motion in which a wheel lifts is ruled out",
-            "the road is plane and level; a surface's friction is shared by all vehicles but for a "
-            "factor of each one's tyres",
+            "the road is plane, and level unless the scene gives it a slope, which is then the same "
+            "everywhere: places are counted in its plane",
+            "a surface's friction is shared by all vehicles but for a factor of each one's tyres",
             NORMAL_ERRORS,
         ),
         left_out=(
             "steering or braking in between; load transfer of a vehicle without cg_height; pitch and "
-            "roll; slopes",
+            "roll; slopes that change along the way",
         ),
     ),
     rests=("x", "y", "heading"),

@@ -13,8 +13,18 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from retrodict.mechanics import Car, Ground, Wheels, Zone, rest, run_out, tyre, wheel_paths
-from retrodict.mechanics.runout import GRAVITY, PATCH, Paced, Steps, fixed_steps
+from retrodict.mechanics import (
+    Car,
+    Ground,
+    Incline,
+    Wheels,
+    Zone,
+    rest,
+    run_out,
+    tyre,
+    wheel_paths,
+)
+from retrodict.mechanics.runout import GRAVITY, PATCH, Paced, Steps, fixed_steps, slope
 from retrodict.mechanics.surface import TYRE_WIDTH
 from retrodict.mechanics.tyre import SLIP, SLOW
 from tests.shared import reference
@@ -24,6 +34,7 @@ _compiled = jax.jit(rest, static_argnames="steps")
 _run_out = jax.jit(run_out)
 _slopes = jax.jit(jax.jacrev(rest, argnums=(0, 1)))
 _force = jax.jit(tyre.force)
+_slope_of = jax.jit(lambda start, ground: jnp.stack(slope(CAR, ground)(start)))
 
 thousand = settings(max_examples=1000, deadline=None)
 
@@ -61,13 +72,18 @@ def rolling_force(y: np.ndarray, slip: np.ndarray, wheels: Wheels) -> np.ndarray
     return -brake[:, None] * ahead - (left_over * share)[:, None] * left
 
 
-def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -> np.ndarray:
+def by_scipy(
+    pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground, slowest: float = 1e-5
+) -> np.ndarray:
     """Rest pose by SciPy's DOP853 in time, with a right-hand side of its own in NumPy."""
     a, b = car.front_axle, car.rear_axle
     wheels = np.array(
         [[a, car.track / 2], [a, -car.track / 2], [-b, car.track / 2], [-b, -car.track / 2]]
     )
-    load = GRAVITY * np.array([b, b, a, a]) / (a + b) / 2
+    rise, uphill = (0.0, 0.0) if ground.incline is None else map(float, ground.incline)
+    normal = GRAVITY * math.cos(math.atan(rise))
+    down = -GRAVITY * math.sin(math.atan(rise)) * np.array([math.cos(uphill), math.sin(uphill)])
+    load = normal * np.array([b, b, a, a]) / (a + b) / 2
     f, c = (np.array(v) for v in ground[:2])
     edges = list(zip(np.array(ground.zones.point), np.array(ground.zones.inward), strict=True))
 
@@ -80,7 +96,7 @@ def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -
             wheels[:, 1] + car.height * force[:, 1],  # no roll
             [a, -a, -b, b],  # left less right: front to rear as the axles' weight, b to a
         ]
-        return np.linalg.solve(rows, [GRAVITY, 0, 0, 0])
+        return np.linalg.solve(rows, [normal, 0, 0, 0])
 
     def motion(_: float, y: np.ndarray) -> np.ndarray:
         turn = np.array([[math.cos(y[2]), -math.sin(y[2])], [math.sin(y[2]), math.cos(y[2])]])
@@ -97,10 +113,10 @@ def by_scipy(pose: np.ndarray, velocity: np.ndarray, car: Car, ground: Ground) -
         on = load if car.height is None else loads(turn, per_load)
         force = on[:, None] * per_load
         torque = (arms[:, 0] * force[:, 1] - arms[:, 1] * force[:, 0]).sum()
-        return np.array([*y[3:], *force.sum(axis=0), torque / car.k2])
+        return np.array([*y[3:], *(force.sum(axis=0) + down), torque / car.k2])
 
     def stopped(_: float, y: np.ndarray) -> float:
-        return y[3] ** 2 + y[4] ** 2 + car.k2 * y[5] ** 2 - 1e-10
+        return y[3] ** 2 + y[4] ** 2 + car.k2 * y[5] ** 2 - slowest**2
 
     stopped.terminal = True
     run = solve_ivp(
@@ -122,6 +138,82 @@ def test_stopping_distance_is_that_of_a_sliding_block(f: float) -> None:
     end = np.array(_rest(jnp.array([1.0, 2.0, 0.3]), jnp.array([8.0, 6.0, 0.0]), CAR, plain(f)))
     far = 10.0**2 / (2 * f * GRAVITY)
     np.testing.assert_allclose(end, [1 + 0.8 * far, 2 + 0.6 * far, 0.3], atol=1e-6 * far)
+
+
+@pytest.mark.parametrize("turn", [0.0, math.pi])
+@pytest.mark.parametrize(("f", "grade"), [(0.5, 0.06), (0.2, 0.15)])
+def test_straight_up_and_down_a_slope(f: float, grade: float, turn: float) -> None:
+    """Closed form: v² = 2 g d (f cos θ ± sin θ)."""
+    uphill, theta = 0.7, math.atan(grade)
+    course = uphill + turn
+    velocity = 12.0 * np.array([math.cos(course), math.sin(course), 0.0])
+    ground = Ground(f, incline=Incline(grade, uphill))
+    far = 12.0**2 / (2 * GRAVITY * (f * math.cos(theta) + math.cos(turn) * math.sin(theta)))
+    expected = [far * math.cos(course), far * math.sin(course), 0.3]
+    for steps in (None, 48):
+        end = np.array(_rest(np.array([0.0, 0.0, 0.3]), velocity, CAR, ground, steps=steps))
+        np.testing.assert_allclose(end, expected, atol=1e-6 * far)
+
+
+def test_no_grade_is_level_ground() -> None:
+    scene = (np.array([0.0, 0.0, 0.2]), np.array([9.0, 3.0, 4.0]), CAR)
+    level, flat = (
+        np.array(_rest(*scene, ground, steps=48))
+        for ground in (plain(0.6), plain(0.6)._replace(incline=Incline(0.0, 1.0)))
+    )
+    np.testing.assert_allclose(flat, level, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("height", [None, 0.55])
+@pytest.mark.parametrize("drag", [[1.0] * 4, [1.0, 0.4, 0.2, 0.2]])
+def test_a_slope_agrees_with_scipy(drag: list[float], height: float | None) -> None:
+    """Downhill and across, spinning, over an edge; on wheels to the speed at which they would creep."""
+    car = rolling(drag, [0.0] * 4)._replace(height=height)
+    car = car._replace(wheels=None) if min(drag) == 1 else car
+    slow = 1e-5 if car.wheels is None else 0.03
+    pose, velocity = np.array([0.0, 0.0, 0.2]), np.array([12.0, 3.0, 4.0])
+    ground = with_edge(0.7, 0.5, (0.0, 4.0), (0.0, 1.0), 0.005)._replace(
+        incline=Incline(0.06, math.radians(200))
+    )
+    end = np.array(_rest(pose, velocity, car, ground))
+    np.testing.assert_allclose(
+        end, by_scipy(pose, velocity, car, ground, slow), atol=2e-5 if slow < 1e-3 else 2e-3
+    )
+    level = np.array(_rest(pose, velocity, car, ground._replace(incline=None)))
+    assert np.hypot(*(end - level)[:2]) > 0.5  # it matters
+
+
+def test_a_rolling_car_comes_to_rest_across_a_slope() -> None:
+    """Along the contour it stops by its drag, v² = 2 g d f cos θ, and hardly drifts."""
+    car, grade = rolling([0.2] * 4, [0.0] * 4), 0.08
+    ground = Ground(0.7, incline=Incline(grade, math.pi / 2))
+    end = np.array(rest(np.zeros(3), np.array([10.0, 0.0, 0.0]), car, ground, Paced()))
+    far = 100 / (2 * GRAVITY * 0.2 * 0.7 * math.cos(math.atan(grade)))
+    assert end[0] == pytest.approx(far, rel=0.01)
+    assert -3.0 < end[1] < 0
+
+
+@pytest.mark.parametrize("steps", [48, Paced()])
+def test_a_car_that_a_slope_drives_on_has_no_rest_pose(steps: int | Paced) -> None:
+    """Rolling wheels hold 0.7 % of the weight, the slope adds 4 %."""
+    car = rolling([0.01] * 4, [0.0] * 4)
+    ground = Ground(0.7, incline=Incline(0.04, math.pi))
+    end = rest(np.zeros(3), np.array([10.0, 0.0, 0.0]), car, ground, steps)
+    assert np.isnan(np.array(end)).all()
+
+
+@thousand
+@given(st.data())
+def test_speed_falls_on_any_slope_that_friction_holds(data: st.DataObject) -> None:
+    """The generalised speed of locked wheels, where tan θ is less than friction."""
+    f = data.draw(st.floats(0.1, 1.0))
+    incline = Incline(0.95 * f * data.draw(st.floats(0, 1)), data.draw(st.floats(-4, 4)))
+    velocity = [data.draw(st.floats(-20, 20)) for _ in range(3)]
+    if np.hypot(*velocity[:2]) + abs(velocity[2]) < 0.1:
+        return
+    start = (*np.array([0.0, 0.0, data.draw(st.floats(-4, 4))]), *np.array(velocity), np.zeros(()))
+    by_W = np.array(_slope_of(start, Ground(np.float64(f), incline=incline)))
+    assert by_W[6] < 0  # s per m/s
 
 
 def test_stopping_distance_with_friction_that_falls_with_speed() -> None:

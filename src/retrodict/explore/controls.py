@@ -266,6 +266,8 @@ def _group(key: str) -> tuple[str, str]:
             return "Evidence" if rest in ENERGY else "Impact", _words(rest)
         case "surfaces":
             return "Surfaces", _words(rest)
+        case "slope":
+            return "Surfaces", _words(key)
     return "Priors", _words(rest)
 
 

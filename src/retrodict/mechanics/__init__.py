@@ -30,7 +30,16 @@ from retrodict.mechanics.impact import (
 )
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
 from retrodict.mechanics.rollout import Way, drag_factor, rolled, rolled_back, way_taken
-from retrodict.mechanics.runout import Car, Ground, Path, rest, run_out, step_error, wheel_paths
+from retrodict.mechanics.runout import (
+    Car,
+    Ground,
+    Incline,
+    Path,
+    rest,
+    run_out,
+    step_error,
+    wheel_paths,
+)
 from retrodict.mechanics.severity import (
     Audit,
     Severity,
@@ -56,6 +65,7 @@ __all__ = [
     "Coefficients",
     "Departures",
     "Ground",
+    "Incline",
     "NotDetermined",
     "Path",
     "Severity",

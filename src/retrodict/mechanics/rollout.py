@@ -99,7 +99,7 @@ def drag_factor(
         turning: of the heading along the way, rad/m.
         speed: m/s.
         car: its axles, track and wheels; loads are static.
-        ground: friction of the surfaces and where they lie.
+        ground: friction of the surfaces and where they lie; taken as level.
 
     Source:
         The drag factor of reconstructionists, from wheels and crab angle: D. Struble, Automotive
@@ -117,7 +117,7 @@ def drag_factor(
     patch2 = (PATCH * by_turning * speed) ** 2 + _TINY
     slip = jnp.sqrt(slip_u**2 + slip_v**2 + patch2)
     x, y = place[:, :1] + c * u - s * v, place[:, 1:] + s * u + c * v
-    grip = friction(x.ravel(), y.ravel(), slip.ravel(), *ground).reshape(slip.shape)
+    grip = friction(x.ravel(), y.ravel(), slip.ravel(), *ground.surfaces).reshape(slip.shape)
     if car.wheels is None:
         along, across = -slip_u / slip, -slip_v / slip
     else:
@@ -138,7 +138,7 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
         way: where it was seen.
         start: x, y, heading at the impact, m and rad.
         car: its yaw inertia, axles, track and wheels.
-        ground: friction of the surfaces and where they lie.
+        ground: friction of the surfaces and where they lie; taken as level.
     """
     start = jnp.asarray(start)
     places = jnp.concatenate([jnp.zeros((1, 2)), jnp.asarray(way.points) - start[:2]])
@@ -163,7 +163,7 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
     even = (jnp.arange(_POINTS) + 0.5) / _POINTS
     x, y = (place(even) + start[:2]).T
     roughly = jnp.sqrt(GRAVITY * length * (1 - even))  # at half of g
-    grip = friction(x, y, roughly, *ground).mean()
+    grip = friction(x, y, roughly, *ground.surfaces).mean()
     computed = turning(turned, length, grip, car)[0]
     share = jnp.where(first == last, computed, jnp.maximum(stations[first + 1], _LEAST_SHARE))
 

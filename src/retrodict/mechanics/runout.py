@@ -8,7 +8,7 @@ neither an event nor a regularised stop, each of which distorts the rest pose or
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -34,6 +34,9 @@ _MOST_FIXED = 3072
 # further, to `_STANDS` at most: a rolling car's motion still turns in its last centimetres a second
 # (measured), and below that its tyres hold so little to the side that it would hardly lose W.
 _LAST_FIXED, _LAST_ADAPTIVE = 1e-3, 1e-5
+_ABOVE_CREEP = (
+    3.0  # of the speed of a rolling car's creep across a slope: from here to rest likewise
+)
 _TINY = 1e-18  # m²/s²: a wheel that is the instant centre of a motion without spin
 _STANDS = 1e-4  # m/s: what is slower is taken at this, to rest in closed form: derivatives exist
 # W falls as (1 - s)^0.85 over the steps: the exponent with the least error, measured
@@ -73,6 +76,18 @@ class Car(NamedTuple):
     height: Float[Array, ""] | float | None = None
 
 
+class Incline(NamedTuple):
+    """A constant slope of the whole ground; places and headings are counted in its plane.
+
+    Args:
+        grade: rise over run.
+        uphill: direction in which the ground rises, counter-clockwise from the x axis, rad.
+    """
+
+    grade: Float[Array, ""] | float
+    uphill: Float[Array, ""] | float
+
+
 class Ground(NamedTuple):
     """Surfaces and where they lie, as `surface.friction` takes them; `Ground(0.7)` is one everywhere.
 
@@ -83,6 +98,8 @@ class Ground(NamedTuple):
         zones: half-planes.
         polygons: corners of each, m, shape (corners, 2).
         insets: how far each polygon's outline lies inwards of its corners, m.
+        incline: None where it is level. A motion to which it adds more energy than friction takes has
+            no rest pose.
     """
 
     coefficients: Coefficients
@@ -90,6 +107,12 @@ class Ground(NamedTuple):
     zones: Zone = NO_ZONES
     polygons: tuple[Polygon, ...] = ()
     insets: Insets = 0.0
+    incline: Incline | None = None
+
+    @property
+    def surfaces(self) -> tuple[Any, ...]:
+        """What `surface.friction` takes: all but the incline."""
+        return self[:-1]
 
 
 class Steps(NamedTuple):
@@ -176,11 +199,11 @@ def rest(
     start = _start(pose, velocity)
     if isinstance(steps, Paced):
         return jnp.stack(_paced(start, car, ground, steps, rows=1)[1][:3])
-    last = _last(steps, start, car)
+    last = _last(steps, start, car, ground)
     if steps is None:
         end = tuple(v[-1] for v in _adaptive(start, car, ground, last, rows=1))
     else:
-        end, _ = _fixed(start, car, ground, steps, keep=False)
+        end, _ = _fixed(start, car, ground, steps, last, keep=False)
     return jnp.stack(_halt(end, start, car, ground, last)[:3])
 
 
@@ -217,11 +240,11 @@ def run_out(
     if isinstance(steps, Paced):
         states, halt = _paced(start, car, ground, steps, rows=ROWS)
     else:
-        last = _last(steps, start, car)
+        last = _last(steps, start, car, ground)
         if steps is None:
             states = _adaptive(start, car, ground, last, rows=ROWS)
         else:
-            _, states = _fixed(start, car, ground, steps, keep=True)
+            _, states = _fixed(start, car, ground, steps, last, keep=True)
         halt = _halt(tuple(v[-1] for v in states), start, car, ground, last)
     rows = [
         jnp.concatenate([first[None], between, end[None]])
@@ -261,13 +284,23 @@ def _start(pose: ThreeNumbers, velocity: ThreeNumbers) -> State:
     return (*pose, *velocity, jnp.zeros(()))
 
 
-def _last(steps: int | Steps | None, start: State, car: Car) -> Float[Array, ""] | float:
+def _last(
+    steps: int | Steps | Paced | None, start: State, car: Car, ground: Ground
+) -> Float[Array, ""] | float:
     """Share of W from which a run-out is closed."""
-    if steps is not None:
+    creeps = ground.incline is not None and car.wheels is not None
+    if steps is not None and not creeps:
         return _LAST_FIXED
     # where it is closed is no property of the motion: derivatives are those at this share
     W_0 = jax.lax.stop_gradient(_speed(start[3:6], car.k2))
-    return jnp.clip(_STANDS / W_0, _LAST_ADAPTIVE, 1.0)
+    last = jnp.clip(_STANDS / W_0, _LAST_ADAPTIVE, 1.0) if steps is None else _LAST_FIXED
+    if ground.incline is None or not creeps:
+        return last
+    # Across a slope rolling tyres, whose sideways force fades below SLOW, creep downhill at about this
+    # speed, where the model's W would fall no further.
+    creep = SLIP * SLOW * jnp.abs(ground.incline.grade) / jnp.min(jnp.asarray(ground.coefficients))
+    above = jax.lax.stop_gradient(_ABOVE_CREEP * creep) / W_0
+    return jnp.clip(above, last, 1.0)
 
 
 def _levels(
@@ -278,7 +311,12 @@ def _levels(
 
 
 def _fixed(
-    start: State, car: Car, ground: Ground, steps: int | Steps, keep: bool
+    start: State,
+    car: Car,
+    ground: Ground,
+    steps: int | Steps,
+    last: Float[Array, ""] | float,
+    keep: bool,
 ) -> tuple[State, State]:
     """Runge-Kutta steps of order four, with the lost share of W as the independent variable.
 
@@ -308,8 +346,10 @@ def _fixed(
         y = tuple(jnp.where(last, a, b) for a, b in zip(y_sum, y, strict=True))
         return (y, y_stage, y_sum), y if keep else None
 
+    # steps are made for `_LAST_FIXED`; 1 exactly where the run-out is closed there
+    shorter = (1 - last) / (1 - _LAST_FIXED)
     if isinstance(steps, Steps):
-        lengths = jnp.asarray(steps.lengths)
+        lengths = shorter * jnp.asarray(steps.lengths)
         end, _, _ = jax.lax.fori_loop(
             0,
             4 * jnp.asarray(steps.number),
@@ -317,7 +357,7 @@ def _fixed(
             (start, start, start),
         )
         return end, ()
-    lengths = jnp.asarray(np.repeat(np.diff(_levels(steps, _LAST_FIXED)), 4))
+    lengths = shorter * jnp.asarray(np.repeat(np.diff(_levels(steps, _LAST_FIXED)), 4))
     # in reverse a stage is computed anew from its start: a quarter faster than keeping all of it, and
     # in a seventeenth of the memory (measured)
     (end, _, _), states = jax.lax.scan(
@@ -403,7 +443,7 @@ def _paced(start: State, car: Car, ground: Ground, steps: Paced, rows: int) -> t
         carry = jax.lax.while_loop(above, lambda carry: step(carry, W), carry)
         return carry, carry[0]
 
-    levels = W_0 * (1 - jnp.asarray(_levels(rows, _LAST_FIXED))[1:])
+    levels = W_0 * (1 - jnp.asarray(_levels(rows, _last(steps, start, car, ground)))[1:])
     (end, count), states = jax.lax.scan(to_level, (start, jnp.zeros((), int)), levels)
     slopes, dW = rate(end)
     left = -_speed(end[3:6], car.k2) / dW  # until rest, if it slows down evenly
@@ -461,9 +501,18 @@ def _speed(
 
 
 def slope(car: Car, ground: Ground) -> Callable[[State], State]:
-    """d(x, y, heading, Vx, Vy, Omega, time)/dW as a function of these."""
+    """d(x, y, heading, Vx, Vy, Omega, time)/dW as a function of these.
+
+    W has to fall, for all is divided by dW/dt; on a slope of angle theta it does where friction takes
+    more than gravity adds, which is at most g sin(theta) |V|. Of locked wheels friction takes the sum of
+    f load |slip|, at least f_least g cos(theta) times the size of the slips' mean weighted by load. With
+    static loads that mean is V, so tan(theta) < f_least is enough. A wheel that rolls ahead counts with
+    its drag times f. Where W would rise all of this is not a number.
+    """
     wheel_u, wheel_v = wheel_places(car)
-    load = GRAVITY * wheel_loads(car)  # static, per unit of vehicle mass
+    down_x, down_y, normal = _gravity(ground.incline)
+    share = wheel_loads(car)
+    load = normal * share  # static, per unit of vehicle mass
 
     def rate(state: State) -> State:
         x, y, heading, Vx, Vy, Omega, _ = state
@@ -474,22 +523,36 @@ def slope(car: Car, ground: Ground) -> Callable[[State], State]:
         patch2 = (PATCH * Omega) ** 2 + _TINY
         slip = jnp.sqrt(slip_u**2 + slip_v**2 + patch2)
         wheel_x, wheel_y = x + c * wheel_u - s * wheel_v, y + s * wheel_u + c * wheel_v
-        grip = friction(wheel_x, wheel_y, slip, *ground)
+        grip = friction(wheel_x, wheel_y, slip, *ground.surfaces)
         if car.wheels is None:
             along, across = -grip / slip * slip_u, -grip / slip * slip_v
         else:
             along, across = grip * force(jnp.stack([slip_u, slip_v]), patch2, car.wheels)
-        on_wheel = load if car.height is None else _moved(load, car, along, across)
+        on_wheel = load if car.height is None else _moved(load, share, car, along, across)
         force_u, force_v = along * on_wheel, across * on_wheel
         A_u, A_v = force_u.sum(), force_v.sum()
         A_x, A_y = c * A_u - s * A_v, s * A_u + c * A_v
+        if ground.incline is not None:  # at the centre of gravity: it moves no load
+            A_x, A_y = A_x + down_x, A_y + down_y
         moment = (wheel_u * force_v - wheel_v * force_u).sum()
         # k² drops out of Omega k² dOmega/dt
-        dt_dW = _speed((Vx, Vy, Omega), car.k2) / (Vx * A_x + Vy * A_y + Omega * moment)
+        power = Vx * A_x + Vy * A_y + Omega * moment
+        if ground.incline is not None:
+            power = jnp.where(power < 0, power, jnp.nan)
+        dt_dW = _speed((Vx, Vy, Omega), car.k2) / power
         rates = (Vx, Vy, Omega, A_x, A_y, moment / car.k2, jnp.ones_like(x))
         return tuple(r * dt_dW for r in rates)
 
     return rate
+
+
+def _gravity(incline: Incline | None) -> tuple[Array | float, Array | float, Array | float]:
+    """Acceleration by gravity along the ground, x and y, and against it, m/s²."""
+    if incline is None:
+        return 0.0, 0.0, GRAVITY
+    normal = GRAVITY / jnp.sqrt(1 + jnp.square(incline.grade))
+    c, s = cos_sin(jnp.asarray(incline.uphill, float))
+    return -normal * incline.grade * c, -normal * incline.grade * s, normal
 
 
 def wheel_loads(car: Car) -> Float[Array, "4"]:
@@ -506,12 +569,16 @@ def wheel_places(car: Car) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
 
 
 def _moved(
-    load: Float[Array, "4"], car: Car, along: Float[Array, "4"], across: Float[Array, "4"]
+    load: Float[Array, "4"],
+    share: Float[Array, "4"],
+    car: Car,
+    along: Float[Array, "4"],
+    across: Float[Array, "4"],
 ) -> Float[Array, "4"]:
     """Wheel loads with load transfer: two linear equations in the deceleration."""
     assert car.height is not None
     by_u = car.height / (car.front_axle + car.rear_axle) / 2 * jnp.array([-1.0, -1.0, 1.0, 1.0])
-    by_v = 2 * car.height / car.track * load / GRAVITY * jnp.array([-1.0, 1.0, -1.0, 1.0])
+    by_v = 2 * car.height / car.track * share * jnp.array([-1.0, 1.0, -1.0, 1.0])
     a, b, c = (along * load).sum(), (along * by_u).sum(), (along * by_v).sum()
     d, e, f = (across * load).sum(), (across * by_u).sum(), (across * by_v).sum()
     # A_u = a + b A_u + c A_v, A_v = d + e A_u + f A_v

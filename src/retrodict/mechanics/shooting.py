@@ -78,13 +78,13 @@ def departures(
     """All velocities after the impact that bring a skidding vehicle to its rest pose.
 
     Poses, the car's numbers and the ground's friction may have leading axes, which broadcast to a
-    grid of problems; where the surfaces lie is the same for all.
+    grid of problems; where the surfaces lie and how they slope is the same for all.
 
     Args:
         start: x, y, heading at the impact, m and rad, shape (*grid, 3).
         rest_pose: x, y, heading at rest, m and rad, shape (*grid, 3).
         car: inertia, axles and track, each of shape (*grid,) or a number; of its wheels (*grid, 4).
-        ground: friction of the surfaces, shape (*grid, surfaces), and where they lie.
+        ground: friction of the surfaces, shape (*grid, surfaces), where they lie, and their slope.
         turns: whole turns to try beyond the shortest rotation from one heading to the other, which
             lies in [-pi, pi), positive counter-clockwise; None where the total rotation is known:
             it is then the difference of the headings as they are.

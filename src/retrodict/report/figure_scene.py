@@ -98,6 +98,7 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     handles += _contact(axes, scene, unit.worth)
     _scale_bar(axes, view, unit.symbol)
     _compass(axes, view)
+    _uphill(axes, scene, view)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(9, steps=drawing.STEPS))
     axes.set_xlabel(f"x ({unit.symbol})")
@@ -490,6 +491,23 @@ def _compass(axes: Axes, view: tuple[float, float, float, float]) -> None:
         )  # fmt: skip
         axes.add_patch(arrow)
         axes.text(x + 1.25 * along_x, y + 1.25 * along_y, name, **look)
+
+
+def _uphill(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
+    """Where the road rises, and how steeply, in the upper left corner."""
+    if scene.slope is None:
+        return
+    reach = 0.07 * (view[1] - view[0])
+    x, y, turn = view[0] + 1.2 * reach, view[3] - 1.2 * reach, scene.slope.uphill.value
+    along = np.array([np.cos(turn), np.sin(turn)]) * reach / 2
+    _on_white(axes, (x - reach, y - 1.2 * reach), 2 * reach, 2 * reach)
+    arrow = FancyArrowPatch(
+        (x - along[0], y - along[1]), (x + along[0], y + along[1]), arrowstyle="-|>",
+        mutation_scale=8, color=drawing.INK, lw=1.2, shrinkA=0, shrinkB=0, zorder=10,
+    )  # fmt: skip
+    axes.add_patch(arrow)
+    text = f"uphill {100 * scene.slope.grade.value:.2g} %"
+    axes.text(x, y - 0.6 * reach, text, ha="center", va="top", zorder=10)
 
 
 def _on_white(axes: Axes, corner: tuple[float, float], width: float, height: float) -> None:

@@ -26,6 +26,7 @@ from retrodict.scene.records import (
     Rest,
     RunOutError,
     Scene,
+    Slope,
     SpeedRecord,
     Surface,
     Vehicle,
@@ -43,8 +44,10 @@ from retrodict.scene.schema import (
     SurfaceEntry,
     VehicleEntry,
 )
-from retrodict.scene.units import ANGLE, LENGTH, Dimension
+from retrodict.scene.units import ANGLE, GRADE, LENGTH, Dimension
 from retrodict.scene.vehicle_library import VehicleClass, find
+
+_SURE = 2  # standard deviations by which friction has to exceed a slope
 
 
 class Complain(Protocol):
@@ -93,7 +96,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     of_a = entry.vehicles.A.approach
     speed_is_known = bool(of_a.speed or of_a.speed_record)
     not_asked = {"speed_a" if speed_is_known else "", "speed_b" if entry.barrier else ""}
-    return Scene(
+    scene = Scene(
         title=entry.title,
         name=name,
         text=text,
@@ -131,7 +134,56 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         questions=questions_of(entry.questions),
         barrier=_barrier(entry.barrier) if entry.barrier else None,
         energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
+        slope=Slope(entry.slope.grade, entry.slope.uphill) if entry.slope else None,
     )
+    for v in scene.vehicles:
+        _stops(scene, v, complain)
+    return scene
+
+
+def _stops(scene: Scene, v: str, complain: Complain) -> None:
+    """Refuse a slope that may drive a vehicle on: the run-out ends where friction ends the motion."""
+    if scene.slope is None:
+        return
+    vehicle, surface = scene.vehicles[v], min(scene.surfaces, key=lambda s: s.friction.value)
+    factors = surface.friction, vehicle.grip, _mean_drag(vehicle)
+    held = math.prod(m.value for m in factors)
+    less = math.hypot(*(m.sd / m.value for m in factors)) if held else 0.0
+    least, grade = held * math.exp(-_SURE * less), scene.slope.grade
+    steepest = grade.value + _SURE * grade.sd
+    if least > steepest:
+        return
+    holds = f"its wheels hold {100 * held:.3g} % of its weight on the {surface.name}"
+    if vehicle.wheels is None:
+        fix = "look at that friction, or leave the slope out"
+    else:
+        fix = "write the drag of wheels that held more, or leave the slope out"
+    complain(
+        "slope.grade",
+        f"it may drive vehicle {v.upper()} on instead of letting it stop: {holds}, less "
+        f"{_SURE} standard deviations {100 * least:.3g} %, and the slope adds up to "
+        f"{100 * steepest:.3g} %; {fix}",
+        dimension=GRADE,
+    )
+
+
+def _mean_drag(vehicle: Vehicle) -> Measured:
+    """The drag of a vehicle's wheels over friction, weighted by their static loads."""
+    if (wheels := vehicle.wheels) is None:
+        return Measured(1.0)
+    front = vehicle.rear_axle.value / (vehicle.front_axle.value + vehicle.rear_axle.value) / 2
+    loads = (front, front, 0.5 - front, 0.5 - front)
+    factor = wheels.factor or Measured(1.0)
+    drags, sds = [], []
+    for wheel, load in zip(WHEELS, loads, strict=True):
+        own: Measured = getattr(wheels, wheel)
+        drag = factor.value * own.value / (1 - own.value + factor.value * own.value)
+        drags.append(load * drag)
+        sds.append(load * own.sd)
+    common = factor.sd * sum(
+        drag * (1 - drag / load) for drag, load in zip(drags, loads, strict=True)
+    )
+    return Measured(sum(drags), math.hypot(common, *sds))
 
 
 def _barrier(entry: BarrierEntry) -> Barrier:

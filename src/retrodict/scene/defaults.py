@@ -189,6 +189,13 @@ DEFAULTS: dict[str, Default] = {
         "C",
         "judgement: placed from gouges and a change of the tyre marks; no published figure known",
     ),
+    "uphill": Default(
+        "direction in which the road rises",
+        5,
+        "deg",
+        "C",
+        "judgement: read off a map or along the road; 5 deg alter a grade's part along a course little",
+    ),
     "grip": Default(
         "factor of the friction for the tyres of one vehicle (that factor is assumed to be 1)",
         5,
@@ -260,7 +267,7 @@ DEFAULTS: dict[str, Default] = {
         4,
         "%",
         "C",
-        "judgement: a grade of 0.4 %, which the model leaves out, alters by so much the way of a car "
+        "judgement: a grade of 0.4 % that nobody measured alters by so much the way of a car "
         "that rolls at 0.1 g. Published validations (of SMAC, EDSMAC, PC-Crash) compare paths with "
         "staged crashes, but no figure by length of way could be read. On locked wheels 0: friction and "
         "grip are unknowns already",

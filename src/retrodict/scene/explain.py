@@ -17,10 +17,12 @@ _OTHER_NAMES = {
     "direction": "course",
     "drag": "friction",
     "gamma": "contact_line",
+    "grade": "slope",
     "height": "cg_height",
     "inertia": "yaw_inertia",
     "mu": "friction",
     "omega": "yaw_rate",
+    "slope": "grade",
     "velocity": "speed",
     "weight": "mass",
 }

@@ -295,6 +295,18 @@ RunOutHeading = Annotated[
 ]
 Steer = Annotated[Measured, Kind(units.ANGLE, -90, 90, "0 ± 2 deg")]
 SpeedDependence = Annotated[Measured, Kind(units.INVERSE_SPEED, 0, 0.2, "0.002 s/m")]
+RoadGrade = Annotated[
+    Measured,
+    Kind(
+        units.GRADE,
+        0,
+        30,
+        "4 ± 0.5 %",
+        uncertainty="required",
+        advice="0.2 % suits a survey, 0.5 % a level laid on the road, 1 % a map",
+    ),
+]
+Uphill = Annotated[Measured, Kind(units.ANGLE, -360, 360, "90 ± 5 deg", default="uphill")]
 _EDGE = "that of the edge goes into its key uncertainty"
 EdgeCoordinate = Annotated[
     Measured,

@@ -31,11 +31,13 @@ _UNITS: dict[str, dict[Units, Unit]] = {
     "energy": {"si": Unit("kJ", 1000.0), "us": Unit("ft lbf", 1.3558179483314004)},
     "impulse": {"si": Unit("N s", 1.0), "us": Unit("lbf s", 4.4482216152605)},
     "time": {"si": Unit("s", 1.0), "us": Unit("s", 1.0)},
+    "grade": {"si": Unit("%", 0.01), "us": Unit("%", 0.01)},
     "number": {"si": Unit("", 1.0), "us": Unit("", 1.0)},
 }
 _SI_SYMBOLS = {
     "angle": "rad",
     "energy": "J",
+    "grade": "",
 }  # where numbers are reported in another unit than stored
 
 # what is unknown and reported, in the order it is reported: name -> (label, dimension)
@@ -80,6 +82,8 @@ _SINGLE: dict[str, tuple[str, str]] = {
     "impact_x": ("impact centre, x", "length"),
     "impact_y": ("impact centre, y", "length"),
     "Gamma": ("contact line Γ from the y axis", "angle"),
+    "grade": ("grade of the road", "grade"),
+    "uphill": ("direction in which the road rises", "angle"),
     "impulse_x": ("impulse on A, x", "impulse"),
     "impulse_y": ("impulse on A, y", "impulse"),
     "Vax": ("velocity of A after impact, x", "speed"),

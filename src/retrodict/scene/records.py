@@ -269,6 +269,19 @@ class Surface:
 
 
 @dataclass(frozen=True, slots=True)
+class Slope:
+    """How the whole ground rises: places and angles of a scene are counted in its plane.
+
+    Args:
+        grade: rise over run.
+        uphill: direction in which it rises, counter-clockwise from the x axis, rad.
+    """
+
+    grade: Measured
+    uphill: Measured
+
+
+@dataclass(frozen=True, slots=True)
 class Barrier:
     """What vehicle A struck in the place of a vehicle B: rigid, and immovable.
 
@@ -309,6 +322,7 @@ class Scene:
         questions: what is asked of the answer.
         barrier: what A struck in the place of a vehicle B; None where that was a vehicle.
         energy_lost: what is stated of the kinetic energy lost in the impact, J, by name in `ENERGY`.
+        slope: of the whole ground; None where it is level.
     """
 
     title: str
@@ -330,6 +344,7 @@ class Scene:
     questions: Questions = field(default_factory=Questions)
     barrier: Barrier | None = None
     energy_lost: dict[str, Measured] = field(default_factory=dict)
+    slope: Slope | None = None
 
     if TYPE_CHECKING:
         # what needs the schema, or matplotlib, knows this module: it attaches itself (`scene.edit`,
@@ -376,6 +391,8 @@ class Scene:
             flat[f"speed_dependence_{surface.name}"] = surface.speed_dependence
             if (end := surface.edge or surface.outline) is not None:
                 flat[f"edge_{surface.name}"] = end.offset
+        if self.slope is not None:
+            flat |= {"grade": self.slope.grade, "uphill": self.slope.uphill}
         return flat | self.approximations
 
     def evidence(self) -> dict[str, Measured]:

@@ -61,6 +61,7 @@ from retrodict.scene.kinds import (
     RecordUncertainty,
     RestCoordinate,
     RestHeading,
+    RoadGrade,
     Rotation,
     RunOutHeading,
     RunOutPosition,
@@ -73,6 +74,7 @@ from retrodict.scene.kinds import (
     Steer,
     TimeBefore,
     Track,
+    Uphill,
     Wheel,
     YawInertia,
     YawRate,
@@ -515,6 +517,13 @@ class SurfaceEntry(_Table):
         return self
 
 
+class SlopeEntry(_Table):
+    """`[slope]`: how steeply the whole ground rises, and where to."""
+
+    grade: RoadGrade
+    uphill: Uphill
+
+
 class PriorEntry(_Table):
     """What every override of a prior has."""
 
@@ -704,6 +713,9 @@ class SceneEntry(_Table):
     )
     surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_end)] = Field(
         {}, max_length=20, examples=[_ROAD]
+    )
+    slope: SlopeEntry | None = Field(
+        None, examples=['{ grade = "4 ± 0.5 %", uphill = "90 ± 5 deg" }']
     )
     priors: PriorsEntry = Field(PriorsEntry(), examples=["{ speed_b = { … } }"])
     questions: QuestionsEntry = Field(

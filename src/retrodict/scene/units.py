@@ -41,6 +41,7 @@ TIME = Dimension("a time", ("s",))
 DECELERATION = Dimension("a deceleration", ("m/s^2", "g", "ft/s^2"))
 ENERGY = Dimension("an energy", ("J", "kJ", "ft lbf"))
 SHARE = Dimension("a share", ("%",))
+GRADE = Dimension("a grade", ("%",))
 NUMBER = Dimension("a plain number")
 
 # what the units above are worth, by definition; pint knows all others, and takes a while to load
@@ -204,7 +205,7 @@ def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
         comma = " with a decimal point, no comma" if re.search(r"[0-9],[0-9]", text) else ""
         raise QuantityError(f'not a quantity; write it{comma} like "{example}"')
     value, unit, sd, percent, sd_unit = match.groups()
-    if percent and not unit and dimension is SHARE:  # the unit of both, and not of the value
+    if percent and dimension.units == ("%",):  # the unit of both, and not of the value
         unit, percent = percent, None
     unit, sd_unit = unit or sd_unit, sd_unit or unit
     if unit is None and dimension.units:

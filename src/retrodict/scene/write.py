@@ -136,6 +136,14 @@ def scene_toml(scene: Scene) -> str:
         lines.append(_line("speed_dependence", surface.speed_dependence, "s/m"))
         lines += _edge(surface.edge) if surface.edge else []
         lines += _outline(surface.outline) if surface.outline else []
+    if slope := scene.slope:
+        in_percent = replace(slope.grade, value=100 * slope.grade.value, sd=100 * slope.grade.sd)
+        lines += [
+            "",
+            "[slope]",
+            _line("grade", in_percent, "%"),
+            _line("uphill", slope.uphill, "rad"),
+        ]
     default_keys = prior_keys()
     for name, prior in scene.priors.items():
         if prior.overridden:
