@@ -252,7 +252,7 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
             continue
         square = jnp.sum(before[i] ** 2)
         speed = initial = jnp.sqrt(square)
-        normal, upward = 1.0, 0.0
+        normal, upward = jnp.ones(()), jnp.zeros(())
         if "grade" in x:
             normal = 1 / jnp.sqrt(1 + x["grade"] ** 2)
             course = jnp.arctan2(before[i][1], before[i][0])

@@ -93,27 +93,31 @@ def test_a_skid_up_to_the_impact(turn: float) -> None:
 
 
 def simulated(uphill: float) -> Scene:
-    """B at 19 m/s struck A, on a grade of 6 %; friction and all else is well known."""
+    """B at 19 m/s strikes A, on a grade of 6 %; friction and all else is well known."""
     bare = collision(share=0.0, berm=False)
     road = replace(bare.surfaces[0], friction=positive(0.5, 0.01))
     slope = Slope(Measured(0.06, 0.003), Measured(uphill, 0.02))
-    scene = replace(bare, surfaces=(road,), slope=slope)
+    of_a = replace(bare.approach["a"], speed=Measured(20.0, 0.1))
+    scene = replace(bare, surfaces=(road,), slope=slope, approach=bare.approach | {"a": of_a})
     rung = RUNGS["momentum+wheels"]
     structure, data = rung.of_scene(scene)
     x = as_measured(structure, data)
-    of_a = np.array([-3.0, 2.0])
+    V_a = np.array([-12.0, 2.0])  # a glancing blow: both run out far, B uphill and A downhill
     before_b = 19.0 * np.array([math.cos(-0.38), math.sin(-0.38)])
-    impulse = 1857.0 * (of_a - np.array(parts.approach_of_a(x))[:2])
-    of_b = before_b - impulse / 1778.0
-    after = jnp.array([*of_a, 1.5, *of_b, 4.0])
+    impulse = 1857.0 * (V_a - np.array(parts.approach_of_a(x))[:2])
+    V_b = before_b - impulse / 1778.0
+    after = jnp.array([*V_a, 1.5, *V_b, 4.0])
     ends = np.array(rung.run_out.rest_poses(structure, data, x, after))
     return at_rest(scene, {v: tuple(end) for v, end in zip("ab", ends, strict=True)})
 
 
 @pytest.mark.slow
 def test_a_crash_on_a_slope_is_recovered_where_the_slope_is_stated() -> None:
-    """Where B ran out uphill, a model of level ground takes it for slower than it was."""
-    scene = simulated(uphill=-0.9)
+    """Level ground makes B, which ran out uphill, leave slower than it did, and A faster against it.
+
+    Both take from B's speed before the impact: 6 % of it and more.
+    """
+    scene = simulated(uphill=-math.pi / 4)
 
     def speed(scene: Scene) -> tuple[float, float]:
         draws = rd.reconstruct(scene, model="momentum+wheels", method="importance", seed=3)
