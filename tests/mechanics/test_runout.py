@@ -314,7 +314,7 @@ def cars_that_roll(count: int) -> tuple[np.ndarray, np.ndarray, Car, Ground]:
     pose = np.zeros((count, 3))
     velocity = np.stack([rng.uniform(3, 15, count), *rng.normal(0, 2, (2, count))], axis=1)
     same = [np.full(count, part) for part in (1.8, 1.3, 1.5, 1.5)]
-    grounds = jax.tree.map(lambda a: np.broadcast_to(a, (count, *a.shape)), plain(0.7))
+    grounds = jax.tree.map(lambda a: np.broadcast_to(a, (count, *np.shape(a))), plain(0.7))
     return pose, velocity, Car(*same, Wheels(drag, steer)), grounds
 
 
