@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
+import arviz as az
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,10 +17,11 @@ from scipy import integrate, stats
 
 import retrodict as rd
 from retrodict.scene import SceneError, parse_scene
-from retrodict.scene.records import Measured, SpeedRecord
+from retrodict.scene.records import Measured, Scene, SpeedRecord
 from retrodict.scene.write import scene_toml
+from tests.models.closed_form import GRAVITY, everything_exact, momentum_and_slide
 from tests.models.test_evidence import RUNG, SITES
-from tests.shared.scenes import collision
+from tests.shared.scenes import LEVER_A, collision
 
 # braking from 0.7 s before the end on: the window reaches over the bend
 RECORD = SpeedRecord((-2.0, -1.0, -0.7, 0.0), (20.5, 20.0, 19.8, 15.0), -1.2, -0.1, 0.4)
@@ -96,43 +100,98 @@ def test_a_scene_file_says_the_record_and_says_it_again() -> None:
         parse_scene(SCENE.replace('speed = "45 ± 2 mph"', beyond), "recorded")
 
 
-def weighted(x: np.ndarray, weights: np.ndarray) -> tuple[float, float, float]:
-    """Mean, standard deviation and the mean's error of weighted draws."""
-    share = weights / weights.sum()
-    mean = float(share @ x)
-    sd = float(np.sqrt(share @ (x - mean) ** 2))
-    return mean, sd, sd * float(np.sqrt((share**2).sum()))
+MAP = """
+schema = 1
+[recorder]
+vehicle = "A"
+columns = {{ time = "Time", {0} = "Value" }}
+units = {{ time = "s", {0} = "m/s" }}
+"""
+ROWS = "".join(f"{at},{speed}\n" for at, speed in zip(RECORD.times, RECORD.speeds, strict=True))
+# what is imported: a table, and the map's lines on it. The scene's own delta-v is 13.1 ± 0.1 m/s
+RECORDER = {
+    "an unknown time zero": (
+        f"Time,Value\n{ROWS}",
+        MAP.format("speed")
+        + '[recorder.speed]\nimpact = ["-1.2 s", "-0.1 s"]\nuncertainty = "0.4 m/s"\n',
+    ),
+    "a lost end of the pulse": (
+        "Time,Value\n0,0\n0.03,7\n0.06,13.2\n",
+        MAP.format("delta_v")
+        + '[recorder.delta_v]\nat = "last"\nended = "early"\nuncertainty = "0.1 m/s"\n',
+    ),
+}
+
+
+def nearly_exact(scene: Scene) -> Scene:
+    """As `everything_exact`, with the errors without which a scene file takes an assumed one."""
+
+    def nearly(of: Any, *names: str) -> Any:
+        known = {name: getattr(of, name) for name in names}
+        return replace(
+            of, **{k: replace(m, sd=1e-5 * max(1.0, abs(m.value))) for k, m in known.items()}
+        )
+
+    scene = everything_exact(scene)
+    own = ("mass", "yaw_inertia", "impact_distance", "impact_angle", "heading", "grip")
+    a = nearly(scene.approach["a"], "speed", "direction", "yaw_rate")
+    return replace(
+        scene,
+        vehicles={v: nearly(vehicle, *own) for v, vehicle in scene.vehicles.items()},
+        approach=scene.approach | {"a": a},
+        contact=nearly(scene.contact, "x", "y", "Gamma"),
+        surfaces=(nearly(scene.surfaces[0], "friction"),),
+    )
+
+
+def by_quadrature(which: str, scene: Scene) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Quantities on a grid over rest positions and A's speed, and the posterior's weights there."""
+    x, weight = np.polynomial.hermite_e.hermegauss(10)
+    z = np.stack(np.meshgrid(*[x] * 4, indexing="ij"), axis=-1).reshape(-1, 2, 2)
+    mass = np.prod(np.stack(np.meshgrid(*[weight] * 4, indexing="ij")), axis=0).ravel()
+    if which == "an unknown time zero":
+        speeds = np.linspace(13.5, 22.5, 91)
+        of_speed = np.array([
+            mixed(lambda v, at=at: stats.norm.pdf((at - v) / RECORD.sd)) for at in speeds
+        ])  # fmt: skip
+    else:
+        speeds, of_speed = np.array([20.1168]), np.ones(1)
+    found = [momentum_and_slide(scene, z, slower=20.1168 - speed) for speed in speeds]
+    speed_b, log_factor = (np.array(rows) for rows in zip(*found, strict=True))
+    speed_a = np.broadcast_to(speeds[:, None], speed_b.shape)
+    share = of_speed[:, None] * mass * np.exp(log_factor)
+    if which == "a lost end of the pulse":
+        rest = np.array([scene.rest["a"].x.value, scene.rest["a"].y.value]) + 0.15 * z[:, 0]
+        way = rest + LEVER_A
+        after = way * np.sqrt(2 * 0.5 * GRAVITY / np.hypot(*way.T))[:, None]
+        change = np.hypot(after[:, 0] + 20.1168, after[:, 1])
+        return {"speed_b": speed_b}, share * stats.norm.cdf((change - 13.2) / 0.1)
+    return {"speed_a": speed_a, "speed_b": speed_b}, share
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("evidence", ["unknown time zero", "lost end of the pulse"])
-def test_a_reconstruction_is_that_of_reweighted_draws(evidence: str) -> None:
-    """Draws of a scene without the evidence, weighted by its likelihood by quadrature."""
-    wide = Measured(18.0, 3.0)
-    bare = collision(share=0.0, berm=False)
-    bare = replace(bare, approach=bare.approach | {"a": replace(bare.approach["a"], speed=wide)})
-    settings = {"model": "momentum+spin", "method": "nuts", "draws": 2000}
-    draws = rd.reconstruct(bare, **settings).idata["posterior"]
-    speed_a, speed_b = (np.asarray(draws[f"speed_{v}"]).ravel() for v in "ab")
-    if evidence == "unknown time zero":
-        scene = recorded("a")
-        likelihood = np.array([
-            mixed(lambda v, at=at: stats.norm.pdf((at - v) / RECORD.sd)) for at in speed_a
-        ])  # fmt: skip
-        weights = likelihood / stats.norm.pdf((speed_a - wide.value) / wide.sd)
-    else:
-        change = np.asarray(draws["delta_v_a"]).ravel()
-        bound = Measured(float(np.quantile(change, 0.7)), 0.5)
-        scene = replace(bare, departure={"a": {"delta_v_at_least": bound}})
-        weights = stats.norm.cdf((change - bound.value) / bound.sd)
-    mean, sd, error = weighted(speed_b, weights)
-    result = rd.reconstruct(scene, **settings)
-    assert result.findings.checks.passed
-    found = np.asarray(result.idata["posterior"]["speed_b"]).ravel()
-    ours = found.std() / np.sqrt(1000)  # of chains whose draws depend on one another
-    # effective draws of the weights and of the first chains, which depend on one another too
-    assert found.mean() == pytest.approx(mean, abs=4 * np.hypot(2 * error, ours))
-    assert found.std() == pytest.approx(sd, rel=0.12)
+@pytest.mark.parametrize("which", RECORDER)
+def test_a_recorder_file_gives_the_posterior_that_quadrature_gives(
+    which: str, tmp_path: Path
+) -> None:
+    """From the recorder's table through the scene file to the posterior."""
+    scene = nearly_exact(collision(share=0.0, berm=False))
+    table, map_text = RECORDER[which]
+    for name, text in (("a.csv", table), ("a.toml", map_text), ("scene.toml", scene_toml(scene))):
+        (tmp_path / name).write_text(text, "utf-8")
+    taken = rd.import_evidence(*(tmp_path / name for name in ("a.csv", "a.toml", "scene.toml")))
+    (tmp_path / "scene.toml").write_text(taken.text, "utf-8")
+    result = rd.reconstruct(tmp_path / "scene.toml", model="momentum+slide", draws=2000)
+    assert result.checks.passed, result.checks.reasons
+    expected, share = by_quadrature(which, scene)
+    share /= share.sum()
+    for name, values in expected.items():
+        draws = result.idata["posterior"][name]
+        mean = float(np.sum(share * values))
+        sd = float(np.sqrt(np.sum(share * (values - mean) ** 2)))
+        errors = [float(az.mcse(draws.values, method=of)) for of in ("mean", "sd")]
+        assert float(draws.mean()) == pytest.approx(mean, abs=4 * errors[0]), name
+        assert float(draws.std()) == pytest.approx(sd, abs=4 * errors[1]), name
 
 
 def test_every_rung_takes_a_record() -> None:
