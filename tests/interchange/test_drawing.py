@@ -207,6 +207,61 @@ def test_a_header_of_another_unit_is_mentioned(tmp_path: Path) -> None:
     assert any("$INSUNITS = 4, 0.001 m" in line for line in found.left)
 
 
+EVERYTHING = """
+[drawing]
+unit = "{}"
+precision = "0.03 m"
+axes = ["east", "north"]
+angles = "counter-clockwise from east"
+[[marks.A]]
+points = ["0"]
+of = "centre"
+uncertainty = "0.1 m"
+"""
+
+
+@pytest.mark.parametrize(("code", "unit", "metres"), [
+    (0, "m", 1.0), (1, "in", 0.0254), (2, "ft", 0.3048), (4, "mm", 0.001), (6, "m", 1.0),
+])  # fmt: skip
+@pytest.mark.parametrize("version", ["R12", "R2000", "R2018"])
+def test_every_kind_of_place_is_taken_in_every_unit(
+    tmp_path: Path, version: str, code: int, unit: str, metres: float
+) -> None:
+    document = ezdxf.new(version, units=code)
+    space = document.modelspace()
+    places = [(0.5 * i, 3.0 - i) for i in range(10)]
+    at = [(x / metres, y / metres) for x, y in places]
+    space.add_point(at[0])
+    space.add_line(at[1], at[2])
+    space.add_polyline2d(at[3:6])
+    if version == "R12":  # which has no LWPOLYLINE
+        space.add_polyline3d([(x, y, 0.2) for x, y in at[6:8]])
+    else:
+        space.add_lwpolyline(at[6:8])
+    space.add_circle(at[8], 0.1 / metres)
+    document.blocks.new("CONE").add_line((0, 0), (1, 1))
+    space.add_blockref("CONE", at[9])
+    found = imported(tmp_path, written(document), EVERYTHING.format(unit), "scene.dxf")
+    marks = [(m.x, m.y) for m in found.scene.marks["a"]]
+    np.testing.assert_allclose(marks, places, rtol=0, atol=1e-4)  # tenths of a millimetre are kept
+    assert not found.left
+
+
+def test_a_layer_of_thousands_of_points_is_refused_for_their_number(tmp_path: Path) -> None:
+    document = ezdxf.new()
+    document.modelspace().add_polyline2d([(i, 0) for i in range(2000)])
+    said = refusal(tmp_path, written(document), EVERYTHING.format("m"), "scene.dxf")
+    assert "2000 marks; write at most 50 for a vehicle" in said
+    assert "\n" not in said
+
+
+def test_a_drawing_without_places_says_what_it_has(tmp_path: Path) -> None:
+    document = ezdxf.new()
+    document.modelspace().add_mtext("north")
+    said = refusal(tmp_path, written(document), EVERYTHING.format("m"), "scene.dxf")
+    assert "its model space has MTEXT, but none of POINT, LINE" in said
+
+
 def test_several_points_on_a_layer_are_named_by_number(tmp_path: Path) -> None:
     document = drawing()
     document.modelspace().add_point((7, 8), dxfattribs={"layer": "GOUGE"})

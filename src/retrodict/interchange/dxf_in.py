@@ -77,7 +77,8 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
     for (layer, kind), count in (+arcs).items():
         left_lines.append(f"arcs of {count} {kind} on layer {shown(layer)}: their ends are taken")
     if not points:
-        raise file.refuse(f"its model space has none of {of}; export these")
+        others = ", ".join(sorted({shown(kind)[1:-1] for _, kind in left})[:4]) or "nothing"
+        raise file.refuse(f"its model space has {others}, but none of {of}; export these")
     return points, left_lines
 
 

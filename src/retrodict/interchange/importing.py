@@ -94,8 +94,9 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     if not new:
         new = document_toml(changed)
         left.append("comments of the scene file: its layout could not be kept, it is written anew")
+    scene = scene_from(changed, name, new, str(into))
     toml_of(new, str(into))  # refuses what is too long to be read again
-    return Import(tuple(taken), tuple(left), scene_from(changed, name, new, str(into)), new)
+    return Import(tuple(taken), tuple(left), scene, new)
 
 
 def _kept(text: str, changes: Mapping[str, Any], changed: dict[str, Any], file: str) -> str:
