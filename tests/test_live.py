@@ -10,7 +10,8 @@ import pytest
 import retrodict as rd
 from retrodict.inference.warm import WarmPoints
 
-SCENE = Path(__file__).parents[1] / "examples" / "brach-1977" / "scene.toml"
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SCENE = EXAMPLES / "brach-1977" / "scene.toml"
 MODEL = "planar-moment+wheels"
 SPEED = "vehicles.A.approach.speed"
 
@@ -60,8 +61,13 @@ def test_what_cannot_be_used_leaves_the_session_as_it_was(session: rd.Session) -
 
 
 def test_a_model_that_the_scene_does_not_allow_is_named() -> None:
-    with pytest.raises(ValueError, match="planar-moment"):
+    with pytest.raises(ValueError, match="'momentum': no model has that name; the scene allows"):
         rd.session(SCENE, model="momentum")
+    pole = EXAMPLES / "iihs-cf10028-barrier" / "scene.toml"
+    with pytest.raises(
+        ValueError, match=r"the same model as planar-moment\+spin; the scene allows"
+    ):
+        rd.session(pole, model="planar-moment+wheels")
 
 
 def test_coordinates_that_no_longer_do_are_fitted_anew(

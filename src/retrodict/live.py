@@ -25,7 +25,7 @@ from retrodict.scene.edit import change
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units, describe, unit_of
 from retrodict.scene.records import Scene
-from retrodict.studies.ladder import allowed, chosen_for
+from retrodict.studies.ladder import allowed, chosen_for, refusals
 from retrodict.studies.short import of_points
 
 if TYPE_CHECKING:
@@ -149,8 +149,11 @@ class Session:
             model, _ = chosen_for(self.scene, seed=seed, progress=self._progress)
         self.model = model
         if self.model not in allowed(self.scene):
+            why = refusals(self.scene, self.scene.question).get(
+                self.model, "no model has that name"
+            )
             known = ", ".join(allowed(self.scene))
-            raise ValueError(f"the scene allows the models {known}; not {self.model!r}")
+            raise ValueError(f"model {self.model!r}: {why}; the scene allows the models {known}")
         self._refitting: Future[Warm] | None = None
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="refit")
         self._warm = self._fitted(self.scene)

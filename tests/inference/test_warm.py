@@ -91,6 +91,19 @@ def test_a_scene_too_far_off_is_refused(warm: WarmPoints) -> None:
     assert set(found.checks.failed) >= set(OWN)
 
 
+def test_more_points_are_taken_where_the_first_do_not_do(
+    warm: WarmPoints, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the scene that coordinates were fitted to; of another, fitting them anew comes first."""
+    few = warm.estimate(SCENE)
+    failed = replace(few, checks=replace(few.checks, passed=False))
+    monkeypatch.setattr(warm, "_points", SimpleNamespace(estimate=lambda *_: failed))
+    found = warm.estimate(SCENE)
+    assert found.checks.passed, found.checks.reasons
+    assert found.evaluations > few.evaluations
+    assert warm.estimate(_speed_of_a(22.0)) is failed
+
+
 def test_a_rest_pose_sharper_than_run_outs_resolve_is_refused(warm: WarmPoints) -> None:
     found = warm.estimate(_rest_of_b(x=Measured(8.968, 0.001)))
     assert not found.checks.passed

@@ -186,6 +186,11 @@ class Points:
 _points = lru_cache(maxsize=8)(Points)  # thousands of scenes have few sizes
 
 
+def more_points(size: int, seed: int) -> Points:
+    """Several times as many points, and a larger pilot, for where the first ones do not do."""
+    return _points(size, seed, _THEN_MOST, _THEN_PILOT)
+
+
 @one_blas_thread()
 def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
     """The posterior of a scene by importance sampling: no chains, no predictions, no tree.
@@ -211,8 +216,7 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
     estimate = _points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
     if estimate.checks.passed:
         return estimate
-    more = _points(size, seed, _THEN_MOST, _THEN_PILOT)
-    return more.estimate(scene, parts, begin, diagnostics.MIN_ESS)
+    return more_points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
 
 
 def too_sharp(posterior: Posterior) -> tuple[str, ...]:
@@ -347,10 +351,10 @@ def precision(scene: Scene, quantities: dict[str, np.ndarray], weighted: Weighte
         of_limits = float(np.max(beyond - before)) / 2
         if decimals_of(sd, 1, of_limits) != decimals_of(sd, 1):
             imprecise.append(name)
-        for count, of in ((bulk[name], "mean"), (tail[name], "tails")):
+        for count, of, it in ((bulk[name], "mean is", "it"), (tail[name], "tails are", "them")):
             if not count >= diagnostics.MIN_ESS:
                 faults.append(
-                    f"{describe(name)[0]}: its {of} are as uncertain as {count:.0f} independent draws "
-                    f"would leave them, {diagnostics.MIN_ESS:.0f} are asked"
+                    f"{describe(name)[0]}: its {of} as uncertain as {count:.0f} independent draws "
+                    f"would leave {it}, {diagnostics.MIN_ESS:.0f} are asked"
                 )
     return Precision(min(bulk.values()), min(tail.values()), tuple(imprecise), tuple(faults))

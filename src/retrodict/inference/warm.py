@@ -18,7 +18,7 @@ import numpy as np
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.rebase import rebased
 from retrodict.inference.modes import Solution, UnsampledMode, solutions, turned, unsampled
-from retrodict.inference.points import USELESS, Estimate, Part, Points
+from retrodict.inference.points import USELESS, Estimate, Part, Points, more_points
 from retrodict.inference.samplers.importance import Proposal, adapted
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.samplers.quasi import scrambled
@@ -113,7 +113,11 @@ class WarmPoints:
         parts = [
             Part(self._rebased(each, scene), each.proposal, each.others) for each in self.fitted
         ]
-        return self._points.estimate(scene, parts, begin)
+        found = self._points.estimate(scene, parts, begin)
+        if found.checks.passed or scene != self.scene:  # whose coordinates might do
+            return found
+        more = more_points(self.fitted[0].solution.posterior.size, self.seed)
+        return more.estimate(scene, parts, begin)
 
     def _rebased(self, fitted: Fitted, scene: Scene) -> Posterior:
         _, data = RUNGS[self.rung].of_scene(turned(scene, fitted.solution.turns))
