@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.patches import FancyArrowPatch
 from matplotlib.text import Text
 
 from retrodict import findings
@@ -15,18 +17,20 @@ from retrodict.findings.run_outs import motions
 from retrodict.findings.summary import summarise
 from retrodict.inference.outcome import Outcome
 from retrodict.report.export import Asked, motion_files
-from retrodict.report.figure_scene import barrier_outline, impact_pose
+from retrodict.report.figure_scene import barrier_outline, impact_pose, plan_figure
 from retrodict.report.figures import FIGURES
 from retrodict.report.fragments import findings_html, scene_html
 from retrodict.report.replay_html import replay_fragment
 from retrodict.report.scene_layers import scene_drawing
 from retrodict.report.scene_svg import scene_svg
+from retrodict.scene import load_scene
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.questions import questions_from
 from retrodict.scene.records import Barrier
 from tests.report.conftest import DESCRIPTION, make_outcome
 from tests.report.documents import document_of, text_of
 
+ROOT = Path(__file__).parents[2]
 ASKED = {
     "limit": "15 m/s",
     "reaction": "1 ± 0.2 s",
@@ -138,6 +142,20 @@ def test_a_barrier_is_drawn_beyond_the_contact_line(struck: Outcome, barrier: Ba
     car = (np.array(impact_pose(scene, "a")[:2]) - centre) @ normal
     assert abs(off).min() == pytest.approx(0, abs=1e-3)  # a pole has 36 corners
     assert np.all(off * car <= 1e-9)
+
+
+@pytest.mark.parametrize("example", ["iihs-cf10028-barrier", "brach-1977"])
+def test_a_plan_holds_the_barrier_and_the_normal_of_the_contact(example: str) -> None:
+    scene = load_scene(ROOT / "examples" / example / "scene.toml")
+    figure = plan_figure(scene)
+    figure.draw_without_rendering()  # an arrow's head is as large as on paper
+    (axes,) = figure.axes
+    (arrow,) = [p for p in axes.patches if isinstance(p, FancyArrowPatch) and p.get_zorder() == 8]
+    corners = [arrow.get_path().get_extents().get_points()]
+    corners += [barrier_outline(scene, 1.0)] if scene.barrier else []
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
+    for each in corners:
+        assert np.all((each > low) & (each < high)), each
 
 
 @pytest.mark.parametrize("barrier", [Barrier("wall", "a wall"), Barrier("pole", "a pole", 0.3)])

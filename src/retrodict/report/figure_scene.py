@@ -200,6 +200,8 @@ def _view(
     points += [_rest_points(scene, v) / worth for v in scene.rest]
     points += [np.array([[m.x, m.y] for m in marks]) / worth for marks in scene.marks.values()]
     points += [np.array([[x, y]]) / worth for _, x, y, _ in _ends_of_rotation(scene)]
+    points += [each / worth for each in _contact_lines(scene)]
+    points += [barrier_outline(scene, 0.0) / worth] if scene.barrier else []
     # the odd run-out that ends far away must not shrink the rest to a dot
     for v, runs in paths.items():
         if runs.size:
@@ -432,20 +434,25 @@ def _rotations(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     return [handle] if ends else []
 
 
+def _contact_lines(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """The contact line and its normal, from end to end, in m."""
+    at = np.array([scene.contact.x.value, scene.contact.y.value])
+    c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
+    half = 0.45 * max(v.length for v in scene.vehicles.values())
+    return at + half * np.array([[s, -c], [-s, c]]), at + half * np.array([[0, 0], [c, s]])
+
+
 def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     x, y = scene.contact.x.value / worth, scene.contact.y.value / worth
     size = [4 * m.sd / worth for m in (scene.contact.x, scene.contact.y)]
     if min(size) > 0:
         axes.add_patch(Ellipse((x, y), *size, fc=(1, 1, 1, 0.45), ec=drawing.INK, lw=1.1, zorder=8))
-    c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
-    half = 0.45 * max(v.length for v in scene.vehicles.values()) / worth
+    line, normal = (ends / worth for ends in _contact_lines(scene))
     ink = drawing.INK
-    axes.plot([x + half * s, x - half * s], [y - half * c, y + half * c], "-.", color=ink, lw=1.0,
-              zorder=8)  # fmt: skip
+    axes.plot(*line.T, "-.", color=ink, lw=1.0, zorder=8)
     axes.add_patch(
         FancyArrowPatch(
-            (x, y),
-            (x + half * c, y + half * s),
+            *normal,
             arrowstyle="-|>",
             mutation_scale=8,
             color=ink,
