@@ -50,6 +50,14 @@ def test_pdf_has_the_cells_of_the_content_in_their_order(made):
     assert count > 300
 
 
+def test_the_words_of_headings_are_no_wider_than_their_columns(made):
+    """Else they would run into one another: 170 mm of a page, bold letters of 1.3 mm on average."""
+    for table in (b for b in blocks(made[0]) if isinstance(b, Table)):
+        for cell, share in zip(table.header, table.shares, strict=False):
+            widest = max(map(len, cell.split()), default=0)
+            assert 1.3 * widest + 2.8 <= 170 * share, (cell, table.header)
+
+
 @pytest.mark.parametrize("suffix", ["html", "pdf", "docx"])
 def test_a_strangers_text_shows_as_text(outcome, suffix):
     made = FORMATS[suffix](document_of(evil_outcome(outcome, EVIL)))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Literal
 
 _NARROWEST, _WIDEST = 10, 48  # characters that a column is taken to have, for its width
+_BOLD = 6  # that a word of a heading, which is bold and cannot break, takes more than its own
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +42,12 @@ class Table:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Of the width, for each column: by its longest text, within limits; headings may break."""
+        """Of the width, for each column: by its longest text, within limits; headings break at words."""
         longest = [max(map(len, column)) for column in zip(*self.rows, strict=True)]
-        headed = [len(cell) // 2 for cell in self.header] or [0] * len(longest)
+        headed = [
+            max(len(cell) // 2, *(len(word) + _BOLD for word in cell.split()), 0)
+            for cell in self.header
+        ] or [0] * len(longest)
         widths = [
             min(max(cells, head, _NARROWEST), _WIDEST)
             for cells, head in zip(longest, headed, strict=True)
