@@ -21,6 +21,7 @@ from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Method
+from retrodict.interchange.importing import POINTS
 from retrodict.report import html
 from retrodict.report.document import document_of
 from retrodict.report.figures import FIGURES, Registered, images
@@ -30,7 +31,8 @@ from retrodict.scene.priors import Prior
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import Scene
 from retrodict.studies.ladder import allowed
-from tests.extending import toy_figure, toy_impact, toy_reader, toy_sampler
+from tests.extending import toy_figure, toy_impact, toy_points, toy_reader, toy_sampler
+from tests.interchange.test_survey import ONE, imported, refusal
 from tests.models.test_rungs import agrees, drawn
 from tests.report.conftest import make_outcome
 from tests.shared.scene_file import SCENE, stripped
@@ -60,7 +62,17 @@ def test_as_many_files_are_named_as_promised_and_one_holds_the_registry(
 
 def test_every_registry_has_a_row() -> None:
     assert {registry for _, registry, *_ in TABLE} == {
-        *("RUNGS", "REPORTED", "ITEMS", "METHODS", "FIGURES", "FORMATS", "EXPORTS", "READERS")
+        *(
+            "RUNGS",
+            "REPORTED",
+            "ITEMS",
+            "METHODS",
+            "FIGURES",
+            "FORMATS",
+            "EXPORTS",
+            "POINTS",
+            "READERS",
+        )
     }
 
 
@@ -142,6 +154,15 @@ def test_a_file_reader_gives_the_same_scene(
     file.write_text("{")
     with pytest.raises(SceneError, match=r"crash\.json: not valid JSON"):
         load_scene(file)
+
+
+def test_a_file_of_points_is_imported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(POINTS, "survey", toy_points.points_of)
+    found = imported(tmp_path, '{"7": [1, 2]}', ONE, "points.json")
+    assert (found.scene.contact.x.value, found.scene.contact.y.value) == (1, 2)
+    assert found.scene.contact.x.source.startswith("points.json, point 7, key 7; SHA-256 ")
+    assert found.left == ("a line",)
+    assert "points.json: not valid JSON" in refusal(tmp_path, "{", ONE, "points.json")
 
 
 def test_an_item_of_evidence_is_read_labelled_and_predicted() -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from retrodict.interchange.column_map import FrameEntry, MapEntry, RestEntry, load_map
+from retrodict.interchange.dxf_in import drawing_points
 from retrodict.interchange.points import (
     Frame,
     Point,
@@ -34,6 +35,11 @@ from retrodict.scene.outlines import outline_fault
 from retrodict.scene.records import Measured, Scene, Vehicle
 from retrodict.scene.write import document_toml
 
+# a map's table on a file of points -> what reads these, with a line on each thing that it leaves
+POINTS: dict[str, Callable[[SourceFile, Any], tuple[list[Point], list[str]]]] = {
+    "survey": survey_points,
+    "drawing": drawing_points,
+}
 _IN_A_LINE = 12  # items of a list, beyond which each has a line
 _MISFIT = 4.0  # standard deviations of a point that points of one line or vehicle may miss it by
 
@@ -146,17 +152,9 @@ class _Taking:
 
     def all(self) -> tuple[list[Taken], list[str]]:
         """Everything taken, and lines on what is left."""
-        entry: FrameEntry
-        if self.map.survey is not None:
-            entry = self.map.survey
-            points, columns = survey_points(self.file, self.map.survey)
-            left = [f"column {shown(column)}: not in the map" for column in columns]
-        else:
-            from retrodict.interchange.dxf_in import drawing_points
-
-            assert self.map.drawing is not None
-            entry = self.map.drawing
-            points, left = drawing_points(self.file, self.map.drawing)
+        table = next(name for name in POINTS if getattr(self.map, name) is not None)
+        entry: FrameEntry = getattr(self.map, table)
+        points, left = POINTS[table](self.file, entry)
         self.points, self.by_name = points, named(points)
         self.precision = entry.precision.value
         self.frame = self._frame(entry)

@@ -50,8 +50,7 @@ class _Recorder:
         self.file, self.entry, self.document = file, entry, document
         rows = table_rows(file, entry.separator or "")
         wanted = {key: column for key, column in entry.columns if column is not None}
-        self.places, self.rows, columns = columns_of(file, rows, wanted, "recorder")
-        self.left = [f"column {shown(column)}: not in the map" for column in columns]
+        self.places, self.rows, self.left = columns_of(file, rows, wanted, "recorder")
         self.curves = {c: self._curve(c) for c in self.places if c != "time"}
 
     def all(self) -> tuple[list[Taken], list[str]]:

@@ -20,7 +20,7 @@ def columns_of(
         table: of the map, for messages.
 
     Returns:
-        Place of each column from 0, the rows below the header, and names of the columns left.
+        Place of each column from 0, the rows below the header, and a line on each column left.
 
     Raises:
         SceneError: the header has no such column, or two of them.
@@ -38,7 +38,8 @@ def columns_of(
             fix = f"the header {what}; it has {has}; correct [{table}.columns] in the map"
             raise file.refuse(fix, key, shown(column))
         places[key] = found[0]
-    left = [cell for i, cell in enumerate(header) if cell and i not in places.values()]
+    others = [cell for i, cell in enumerate(header) if cell and i not in places.values()]
+    left = [f"column {shown(cell)}: not in the map" for cell in others]
     return places, rows[1:], left
 
 
@@ -50,8 +51,8 @@ def survey_points(file: SourceFile, survey: SurveyEntry) -> tuple[list[Point], l
         survey: the map's table for it.
 
     Returns:
-        Every point with where it stands, those that cannot be used with the reason; and names of the
-        columns that the map leaves out.
+        Every point with where it stands, those that cannot be used with the reason; and a line on each
+        column that the map leaves out.
 
     Raises:
         SceneError: it is no table, or lacks a column.
