@@ -3,10 +3,11 @@
 python3 -m uv run --group bench python -m benchmarks.batch [counts, as 10,100,1000] [folder]
 
 The scenes are crashes simulated from the design of `retrodict calibrate`, which share one structure.
-Each count is answered by one worker and by two, each time from nothing but compiled programs. Memory
-is what worker processes hold (RSS), at the first and the last hundred scenes. How often the central 95 %
-hold what was simulated is counted in the largest batch. Writes docs/charts/batch.csv, batch.png and the
-numbers of docs/batch.md; a folder, for a trial, leaves the page alone.
+Each count is answered by one worker (up to a hundred scenes) and by two, each time from nothing but
+compiled programs. Memory is what worker processes hold (RSS), at the first and the last hundred scenes.
+How often the central 95 % hold what was simulated is counted in the largest batch. Writes
+docs/charts/batch.csv, batch.png and the numbers of docs/batch.md; a folder, for a trial, leaves the page
+alone.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from retrodict.studies import calibration
 
 COUNTS = (10, 100, 1000)
 WORKERS = (1, 2)
+ALONE = 100  # scenes: more of them are answered by two workers only
 EVERY = 1.0  # s between looks at memory
 END = 100  # scenes at either end whose memory is compared
 MB = 2**20
@@ -147,8 +149,8 @@ def parts(runs: list[Run], held: dict[str, float]) -> page.Parts:
     rows = [
         [
             str(run.scenes), str(run.workers), f"{run.seconds:.0f}", f"{run.a_minute:.0f}",
-            f"{alone[run.scenes] / run.seconds:.2f}", str(run.answered), f"{run.memory_early:.0f}",
-            f"{run.memory_late:.0f}",
+            f"{alone[run.scenes] / run.seconds:.2f}" if run.scenes in alone else "",
+            str(run.answered), f"{run.memory_early:.0f}", f"{run.memory_late:.0f}",
         ]
         for run in runs
     ]  # fmt: skip
@@ -181,7 +183,7 @@ def main(counts: tuple[int, ...] = COUNTS, charts: Path = DOCS / "charts") -> No
             table = csv.writer(file, lineterminator="\n")
             table.writerow(Run._fields)
             for count in counts:
-                for workers in WORKERS:
+                for workers in WORKERS[count > ALONE :]:
                     run, last = measured(files[:count], workers, folder / f"{count}-{workers}")
                     runs.append(run)
                     table.writerow(runs[-1])
