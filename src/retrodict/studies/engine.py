@@ -130,11 +130,23 @@ class Engine:
             items_of.update(zip(futures, items, strict=True))
             return futures
 
+        suspects = deque[I]()
         coming = as_completed(submitted(items), loop=client.loop)
-        for future in coming:
-            item = items_of.pop(future)
-            result: R | WorkerDied = _result_of(future)
-            coming.update(submitted(more(item, result)))
+        while True:
+            for future in coming:
+                item = items_of.pop(future)
+                result: R | WorkerDied = _result_of(future)
+                if isinstance(result, WorkerDied):
+                    suspects.append(item)
+                    continue
+                coming.update(submitted(more(item, result)))
+                yield item, result
+            if not suspects:
+                return
+            # it may have waited, each time, at the worker that another one ended: now it is alone
+            item = suspects.popleft()
+            result = _result_of(client.submit(job, item, pure=False))
+            coming = as_completed(submitted(more(item, result)), loop=client.loop)
             yield item, result
 
     def results[I, R](
