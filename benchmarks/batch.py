@@ -166,9 +166,8 @@ def parts(runs: list[Run], held: dict[str, float]) -> page.Parts:
 
 def main(counts: tuple[int, ...] = COUNTS, charts: Path = DOCS / "charts") -> None:
     """Measure, draw and write the page."""
-    os.environ["NPROC"] = (
-        "1"  # a worker has one core, and so has this process where it is the only one
-    )
+    # a worker has one core, and so has this process where it is the only one
+    os.environ["NPROC"] = "1"
     charts.mkdir(parents=True, exist_ok=True)
     folder = Path(tempfile.mkdtemp())
     runs: list[Run] = []

@@ -54,10 +54,10 @@ def _staged(found: dict) -> list[str]:
 def _calibrated(file: Path) -> list[str]:
     found = json.loads(file.read_text("utf-8"))
     name = found["model"] + NAMES.get(file.parent.name.split("-")[0], "")
-    quantities = found["quantities"]
-    coverage = quantities.get("speed_b", quantities.get("speed_a"))[
-        "coverage"
-    ]  # what A struck stood
+    asked = (
+        "speed_b" if "speed_b" in found["quantities"] else "speed_a"
+    )  # what A struck stood still
+    coverage = found["quantities"][asked]["coverage"]
     return [
         name,
         found["method"],

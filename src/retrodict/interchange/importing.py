@@ -25,7 +25,7 @@ from retrodict.interchange.points import (
 from retrodict.interchange.recorder_csv import recorder_taken
 from retrodict.interchange.source_file import SourceFile, read_source
 from retrodict.interchange.survey_csv import survey_points
-from retrodict.interchange.taken import Taken, quantity, rounded
+from retrodict.interchange.taken import Taken, quantity, replaced, rounded
 from retrodict.interchange.vendors import refuse_vendor
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.edit import write_keys
@@ -280,7 +280,7 @@ class _Taking:
                 "side": entry.side,
                 "uncertainty": {"value": rounded(sd), "unit": "m"},
             }
-            yield from self._no_more(f"surfaces.{name}.outline")
+            yield from replaced(self.document, f"surfaces.{name}.outline")
             yield self._taken(f"surfaces.{name}.edge", edge, points, f"misfit {misfit:.3f} m")
 
     def _outlines(self) -> Iterator[Taken]:
@@ -298,13 +298,8 @@ class _Taking:
             }
             again = len(places) - len(corners)
             remark = f"{again} of them at the corner before" if again else ""
-            yield from self._no_more(f"surfaces.{name}.edge")
+            yield from replaced(self.document, f"surfaces.{name}.edge")
             yield self._taken(f"surfaces.{name}.outline", outline, points, remark)
-
-    def _no_more(self, key: str) -> Iterator[Taken]:
-        """The removal of a key, if the scene file has it, that what is taken stands in the place of."""
-        if (before := value_at(self.document, key)) is not None:
-            yield Taken(key, None, "what is taken stands in its place", before)
 
     def _one(self, name: str, key: str) -> Point:
         points = self._several([name], key)

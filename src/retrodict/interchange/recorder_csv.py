@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from retrodict.interchange.column_map import RecordedSpeedEntry, RecorderEntry
 from retrodict.interchange.source_file import NoNumber, Row, SourceFile, number, table_rows
 from retrodict.interchange.survey_csv import columns_of
-from retrodict.interchange.taken import Taken, quantity, rounded
+from retrodict.interchange.taken import Taken, quantity, replaced, rounded
 from retrodict.scene.errors import shown
 from retrodict.scene.load import value_at
 from retrodict.scene.records import Measured
@@ -74,8 +74,7 @@ class _Recorder:
         else:
             yield self._taken(f"{key}.speed_record", self._record(curve, entry, source), curve)
             other = f"{key}.speed"
-        if (before := value_at(self.document, other)) is not None:
-            yield Taken(other, None, "what is taken stands in its place", before)
+        yield from replaced(self.document, other)
 
     def _record(self, curve: Curve, entry: RecordedSpeedEntry, source: str) -> dict[str, Any]:
         """The record about the moments at which the impact may have been."""

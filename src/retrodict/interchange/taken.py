@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
+
+from retrodict.scene.load import value_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +26,12 @@ class Taken:
     where: str
     before: Any = None
     remark: str = ""
+
+
+def replaced(document: dict[str, Any], key: str) -> Iterator[Taken]:
+    """The removal of a key, if the scene file has it, that what is taken stands in the place of."""
+    if (before := value_at(document, key)) is not None:
+        yield Taken(key, None, "what is taken stands in its place", before)
 
 
 def quantity(value: float, sd: float | None, unit: str, source: str) -> dict[str, Any]:

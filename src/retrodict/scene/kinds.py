@@ -316,10 +316,10 @@ EdgeDirection = Annotated[
     Measured,
     Kind(units.ANGLE, -360, 360, "0 deg", uncertainty="refused", advice=_EDGE),
 ]
-_OUTLINE = "that of the outline goes into its key uncertainty"
+_CORNERS = "that of the outline goes into its key uncertainty"
 OutlineCoordinate = Annotated[
     Measured,
-    Kind(units.LENGTH, -1000, 1000, "4 m", uncertainty="refused", advice=_OUTLINE),
+    Kind(units.LENGTH, -1000, 1000, "4 m", uncertainty="refused", advice=_CORNERS),
 ]
 EdgeUncertainty = Annotated[
     Measured,
