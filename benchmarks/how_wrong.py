@@ -54,9 +54,8 @@ def _staged(found: dict) -> list[str]:
 def _calibrated(file: Path) -> list[str]:
     found = json.loads(file.read_text("utf-8"))
     name = found["model"] + NAMES.get(file.parent.name.split("-")[0], "")
-    asked = (
-        "speed_b" if "speed_b" in found["quantities"] else "speed_a"
-    )  # what A struck stood still
+    # a barrier stands still
+    asked = "speed_b" if "speed_b" in found["quantities"] else "speed_a"
     coverage = found["quantities"][asked]["coverage"]
     return [
         name,
