@@ -27,7 +27,8 @@ from benchmarks.inference.cost import SCENES
 from benchmarks.inference.reference import CHAINS, WARMUP
 from benchmarks.machine import machine
 from retrodict import load_scene
-from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, importance, nuts
 from retrodict.inference.samplers.chains import sample

@@ -18,7 +18,7 @@ from retrodict.scene.records import VEHICLES
 # measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")
 
-TransformName = Literal["rest-pose", "velocity", "offset"]
+TransformName = Literal["rest-pose", "standard", "offset"]
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
 ROLLING_STEPS = 192  # of a rolling vehicle's, differentiated in reverse mode: its time is stiff
@@ -49,6 +49,7 @@ class Structure:
             that are not differentiated in reverse mode.
         vehicles: A and B; A alone where it struck a barrier.
         outlines: number of corners of each surface that has some, in the order of `surfaces`.
+        deviates: number of standard normal deviates that all unknowns have.
     """
 
     rung: str
@@ -70,6 +71,7 @@ class Structure:
     steps: int | None = None
     vehicles: tuple[str, ...] = VEHICLES
     outlines: tuple[int, ...] = ()
+    deviates: int = 0
 
     @property
     def barrier(self) -> bool:
@@ -101,6 +103,16 @@ class Structure:
         """Rolling vehicles whose rest pose gives the velocity after the impact in closed form."""
         measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence)
         return tuple(v for v in measured if v not in self.integrated)
+
+    @property
+    def without_transform(self) -> Structure:
+        """The structure by which programs that need no transform are compiled, whatever its own."""
+        return replace(self, transform="rest-pose")
+
+    @property
+    def differentiable(self) -> Structure:
+        """The structure with a fixed number of steps, which have derivatives in reverse mode."""
+        return replace(self, steps=self.steps or (ROLLING_STEPS if self.paced else STEPS))
 
     def on_way_of(self, vehicle: str) -> tuple[str, ...]:
         """Names of what was measured on a vehicle's way to rest."""

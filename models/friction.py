@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 import numpyro.distributions as dist
+from jax.scipy.special import ndtr
 from jaxtyping import Array, Float
 
 # Where mu_c exceeds this, sliding as a rule goes on: in the staged crashes that the prior cites,
@@ -16,6 +17,8 @@ _MOST, _FADING = 2.0, 4
 _SHAPE = 5.0
 _LEAST = 1e-9  # size of mu_c: where there is no sliding to end, neither is there friction
 _ROUNDING = 1e-6  # of mu_c: by how much mu may come out beyond it
+_HALVINGS = 64  # of the interval that holds a quantile
+_FARTHEST = 2e3  # medians: where the log-logistic leaves a probability of 3e-17
 
 
 class Friction(dist.Distribution):
@@ -62,6 +65,46 @@ class Friction(dist.Distribution):
         both = jnp.logaddexp(ends - jax.nn.softplus(log_odds), goes_on - jax.nn.softplus(-log_odds))
         inside = self.interlocked | (share < 1 + _ROUNDING)
         return jnp.where(inside, both, -jnp.inf)
+
+    def cdf(self, value: Float[Array, "*any"]) -> Float[Array, "*any"]:
+        """Probability of less friction; of less in size where mu_c is negative."""
+        return self._below(jnp.where(self.critical < 0, -value, value))
+
+    def icdf(self, q: Float[Array, "*any"]) -> Float[Array, "*any"]:
+        """Friction by the probability of `cdf`, by bisection; a Newton step gives its derivatives."""
+        critical, scale, median, wanted = jax.lax.stop_gradient(
+            (self.critical, self.scale, self.median, q)
+        )
+        still = Friction(critical, scale, median, self.interlocked)
+        size, _ = still._size_and_log_odds()
+        far = 10 * scale * size
+        low, high = jnp.broadcast_arrays(-far, size, wanted)[:2]
+        if self.interlocked:
+            high = high + far + _FARTHEST * median
+
+        def halved(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+            middle = (ends[0] + ends[1]) / 2
+            above = still._below(middle) < wanted
+            return jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)
+
+        ends = jax.lax.fori_loop(0, _HALVINGS, halved, (low, high))
+        mu = (ends[0] + ends[1]) / 2
+        density = jnp.exp(still.log_prob(jnp.where(critical < 0, -mu, mu)))
+        off = (self._below(mu) - q) / jnp.where(density > 0, density, 1.0)
+        # the last digits of the probability would move mu by more than bisection left open
+        off = off - jax.lax.stop_gradient(off)
+        return jnp.where(self.critical < 0, off - mu, mu - off)
+
+    def _below(self, mu: Float[Array, "*any"]) -> Float[Array, "*any"]:
+        """Probability of less friction than mu, in the sense of mu_c."""
+        size, log_odds = self._size_and_log_odds()
+        ends = ndtr((mu / size - 1) / self.scale)
+        x = _SHAPE * jnp.log(jnp.maximum(mu, _LEAST**2) / self.median)
+        goes_on = jax.nn.sigmoid(x)
+        if not self.interlocked:
+            ends, goes_on = 2 * ends, goes_on / jax.nn.sigmoid(_SHAPE * jnp.log(size / self.median))
+        goes_on = jnp.where(mu > 0, goes_on, 0.0)
+        return ends * jax.nn.sigmoid(-log_odds) + goes_on * jax.nn.sigmoid(log_odds)
 
     def sample(self, key: Array, sample_shape: tuple[int, ...] = ()) -> Float[Array, "*any"]:
         """Draws of mu."""

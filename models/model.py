@@ -17,6 +17,7 @@ from retrodict.models.impacts import momentum, planar
 from retrodict.models.of_scene import of_scene
 from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import roll, slide, spin, wheels
+from retrodict.models.standard_normal import sizes
 
 from retrodict.scene.names import parsed, vehicle_of
 from retrodict.scene.quantities import describe
@@ -87,7 +88,9 @@ class Rung:
         # along a measured way yaw rates are so uncertain that the bounds on e_m distort the rest-pose
         # transform strongly: importance sampling had no finite weight in two scenes of five
         loose = bool(ways and self.impact.levels)
-        return of_scene(seen, self.name, self.run_out, explained, loose)
+        structure, data = of_scene(seen, self.name, self.run_out, explained, loose)
+        deviates = sum(sizes(self.impact, structure, data).values())
+        return replace(structure, deviates=deviates), data
 
     def with_approximations(self, scene: Scene) -> Scene:
         """The scene with the approximation errors of this model added to its inputs."""

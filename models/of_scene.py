@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Array
-from retrodict.models.arrays import OF_B, ROLLING_STEPS, STEPS, Data, Structure
+from retrodict.models.arrays import OF_B, STEPS, Data, Structure
 from retrodict.models.run_out import RunOut
 
 from retrodict.mechanics import Zone
@@ -93,9 +93,8 @@ def of_scene(
     )
     # one vehicle's rest pose determines fewer velocities than an impact has unknowns
     if loose or structure.barrier or structure.unmeasured == structure.rest_components:
-        structure = replace(structure, transform="velocity")
-    # run-outs that are differentiated in reverse
-    if structure.transform == "velocity" or (structure.followed and not structure.paced):
-        steps = ROLLING_STEPS if structure.paced else STEPS
-        structure = replace(structure, steps=steps)
+        structure = replace(structure, transform="standard")
+    # a path by steps that are an argument has as many rows, whatever their number
+    if structure.followed and not structure.paced:
+        structure = replace(structure, steps=STEPS)
     return structure, data

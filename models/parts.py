@@ -29,6 +29,8 @@ from retrodict.scene.records import VEHICLES, WHEELS
 
 Values = dict[str, Float[Array, ""]]
 
+# name of the condition that the vehicles close in, a site without a value
+CLOSE_IN = "close_in"
 # names of the velocities after the impact, by vehicle
 AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
 
@@ -229,6 +231,15 @@ def rest_poses_at(
     pairs = [data.evidence.get(name, np.array([0.0, 1.0])) for name in structure.rest_components]
     value, sd = jnp.stack(pairs, axis=1)
     return (value + sd * z).reshape(len(structure.vehicles), -1)
+
+
+def close_in(closing: Float[Array, ""]) -> None:
+    """Rule out vehicles that part before the impact.
+
+    Args:
+        closing: of the sign of the closing speed.
+    """
+    numpyro.factor(CLOSE_IN, jnp.where(closing > 0, 0.0, -jnp.inf))
 
 
 def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "vehicles 2"]:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from retrodict.inference import Unanswerable
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.scene.records import Scene
 from tests.shared.known_truth import made

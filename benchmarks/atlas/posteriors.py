@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks.atlas import Row
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.studies.conflict import conflicts

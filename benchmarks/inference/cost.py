@@ -25,7 +25,8 @@ from benchmarks.inference.reference import (
 )
 from benchmarks.tables import Remark
 from retrodict import load_scene
-from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, Task
 

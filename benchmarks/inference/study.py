@@ -10,7 +10,7 @@ from benchmarks.inference.reference import Effort, refer
 from benchmarks.machine import machine
 from benchmarks.tables import Remark, shown
 from retrodict import load_scene
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 
 

@@ -36,6 +36,9 @@ def forward_model(structure: Structure, data: Data, x: parts.Values) -> Separati
     impulse = dist.Normal(0.0, m_a * data.priors["impulse"][0])
     P = jnp.stack([numpyro.sample("impulse_x", impulse), numpyro.sample("impulse_y", impulse)])
     V_a, V_b = v_a + P / m_a, v_b - P / m_b  # eqs 19, 20
+    # the contact pushes: A away from B, whose centre of gravity lies beyond the impact centre
+    lever_a, lever_b = parts.levers(x)
+    parts.close_in(jnp.minimum((v_b - v_a) @ P, (lever_b - lever_a) @ P))
     if "heading" in structure.rests:
         spin = dist.Normal(0.0, data.priors["Omega"][0])
         Omega_a, Omega_b = numpyro.sample("Omega_a", spin), numpyro.sample("Omega_b", spin)

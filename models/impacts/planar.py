@@ -126,14 +126,17 @@ def _record(
     mu_c: Float[Array, ""] | float,
     after: Float[Array, "6"],
 ) -> Float[Array, ""]:
-    """Record energies (the one lost is returned), closing speed, normal impulse and mu_c."""
+    """Record energies (the one lost is returned), closing speed, normal impulse and mu_c.
+
+    Vehicles that part are ruled out.
+    """
     energy = audit(before, bodies, coefficients)
     lost = numpyro.deterministic("energy_lost", jnp.asarray(energy.before - energy.after))
     numpyro.deterministic("moment_work", energy.moment)
     closing = contact_velocity(before, bodies) @ axes(bodies)[0]
     # if both centres lie on one side of the contact line, only their motion shows the direction
     sign = jnp.where(either_side(bodies), towards_b(bodies), jnp.sign(closing))
-    numpyro.deterministic("closing_speed", closing * sign)
+    parts.close_in(numpyro.deterministic("closing_speed", closing * sign))
     P_n = impulse(before, bodies, coefficients)[0] @ axes(bodies)[0]
     numpyro.deterministic("normal_impulse", -P_n * sign)
     numpyro.deterministic("mu_critical", mu_c)

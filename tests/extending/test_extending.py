@@ -17,7 +17,7 @@ from retrodict.models import RUNGS, Rung
 from retrodict.models.runouts import slide
 
 from retrodict import findings
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Method

@@ -5,6 +5,8 @@ import pytest
 import xarray as xr
 
 from retrodict.inference.diagnostics import judge
+from retrodict.inference.outcome import Checks
+from retrodict.inference.prior_check import Reference
 from tests.shared.scenes import collision
 
 
@@ -62,13 +64,17 @@ def test_weak_evidence_is_flagged() -> None:
 def test_draws_of_a_part_of_the_posterior_fail_where_crashes_of_the_prior_show_the_rest() -> None:
     """Half of the posterior of e is standard normal about 2, and no draw is there."""
     values = np.random.default_rng(1).normal(size=500)
-    whole, elsewhere = values, values + 2 * (np.arange(500) % 2)
-    assert judge(of_prior(tree(), 100, e=whole), collision()).passed
-    checks = judge(of_prior(tree(), 100, e=elsewhere), collision())
+
+    def judged(values: np.ndarray, left: int) -> Checks:
+        weights = np.where(np.arange(500) < left, 1 / left, 0.0)
+        return judge(tree(), collision(), reference=Reference({"e": values}, weights, {}))
+
+    assert judged(values, 100).passed
+    elsewhere = values + 2 * (np.arange(500) % 2)
+    checks = judged(elsewhere, 100)
     assert checks.failed == ("e",)
     assert "100 crashes of the prior" in checks.reasons[0]
-    # too few crashes say nothing, and are weighted for one number of turns only
-    assert judge(of_prior(tree(), 20, e=elsewhere), collision()).passed
+    assert judged(elsewhere, 20).passed  # too few crashes say nothing
 
 
 def test_one_divergence_fails() -> None:

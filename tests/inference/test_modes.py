@@ -14,15 +14,19 @@ from retrodict.models import RUNGS
 from retrodict.inference import modes, reconstruct
 from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.log_density import Evaluated, Target
-from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting import rolling
+from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.outcome import Mode
+from retrodict.inference.prior_check import Reference
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
-from retrodict.scene.records import Scene
+from retrodict.scene.records import Departure, Measured, Scene
 from retrodict.studies import calibration
 from tests.shared.scenes import collision
 
 SCENE = collision(share=0.0)
+NOTHING = Reference({}, np.zeros(1), {})
 APART, SHARE = 10.0, 0.3  # of the toy's second normal: where it lies, and its weight
 
 
@@ -69,27 +73,36 @@ def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() ->
     assert only.mode.values["e_m"] > 0.5
 
 
-def test_where_both_branches_count_each_is_a_solution() -> None:
+def test_where_both_branches_count_one_posterior_holds_them() -> None:
     """Simulation 6: the force alone may have turned B either way against A."""
     scene, truth = _simulated(6)
-    found = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
-    assert {s.label() for s in found} == {
-        f"B turned {side} against A by the force alone" for side in ("left", "right")
-    }
-    found, faults = modes.weighted_by_evidence(found, seed=0)
-    assert not faults
-    assert sum(solution.mode.weight for solution in found) == pytest.approx(1)
-    for solution in found:
-        drawn = METHODS["importance"].draw(Task(solution.posterior, 4, 125, 0, 0, lambda *_: None))
-        assert not drawn.faults
-        quantities = drawn.known(solution.posterior)
-        divisor = (quantities["Omega_b"] - quantities["Omega_a"]) / quantities["e_m"]
-        assert (np.sign(divisor) == solution.posterior.branch["e_m"]).all()
-        low, high = np.quantile(quantities["speed_b"], [0.005, 0.995])
-        assert low < truth["speed_b"] < high
+    (only,) = modes.solutions(scene, reconstruct.DEFAULT_RUNG)
+    assert only.posterior.transform.flattening is not None
+    assert only.others, "chains and a proposal would see one of two modes"
+    start = only.posterior.over_prior()
+    drawn = METHODS["smc"].draw(Task(start, 4, 1000, 0, 0, lambda *_: None))
+    assert not drawn.faults
+    quantities = drawn.known(start)
+    low, high = np.quantile(quantities["speed_b"], [0.005, 0.995])
+    assert low < truth["speed_b"] < high
+    # either way is drawn as often as by tempering, whose coordinates are others
+    whole = rolling.prepare(scene, reconstruct.DEFAULT_RUNG)
+    known = METHODS["smc"].draw(Task(whole, 4, 1000, 0, 0, lambda *_: None)).known(whole)
+    left, sure = (
+        np.mean((q["Omega_b"] - q["Omega_a"]) / q["e_m"] > 0) for q in (quantities, known)
+    )
+    assert 0.03 < sure < 0.08
+    assert left == pytest.approx(sure, abs=0.025)
 
 
-def _turned_scene() -> Scene:
+def _open() -> Scene:
+    """The scene without measured rests: deviates are coordinates."""
+    a = Departure(direction=Measured(2.81, 0.05), speed=Measured(7.4, 0.3))
+    b = Departure(direction=Measured(-0.83, 0.05), speed=Measured(8.0, 0.3))
+    return replace(collision(berm=False), rest={}, departure={"a": a, "b": b})
+
+
+def turned_scene() -> Scene:
     """B turned twice and a bit; its rest heading alone also fits thrice, with less weight.
 
     Parts interlock, for the paper's mu is beyond the one that ends the sliding.
@@ -100,15 +113,24 @@ def _turned_scene() -> Scene:
     return replace(SCENE, rest=rest, contact=replace(SCENE.contact, interlocked=True))
 
 
-def test_an_unsampled_mode_is_found_and_its_weight_is_right(two_normals: Posterior) -> None:
-    (odds, w), *more = modes.unsampled(two_normals, seed=0)
-    assert not more
-    assert odds == pytest.approx(SHARE / (1 - SHARE), rel=0.02)
-    np.testing.assert_allclose(w, [APART, *[0] * (w.size - 1)], atol=0.05)
+def test_an_unsampled_mode_has_the_weight_that_its_peak_has() -> None:
+    """A second peak, lower by ln 3 and as wide, lies where its deviates say."""
+    (solution,) = modes.solutions(_open(), reconstruct.DEFAULT_RUNG)
+    peak = solution.peak
+    assert peak is not None
+    assert modes.unsampled(replace(solution, others=())) == []
+    u = peak.u + np.linspace(-1, 1, peak.u.size)
+    other = replace(peak, u=u, potential=peak.potential + np.log(3))
+    (found,) = modes.unsampled(replace(solution, others=(other,)), place=2)
+    assert found.of == 2
+    assert found.odds == pytest.approx(1 / 3)
+    np.testing.assert_allclose(solution.posterior.deviates(found.w[None])[0], u, atol=1e-8)
 
 
 def test_one_mode_has_no_rivals() -> None:
-    assert modes.unsampled(prepare(SCENE, reconstruct.DEFAULT_RUNG), seed=0) == []
+    (only,) = modes.solutions(SCENE, reconstruct.DEFAULT_RUNG)
+    assert only.others == ()
+    assert modes.unsampled(only) == []
 
 
 @pytest.mark.parametrize("method", ["nuts", "smc"])
@@ -123,7 +145,7 @@ def test_programs_of_the_other_rungs_are_unloaded() -> None:
     for rung in ("low", "full"):
         programs = SimpleNamespace(unload=partial(unloaded.append, rung))
         solution = SimpleNamespace(posterior=SimpleNamespace(programs=programs))
-        search._found[rung, False] = modes.PosteriorModes([solution], (), 0)
+        search._found[rung, False, False] = modes.PosteriorModes([solution], (), NOTHING)
     search.unload_others("full")
     assert unloaded == ["low"]
 
@@ -162,7 +184,7 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
 
 @pytest.mark.slow
 def test_unknown_turns_are_mixed_by_their_evidence() -> None:
-    found = reconstruct.reconstruct(_turned_scene(), method="importance", draws=1000)
+    found = reconstruct.reconstruct(turned_scene(), method="importance", draws=1000)
     # the second has nearly the weight above the 95 % limit of e: chance says which e that is
     (reason,) = found.checks.reasons
     assert reason.startswith("restitution e: Monte Carlo error")
@@ -183,8 +205,8 @@ def test_unknown_turns_are_mixed_by_their_evidence() -> None:
 def test_a_mode_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch) -> None:
     """smc starts from everywhere, so that it answers where nuts may not."""
 
-    def one(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
-        return [(0.25, np.full(posterior.size, 2.0))]
+    def one(solution: modes.Solution, place: int) -> list[modes.UnsampledMode]:
+        return [modes.UnsampledMode(place, 0.25, np.full(solution.posterior.size, 2.0))]
 
     monkeypatch.setattr(modes, "unsampled", one)
     found = reconstruct.reconstruct(SCENE, draws=50, warmup=100)
@@ -202,36 +224,6 @@ def test_a_mode_that_the_draws_hold_is_not_unsampled() -> None:
         draws = rng.normal(size=(3000, 2))
         draws[: int(share * 3000), 0] += 6.0
         assert other.reached(draws) is held
-
-
-def test_turns_of_two_vehicles_are_sought_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Along a ridge across both, no number of turns of one vehicle alone is better than the next."""
-    rest = {v: replace(pose, turns_known=False) for v, pose in SCENE.rest.items()}
-    uncounted = replace(SCENE, rest=rest)
-
-    def found(_scene: Scene, _rung: str, turns: dict[str, int]) -> list[modes.Solution]:
-        a, b = turns.values()
-        evidence = -50.0 - 8 * (a + b - 2) ** 2 - a**2
-        posterior = SimpleNamespace(log_evidence=evidence)
-        return [modes.Solution(posterior, _scene, (), Mode(1.0, 0.0, {}, turns))]  # type: ignore[arg-type]
-
-    monkeypatch.setattr(modes, "_on_branches", found)
-    best = modes.solutions(uncounted, "planar-moment+wheels")
-    assert best[0].turns == {"a": 0, "b": 2}
-    assert {tuple(s.turns.values()) for s in best} >= {(1, 1), (2, 0), (-1, 3), (-2, 4), (0, 3)}
-
-
-def test_numbers_of_turns_are_distinguished_by_rest_poses_that_are_not_too_sharp() -> None:
-    def with_errors(sd: float) -> Scene:
-        poses = {v: replace(own, x=replace(own.x, sd=sd)) for v, own in SCENE.rest.items()}
-        return replace(SCENE, rest=poses)
-
-    usual = modes._blurred(with_errors(0.3))
-    assert modes._blurred(usual) is usual
-    sharp = replace(usual, rest=usual.rest | {"a": with_errors(0.001).rest["a"]})
-    blurred = modes._blurred(sharp)
-    assert blurred.rest["a"].x.sd == 0.1
-    assert blurred.rest["b"] == usual.rest["b"]
 
 
 def test_an_unsampled_mode_that_outweighs_all_has_a_weight(two_normals: Posterior) -> None:

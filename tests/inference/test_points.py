@@ -3,15 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from retrodict.models import RUNGS
 
-from retrodict.inference.density.compiled import programs_for
-from retrodict.inference.density.kernels import EVALUATE_WITH_SLOPES
 from retrodict.inference.diagnostics import MIN_ESS
-from retrodict.inference.fitting.posterior import prepare
 from retrodict.inference.points import answer
-from retrodict.inference.reconstruct import DEFAULT_RUNG, compile_ahead
+from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.warm import WarmPoints
 from retrodict.scene.records import Measured
 from tests.shared.scenes import collision
@@ -45,19 +40,3 @@ def test_an_answer_depends_on_its_scene_and_seed_alone() -> None:
     assert not np.array_equal(
         first.draws["speed_b"], answer(SCENE, DEFAULT_RUNG, 1).draws["speed_b"]
     )
-
-
-@pytest.mark.slow
-def test_slopes_find_the_mode_that_differences_find() -> None:
-    """The program with slopes, which many scenes share, against the one without."""
-    posterior = prepare(SCENE, DEFAULT_RUNG)
-    w = np.random.default_rng(0).standard_normal((9, posterior.size))
-    many, curvature = posterior.log_density(w), posterior.potential.curvature(w[0])
-    compile_ahead(SCENE, DEFAULT_RUNG, "importance", many=True)
-    assert programs_for(RUNGS[DEFAULT_RUNG].of_scene(SCENE)[0]).has(EVALUATE_WITH_SLOPES)
-    sloped = replace(posterior)  # has not looked for its programs yet
-    np.testing.assert_allclose(sloped.log_density(w), many, rtol=1e-9)
-    np.testing.assert_allclose(sloped.potential.curvature(w[0]), curvature, atol=0.1)
-    for there in (w[0], w[1]):
-        before, after = (each.potential.minimise(there) for each in (posterior, sloped))
-        assert abs(before.value - after.value) < 0.02

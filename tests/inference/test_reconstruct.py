@@ -10,7 +10,7 @@ import pytest
 
 from retrodict.inference import Interrupted, Unanswerable
 from retrodict.inference.fitting import regression
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.samplers import METHODS, chains
@@ -112,7 +112,9 @@ def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Where no start comes near, here because none is a number, the vehicle is named."""
-    monkeypatch.setattr(regression, "_guesses", lambda *_: np.full((128, 3), np.nan))
+    monkeypatch.setattr(
+        regression, "_about", lambda likely, starts: np.full((starts, *likely.shape), np.nan)
+    )
     with pytest.raises(Unanswerable, match="vehicle A: no velocities after the impact"):
         reconstruct(SCENE)
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from retrodict.inference.errors import Interrupted
@@ -11,6 +12,7 @@ from retrodict.inference.modes import (
     solutions,
     weighted_by_evidence,
 )
+from retrodict.inference.prior_check import Reference
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.retry import Sampling
 from retrodict.inference.samplers import METHODS, Draws, Method, Task
@@ -132,6 +134,7 @@ def test_only_a_solution_that_counts_is_judged_by_itself(
         return replace(METHODS["laplace"].draw(task), faults=next(faults))
 
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=draw))
-    sampling = Sampling(found, [], (), False, lambda *_: None)
+    nothing = Reference({}, np.zeros(1), {})
+    sampling = Sampling(found, [], (), nothing, False, lambda *_: None)
     run = sampling.by("nuts", Task(solution.posterior, 4, 500, 0, 0, lambda *_: None))
     assert run.checks.reasons == ("the second is stuck",) * reasons

@@ -14,7 +14,7 @@ from retrodict.models import RUNGS, parts
 from scipy import stats
 
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.scene.records import Approach, Barrier, Contact, Departure, Measured, Scene

@@ -182,6 +182,7 @@ def test_what_was_measured_on_the_way_has_slopes_wherever_it_lies() -> None:
     end = EndOfRotation(*(Measured(value, 0.5) for value in (3.0, 1.0, 14.0)))
     scene = struck_aside(marks={"b": marks}, end_of_rotation={"b": end})
     structure, data = RUNGS["momentum+wheels"].of_scene(scene)
+    structure = structure.differentiable
 
     @jax.jit
     @jax.grad
@@ -280,7 +281,7 @@ def test_any_measured_rest_determines_the_motion_but_along_a_measured_path() -> 
     assert float(data.evidence["rest_heading_a"][1]) == pytest.approx(3 * DEGREE)
     only_a = replace(scene, rest={"a": scene.rest["a"]})
     assert RUNG.of_scene(only_a)[0].transform == "rest-pose"
-    assert RUNG.of_scene(replace(scene, rest={}))[0].transform == "velocity"
+    assert RUNG.of_scene(replace(scene, rest={}))[0].transform == "standard"
     wheels, rolled = RUNGS["planar-moment+wheels"], rolls(scene, "b", (0.3,) * 4)
     structure = wheels.of_scene(rolled)[0]
     assert structure.paced
@@ -290,7 +291,7 @@ def test_any_measured_rest_determines_the_motion_but_along_a_measured_path() -> 
     assert with_response_surface(wheels.of_scene(passed)[0]) == ("b",)
     along = RUNGS["planar-moment+roll"].of_scene(passed)[0]
     assert (
-        along.transform == "velocity"
+        along.transform == "standard"
     )  # its errors of the yaw rate are too wide for the bounds of e_m
     assert "mark_1_b" not in along.evidence
     assert RUNGS["momentum+roll"].of_scene(passed)[0].transform == "rest-pose"

@@ -12,7 +12,8 @@ from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
 from retrodict.models import RUNGS
 from scipy import stats
 
-from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene

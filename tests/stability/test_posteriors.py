@@ -11,7 +11,8 @@ from retrodict.models import RUNGS
 
 from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
-from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.scene.records import Scene

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-import jax
 import numpy as np
-from scipy.special import softmax
 
-from retrodict.inference.density.kernels import CHUNK, PATHS, PRIOR, SIMULATE
+from retrodict.inference.density.kernels import CHUNK, PATHS
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.modes import Solution
+from retrodict.inference.prior_check import Reference
 from retrodict.inference.samplers import Draws
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import FREEDOM
@@ -22,15 +20,8 @@ if TYPE_CHECKING:
 RUNS = 60
 
 
-def crashes_of_prior(posterior: Posterior, seed: int) -> dict[str, np.ndarray]:
-    """Crashes drawn from the prior and the inputs: unknowns, what follows, and predictions."""
-    programs, data = posterior.programs, posterior.data
-    prior = programs(PRIOR, seed, data)
-    return jax.tree.map(np.asarray, prior | programs(SIMULATE, data, prior))
-
-
 def tree_of(
-    solution: Solution, drawn: Draws, seed: int, prior: dict[str, np.ndarray] | None
+    solution: Solution, drawn: Draws, seed: int, reference: Reference | None
 ) -> xr.DataTree:
     """Draws as an ArviZ DataTree, named, with units.
 
@@ -38,7 +29,7 @@ def tree_of(
         solution: that they are of.
         drawn: by any method.
         seed: of the errors of predictions.
-        prior: crashes drawn from it, which figures show beside run-outs; None for neither.
+        reference: crashes of the prior, which figures show beside run-outs; None for neither.
     """
     import xarray as xr
 
@@ -77,22 +68,15 @@ def tree_of(
         "observed_data": _labelled({k: np.asarray(m.value) for k, m in evidence.items()}, ()),
         "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
     }
-    if prior is not None:
+    if reference is not None:
+        prior = {k: v[:CHUNK] for k, v in reference.every.items() if not k.startswith("divisor/")}
         groups["prior"] = group(prior, "", once)
-        weight = _weights(prior, evidence).reshape(once)
+        weight = reference.weights[:CHUNK].reshape(once)
+        weight = weight / weight.sum() if weight.any() else weight
         groups["sample_stats_prior"] = xr.Dataset({"weight": (("chain", "draw"), weight)})
         groups["prior_predictive"] = group(noisy(prior), "predicted/", once)
         groups["trajectories"] = _trajectories(posterior, quantities)
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
-
-
-def _weights(prior: dict[str, np.ndarray], evidence: Iterable[str]) -> np.ndarray:
-    """Weights of crashes from the prior by the evidence; they sum to one, or all are zero."""
-    fits = np.sum([np.asarray(prior[f"log_likelihood/{name}"]) for name in evidence], axis=0)
-    if "closing_speed" in prior:  # vehicles that part are no crash
-        fits = np.where(np.asarray(prior["closing_speed"]) > 0, fits, -np.inf)
-    fits = np.where(np.isnan(fits), -np.inf, fits)
-    return softmax(fits) if np.isfinite(fits).any() else np.zeros(fits.size)
 
 
 def _errors(rng: np.random.Generator, shape: tuple[int, ...], robust: bool) -> np.ndarray:

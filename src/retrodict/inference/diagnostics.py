@@ -9,6 +9,7 @@ import numpy as np
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
 from retrodict.inference.outcome import Checks
+from retrodict.inference.prior_check import Reference, refuted
 from retrodict.inference.samplers.psis import effective
 from retrodict.scene.plausibility import plausibility_warnings
 from retrodict.scene.quantities import describe, unit_of
@@ -22,14 +23,17 @@ MIN_ESS = 400.0
 MIN_BFMI = 0.3
 _SURPRISE = 2.5  # standard deviations from what was measured
 _LITTLE = 0.1  # share of the prior's crashes that weakly informative evidence leaves at least
-_CRASHES = 40.0  # effective ones of the prior, weighted by the evidence: so many can refute draws
-_REFUTED = 5.0  # standard errors between their means
 _OFTEN = 0.01  # share of draws from which on an unusual outcome is flagged
 _NONE = np.zeros(0)
 _ROUNDING = 1e-6  # of the critical mu, where sliding just ends
 
 
-def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Checks:
+def judge(
+    idata: xr.DataTree,
+    scene: Scene,
+    reasons: tuple[str, ...] = (),
+    reference: Reference | None = None,
+) -> Checks:
     """Check draws (Vehtari et al. 2021: R-hat, bulk and tail ESS; Betancourt 2016: E-BFMI).
 
     A number is printed to the digits of which its Monte Carlo error is below a unit; where not
@@ -40,6 +44,7 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
             sample_stats; and prior, where it was drawn.
         scene: what was measured.
         reasons: faults already known; any makes the verdict negative.
+        reference: crashes of the prior, with which the draws have to agree; None for no comparison.
 
     Returns:
         The verdict, with one sentence for each check that failed.
@@ -79,13 +84,11 @@ def judge(idata: xr.DataTree, scene: Scene, reasons: tuple[str, ...] = ()) -> Ch
         found.append(f"{divergences} divergent transitions: part of the posterior may be missing")
     if bfmi is not None and not bfmi >= MIN_BFMI:
         found.append(f"E-BFMI {bfmi:.2f} is below {MIN_BFMI}: the energy was explored too slowly")
-    for name, errors, crashes in _refuted(idata, sd, bulk):
-        failed.append(name)
-        found.append(
-            f"{describe(name)[0]}: its mean lies {errors:.0f} standard errors from that of "
-            f"{crashes:.0f} crashes of the prior, weighted by the evidence: part of the posterior is "
-            "missing"
-        )
+    if reference is not None:
+        drawn = {name: np.asarray(posterior[name]) for name in names}
+        for name, sentence in refuted(reference, drawn, bulk).items():
+            failed.append(name)
+            found.append(sentence)
     return Checks(
         divergences=divergences,
         pareto_k=stats.attrs.get("pareto_k"),
@@ -119,37 +122,8 @@ def _weights(idata: xr.DataTree) -> np.ndarray:
     return np.asarray(idata["sample_stats_prior"]["weight"]).ravel()
 
 
-def _refuted(
-    idata: xr.DataTree, sd: dict[str, float], bulk: dict[str, float]
-) -> list[tuple[str, float, float]]:
-    """Quantities of which crashes of the prior say otherwise: name, standard errors apart, crashes.
-
-    Where evidence leaves enough of them they are a second way to the posterior, which cannot miss a
-    part of it. They are weighted for one number of turns to rest.
-    """
-    weights = _weights(idata)
-    crashes = effective(weights) if weights.any() else 0.0
-    if crashes < _CRASHES or "mode" in idata["sample_stats"]:
-        return []
-    found = []
-    for name, own in sd.items():
-        if name not in idata["prior"]:
-            continue
-        values = np.asarray(idata["prior"][name]).ravel()
-        mean = weights @ values
-        error = np.sqrt(weights @ (values - mean) ** 2 / crashes + own**2 / bulk[name])
-        apart = abs(float(_draws(idata, name).mean()) - mean) / error
-        if apart > _REFUTED:
-            found.append((name, float(apart), crashes))
-    return found
-
-
 def _by_name(dataset: xr.Dataset) -> dict[str, float]:
     return {str(name): float(value) for name, value in dataset.items()}
-
-
-def _draws(idata: xr.DataTree, name: str) -> np.ndarray:
-    return np.asarray(idata["posterior"].to_dataset()[name])
 
 
 def _bfmi(energy: np.ndarray) -> float:

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import rolling
-from retrodict.inference.fitting.optimise import spread
-from retrodict.inference.fitting.posterior import (
-    FLAT,
-    IMPROBABLE,
-    LEAST_WEIGHT,
-    Posterior,
-    branches,
-)
+from retrodict.inference.fitting.about_peak import Prepared, crashes_of, prepared
+from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
+from retrodict.inference.fitting.search import Peak
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Mode
-from retrodict.inference.samplers.draws import Progress
+from retrodict.inference.prior_check import Reference, reference
 from retrodict.inference.samplers.importance import Evidence, log_evidence
 from retrodict.inference.threads import one_blas_thread
 from retrodict.models import RUNGS
@@ -35,15 +26,10 @@ if TYPE_CHECKING:
 # A solution of less weight can move no probability by more, and 400 effective draws leave as much open
 # (of a tail of 5 %, 1.1 %): its draws are not judged by themselves.
 SLIGHT = 0.01
-_TURNS = range(-4, 5)  # whole turns that a rest heading of unknown rotation may hide
-_MOST_TRIED = 18  # numbers of turns for each vehicle: about so many are, before none is left to try
-_SHARPEST = 0.1, np.radians(2)  # standard deviations of a rest pose, m and rad
-_STARTS = np.geomspace(2, 8, 16)  # standard deviations of the starts from which modes are sought
-_APART = 3.0  # standard deviations: nearer than this it is the same mode
 _REACHED = 0.3  # of its share of the posterior: draws nearer another than the mode they began from
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
 _SURE = 100.0  # log odds: more of them say no more, and would not be numbers
-_STILL = 1.0  # slope per standard deviation below which a search has arrived
+METHODS_SOLVING_BACK = frozenset({"monte-carlo", "linear"})  # whose coordinates are rest poses
 
 _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
 
@@ -57,12 +43,16 @@ class Solution:
         scene: with whole turns added to the rest headings.
         differs: in which bounded quotients other branches that count differ from this.
         mode: its record: weight, turns, and the quantities there.
+        peak: about which its coordinates are; None where none was sought.
+        others: further peaks of the posterior, which draws should reach.
     """
 
     posterior: Posterior
     scene: Scene
     differs: tuple[str, ...]
     mode: Mode
+    peak: Peak | None = None
+    others: tuple[Peak, ...] = ()
 
     @property
     def turns(self) -> dict[str, int]:
@@ -87,103 +77,33 @@ class Solution:
         return ", ".join(labels)
 
 
-def solutions(scene: Scene, rung: str, progress: Progress | None = None) -> list[Solution]:
-    """The scene at every number of turns that fits, and on every branch.
-
-    Args:
-        scene: what was measured.
-        rung: a name in `retrodict.models.RUNGS`.
-        progress: called with how many numbers of turns were tried, of all that will be.
-
-    Returns:
-        Those that Laplace's approximation does not make out to be IMPROBABLE, the best first.
+def solutions(
+    scene: Scene,
+    rung: str,
+    seed: int = 0,
+    *,
+    solved_back: bool = False,
+    known: tuple[np.ndarray, ...] = (),
+) -> list[Solution]:
+    """The parts that make up a scene's posterior, the likeliest first; arguments as of `prepared`.
 
     Raises:
-        Unanswerable: no number of turns leads to the rest poses, or none has a finite mode.
+        Unanswerable: as of `prepared`.
     """
-    items = scene.evidence() if RUNGS[rung].explains("rest_heading_a") else {}
-    unknown = [
-        v for v in scene.vehicles if f"rest_heading_{v}" in items and not scene.rest[v].turns_known
-    ]
-    if not unknown:
-        return _on_branches(scene, rung, {})
-    tried: dict[tuple[int, ...], list[Solution]] = {}
-    blurred = _blurred(scene)
-
-    def at(scene: Scene, turns: tuple[int, ...]) -> list[Solution]:
-        added = dict(zip(unknown, turns, strict=True))
-        try:
-            return _on_branches(turned(scene, added), rung, added)
-        except Unanswerable:
-            return []
-
-    def evidence(turns: tuple[int, ...]) -> float:
-        if turns not in tried:
-            tried[turns] = at(blurred, turns)
-            if progress:
-                progress(len(tried), max(_MOST_TRIED * len(unknown), len(tried) + 1))
-        return max((s.posterior.log_evidence for s in tried[turns]), default=-np.inf)
-
-    # one vehicle after the other, then from all that are likely to their neighbours: every pair would
-    # take minutes
-    best = (0,) * len(unknown)
-    for i in range(len(unknown)):
-        best = max(((*best[:i], count, *best[i + 1 :]) for count in _TURNS), key=evidence)
-    while True:
-        known = {turns: evidence(turns) for turns in tried}
-        likely = [
-            turns for turns, value in known.items() if value > max(known.values()) - IMPROBABLE
-        ]
-        untried = {turns for each in likely for turns in _neighbours(each)} - set(tried)
-        if not untried:
-            break
-        for turns in sorted(untried):
-            evidence(turns)
-    found = _probable(solution for some in tried.values() for solution in some)
-    if blurred is not scene:
-        counts = dict.fromkeys(tuple(solution.turns.values()) for solution in found)
-        found = _probable(solution for turns in counts for solution in at(scene, turns))
-    if not found:
-        branches(scene, rung)  # raises the reason
-    return found
+    parts = prepared(scene, rung, seed=seed, solved_back=solved_back, known=known)
+    return [_solution(part, parts) for part in parts]
 
 
-def _neighbours(turns: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """Numbers of turns that differ by one at most, in range."""
-    return itertools.product(*({t - 1, t, t + 1} & set(_TURNS) for t in turns))
-
-
-def _probable(found: Iterable[Solution]) -> list[Solution]:
-    """Those that Laplace's approximation does not make out to be IMPROBABLE, the best first."""
-    every = sorted(found, key=lambda s: -s.posterior.log_evidence)
-    return [
-        s for s in every if s.posterior.log_evidence > every[0].posterior.log_evidence - IMPROBABLE
-    ]
-
-
-def _blurred(scene: Scene) -> Scene:
-    """A scene to distinguish numbers of turns by: no rest pose is sharper than `_SHARPEST`.
-
-    The sharper rest poses are, the more steps run-outs take, and there are many turns to try. What
-    a blurred pose leaves improbable a sharp one does too.
-    """
-    rest = {}
-    for v, pose in scene.rest.items():
-        sharpest = {"x": _SHARPEST[0], "y": _SHARPEST[0], "heading": _SHARPEST[1]}
-        parts = {name: getattr(pose, name) for name in sharpest}
-        rest[v] = replace(
-            pose,
-            **{k: replace(m, sd=max(m.sd, sharpest[k])) for k, m in parts.items() if m is not None},
-        )
-    return scene if rest == scene.rest else replace(scene, rest=rest)
-
-
-def _on_branches(scene: Scene, rung: str, turns: dict[str, int]) -> list[Solution]:
-    found = branches(scene, rung)
-    scene = RUNGS[rung].with_approximations(scene)
-    differs = tuple(name for name in found[0].branch if len({at.branch[name] for at in found}) > 1)
+def _solution(part: Prepared, parts: list[Prepared]) -> Solution:
+    branches = [each.posterior.branch for each in parts if each.peak.turns == part.peak.turns]
+    differs = tuple(
+        name
+        for name, side in part.posterior.branch.items()
+        if any(branch.get(name, side) != side for branch in branches)
+    )
     # weights and values come with the evidence, of those that are kept
-    return [Solution(posterior, scene, differs, Mode(1.0, 0.0, {}, turns)) for posterior in found]
+    mode = Mode(1.0, 0.0, {}, part.peak.turns)
+    return Solution(part.posterior, part.scene, differs, mode, part.peak, part.others)
 
 
 def weighted_by_evidence(
@@ -327,36 +247,36 @@ class PosteriorModes:
     Args:
         found: its solutions.
         faults: for which no draws are to be relied on.
-        seed: that it was found by, and that unsampled modes are sought by.
+        reference: crashes of the prior, weighted by the evidence.
     """
 
     found: list[Solution]
     faults: tuple[str, ...]
-    seed: int
+    reference: Reference
 
-    @cached_property
+    @property
     def unsampled(self) -> list[UnsampledMode]:
-        """Modes that no solution has, of more weight than LEAST_WEIGHT: sought when first asked."""
+        """Modes that are the centre of no solution, of more weight than LEAST_WEIGHT."""
         return [
-            UnsampledMode(i, odds, w)
+            other
             for i, solution in enumerate(self.found)
-            for odds, w in unsampled(solution.posterior, self.seed)
-            if odds * solution.mode.weight > LEAST_WEIGHT
+            for other in unsampled(solution, i)
+            if other.odds * solution.mode.weight > LEAST_WEIGHT
         ]
 
 
 @one_blas_thread()
 def posterior_modes(
-    scene: Scene, rung: str, seed: int, method: str, progress: Progress | None = None
+    scene: Scene, rung: str, seed: int, method: str, known: tuple[np.ndarray, ...] = ()
 ) -> PosteriorModes:
     """Where a scene's posterior lies on a rung.
 
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
-        seed: of the draws that weight solutions, and of the search for unsampled modes.
+        seed: integer seed of the search, and of the draws that weight solutions.
         method: by which it will be drawn from.
-        progress: as of `solutions`.
+        known: as of `prepared`.
 
     Raises:
         Unanswerable: as of `solutions`.
@@ -366,9 +286,11 @@ def posterior_modes(
         scene = RUNGS[rung].with_approximations(scene)
         found = [Solution(whole, scene, (), Mode(1.0, 0.0, {}))]
     else:
-        found = solutions(scene, rung, progress)
+        solved_back = method in METHODS_SOLVING_BACK
+        found = solutions(scene, rung, seed, solved_back=solved_back, known=known)
     found, unsettled = weighted_by_evidence(found, seed)
-    return PosteriorModes(found, _unresolved(found) + unsettled, seed)
+    prior = reference(crashes_of(scene, rung), scene.reported(), seed)
+    return PosteriorModes(found, _unresolved(found) + unsettled, prior)
 
 
 class ModeSearch:
@@ -382,18 +304,19 @@ class ModeSearch:
     def __init__(self, scene: Scene, seed: int) -> None:
         self.scene = scene
         self.seed = seed
-        self._found: dict[tuple[str, bool], PosteriorModes] = {}
+        self._found: dict[tuple[str, bool, bool], PosteriorModes] = {}
 
-    def on(self, rung: str, method: str, progress: Progress | None = None) -> PosteriorModes:
+    def on(self, rung: str, method: str) -> PosteriorModes:
         """Where it lies on a rung; arguments as of `posterior_modes`."""
-        place = rung, rolling.tempered(self.scene, rung, method)
+        tempered = rolling.tempered(self.scene, rung, method)
+        place = rung, tempered, method in METHODS_SOLVING_BACK
         if place not in self._found:
-            self._found[place] = posterior_modes(self.scene, rung, self.seed, method, progress)
+            self._found[place] = posterior_modes(self.scene, rung, self.seed, method)
         return self._found[place]
 
     def unload_others(self, rung: str) -> None:
         """Give back the memory of the compiled programs of every rung but this."""
-        for (other, _), where in self._found.items():
+        for (other, *_), where in self._found.items():
             for solution in where.found if other != rung else ():
                 solution.posterior.programs.unload()
 
@@ -429,39 +352,20 @@ def all_modes(found: list[Solution], unreached: list[UnsampledMode]) -> list[Mod
     return kept + others
 
 
-def unsampled(posterior: Posterior, seed: int) -> list[tuple[float, np.ndarray]]:
-    """Other modes of a posterior than that at w = 0, searched for from far-off starts.
+def unsampled(solution: Solution, place: int = 0) -> list[UnsampledMode]:
+    """Other modes of a solution's posterior than that which its coordinates are about.
 
     Args:
-        posterior: in coordinates centred at its mode.
-        seed: of the starts.
-
-    Returns:
-        (odds, w) of each: its weight over that of the mode at w = 0, by Laplace's approximation.
+        solution: one of several.
+        place: of it among these.
     """
-    n = posterior.size
-    home = posterior.potential(np.zeros(n))[0]
-    found: list[tuple[float, np.ndarray]] = []
-    rng = np.random.default_rng([seed, 4])
-    starts = _STARTS[:, None] * rng.standard_normal((_STARTS.size, n))
-
-    def arrived(w: np.ndarray) -> bool:
-        return bool(np.linalg.norm(w) < _APART)
-
-    for end in posterior.potential.minimise_from(starts, arrived):
-        known = [np.zeros(n), *(other for _, other in found)]
-        if min(np.linalg.norm(end.w - other) for other in known) < _APART:
-            continue
-        if end.value - home > IMPROBABLE or np.abs(end.slope).max() > _STILL:
-            continue
-        between = -posterior.log_density(np.linspace(0.1, 0.9, 9)[:, None] * end.w)
-        if between.max() < max(end.value, home) + 1:  # no dip: a ridge, and part of the same mode
-            continue
-        log_odds = home - end.value + _log_volume(posterior, end.w)
-        odds = np.exp(min(log_odds, _SURE))
-        if odds > LEAST_WEIGHT:
-            found.append((float(odds), end.w))
-    return sorted(found, key=lambda other: -other[0])
+    found = []
+    for other in solution.others:
+        assert solution.peak is not None, "others lie beside a peak"
+        odds = np.exp(min(other.log_evidence - solution.peak.log_evidence, _SURE))
+        w = solution.posterior.at_deviates(other.u[None])[0]
+        found.append(UnsampledMode(place, float(odds), w))
+    return sorted(found, key=lambda other: -other.odds)
 
 
 def shares(log_evidence: np.ndarray) -> np.ndarray:
@@ -470,31 +374,10 @@ def shares(log_evidence: np.ndarray) -> np.ndarray:
     return weights / weights.sum()
 
 
-def _log_volume(posterior: Posterior, w: np.ndarray) -> float:
-    """Log of the volume of a mode at w over that of a standard normal."""
-    return float(np.linalg.slogdet(spread(posterior.potential.curvature(w), FLAT))[1])
-
-
 def _values_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
     """The reported quantities at a point, SI units and radians."""
     quantities = posterior.evaluate(w[None])[1]
     return {name: float(quantities[name][0]) for name in REPORTED if name in quantities}
-
-
-def turned(scene: Scene, turns: dict[str, int]) -> Scene:
-    """The scene with whole turns added to rest headings.
-
-    Args:
-        scene: what was measured.
-        turns: how many to each vehicle's.
-    """
-    rest = dict(scene.rest)
-    for v, count in turns.items():
-        heading = rest[v].heading
-        assert heading is not None, "only measured headings hide turns"
-        heading = replace(heading, value=heading.value + 2 * np.pi * count)
-        rest[v] = replace(rest[v], heading=heading)
-    return replace(scene, rest=rest)
 
 
 def _counted(layer: xr.Dataset, first: Mode, mode: Mode) -> xr.Dataset:

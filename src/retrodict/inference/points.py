@@ -16,7 +16,7 @@ from retrodict.inference import diagnostics
 from retrodict.inference.digits import decimals_of
 from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
 from retrodict.inference.fitting.steps import RESOLVED
-from retrodict.inference.modes import SLIGHT, UnsampledMode, shares, solutions
+from retrodict.inference.modes import SLIGHT, UnsampledMode, shares, solutions, unsampled
 from retrodict.inference.outcome import Checks
 from retrodict.inference.samplers.importance import Adapted, Proposal, adapted, evaluated
 from retrodict.inference.samplers.psis import (
@@ -195,9 +195,6 @@ def more_points(size: int, seed: int) -> Points:
 def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
     """The posterior of a scene by importance sampling: no chains, no predictions, no tree.
 
-    Solutions are sought at every number of turns and on every branch; beside each of them no other mode
-    is sought, as in simulation-based calibration of this method, and unlike in a reconstruction.
-
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
@@ -210,9 +207,10 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
         Unanswerable: as of `solutions`.
     """
     begin = time.perf_counter()
-    found = solutions(scene, rung)
+    found = solutions(scene, rung, seed)
     size = found[0].posterior.size
-    parts = [Part(solution.posterior, Proposal.first(size)) for solution in found]
+    first = Proposal.first(size)
+    parts = [Part(each.posterior, first, tuple(unsampled(each))) for each in found]
     estimate = _points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
     if estimate.checks.passed:
         return estimate

@@ -11,27 +11,23 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import jax
 import numpy as np
 
 from retrodict.inference.density.compiled import COMPILATION, Programs, programs_for
 from retrodict.inference.density.kernels import (
     BATCH,
+    CRASHES,
     EVALUATE,
-    EVALUATE_WITH_SLOPES,
     INPUTS,
     LEVELS,
-    POTENTIAL,
-    PRIOR,
     REACHED,
     ROWS,
-    SIMULATE,
 )
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting import rolling
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
-from retrodict.inference.retry import Run, Sampling, has_failed
+from retrodict.inference.retry import Run, Sampling, has_failed, most
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.choice import transform_of
@@ -105,22 +101,17 @@ def reconstruct(
 
     def find(method: str) -> PosteriorModes:
         report("compiling", 0, 1)
-        compile_ahead(scene, model, method, warmup, pictured)
-        finding = partial(report, "finding where the posterior lies")
-        finding(0, 1)
-        where = search.on(model, method, finding)
-        finding(1, 1)
-        return where
+        compile_ahead(scene, model, method, warmup)
+        report("finding where the posterior lies", 0, 1)
+        return search.on(model, method)
 
     def draw(method: str, where: PosteriorModes, draws: int, resume: Path | None = None) -> Run:
-        # where no mode was sought, there is none beside it
-        seeks = METHODS[method].exact and not rolling.tempered(scene, model, method)
-        report("looking for other solutions", 0, 1)
-        unsampled = where.unsampled if seeks else []
-        sampling = Sampling(where.found, unsampled, where.faults, pictured, report)
+        unsampled = where.unsampled if METHODS[method].exact else []
+        sampling = Sampling(where.found, unsampled, where.faults, where.reference, pictured, report)
         progress = partial(report, "sampling")
         task = Task(where.found[0].posterior, chains, draws, warmup, seed, progress, resume)
-        return sampling.or_by_another(sampling.by(method, task), task)
+        run = sampling.of_several_modes(method, task) or sampling.by(method, task)
+        return sampling.or_by_another(run, task)
 
     # tempering needs neither modes nor slopes, but takes longer: it stands in where these do not do
     stands_in = chosen.exact and method != "smc" and rolling.tempered(scene, model, "smc")
@@ -136,7 +127,7 @@ def reconstruct(
             run = draw(method, where, draws, resume)
         # though the mode that was found may miss the evidence: it need not be the best
         stands_in = stands_in and has_failed(run, draws)
-        failed = "; ".join(where.faults if run is None else run.checks.reasons)
+        failed = most(where.faults if run is None else run.checks.reasons)
     notes = []
     if stands_in:
         try:
@@ -158,7 +149,7 @@ def reconstruct(
                 )
                 where, run = elsewhere, other
             else:
-                lacking = "; ".join(other.checks.reasons)
+                lacking = most(other.checks.reasons)
                 notes.append(f"the method smc was tried too, and failed: {lacking}")
     assert where is not None, "what cannot be found was refused"
     run = run or draw(method, where, draws, resume)
@@ -208,8 +199,6 @@ def compile_ahead(
     model: str,
     method: str,
     warmup: int = 0,
-    pictured: bool = False,
-    many: bool = False,
 ) -> None:
     """Have what `reconstruct` will need compiled side by side, in the order it will be needed.
 
@@ -218,35 +207,26 @@ def compile_ahead(
         model: a name in `retrodict.models.RUNGS`.
         method: a name in `retrodict.inference.samplers.METHODS`.
         warmup: iterations before the draws.
-        pictured: whether the prior and run-outs are recorded too.
-        many: whether so many scenes follow that a program pays by which modes are found sooner.
     """
     structure, data = RUNGS[model].of_scene(scene)
+    programs_for(structure.without_transform).expect(
+        CRASHES, data, np.zeros((ROWS, structure.deviates))
+    )
     if rolling.tempered(scene, model, method):
         fitted, structure, data, _ = rolling.seen(scene, model)
         _expect_run_outs(programs_for(fitted), data)
     programs = programs_for(structure)
     kind = transform_of(structure)
     transform = kind.example(structure)
-    n = transform.spread.shape[1]
     if kind.by_regressions:
         _expect_run_outs(programs, data)
         if programs.target.rung.impact.levels:
             programs.expect(LEVELS, data, transform, transform.centre)
-    if kind.refit_to_draws:
-        programs.expect(POTENTIAL, np.zeros(n), data, transform)
-    surrogates = len(kind.surrogates(structure))
-    slopes = kind.by_regressions and not structure.inverted
-    sloped = [(EVALUATE_WITH_SLOPES, n + 1)] if many and slopes else []
-    for kernel, rows in ((EVALUATE, ROWS), *sloped):
-        programs.expect(kernel, data, transform, np.zeros((rows, n)), np.zeros((rows, surrogates)))
+    if transform.flattening is None:
+        w = np.zeros((ROWS, transform.spread.shape[1]))
+        missed = np.zeros((ROWS, len(kind.surrogates(structure))))
+        programs.expect(EVALUATE, data, transform, w, missed)
     METHODS[method].compile_ahead(programs, warmup, data, transform)
-    # a start is sought among crashes of the prior
-    if pictured or kind.by_prior_pilot or structure.unmeasured:
-        prior = (0, data)
-        programs.expect(PRIOR, *prior)
-        sites = partial(jax.eval_shape, programs.function(PRIOR), *prior)
-        programs.expect(SIMULATE, data, sites)
     for slow in ("xarray", "arviz_stats"):  # imported while programs compile
         import_module(slow)
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from retrodict.inference import diagnostics
-from retrodict.inference.datatree import crashes_of_prior, tree_of
+from retrodict.inference.datatree import tree_of
 from retrodict.inference.density.compiled import COMPILATION, Stopwatch
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, all_modes, mixed
 from retrodict.inference.outcome import Checks, Mode
+from retrodict.inference.prior_check import Reference
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.progress import Progress
 from retrodict.scene.quantities import SHORT, describe
@@ -25,7 +27,8 @@ if TYPE_CHECKING:
 _NEARLY = 1.1  # R-hat up to which more draws may help
 _WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
 _REFUTED = 1e-6  # probability of the evidence at the mode below which no method's draws would count
-_INSTEAD = {"nuts": "importance", "importance": "nuts"}  # what helps where a method fails
+# methods that are tried where one fails, in order
+_INSTEAD = {"nuts": ("importance", "smc"), "importance": ("smc",)}
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,7 @@ class Sampling:
         found: its solutions.
         unsampled: other modes, which draws should reach.
         faults: for which no draws are to be relied on.
+        reference: crashes of the prior, with which draws have to agree.
         pictured: whether the prior and run-outs are recorded too, which figures show.
         report: called as the work goes on.
     """
@@ -74,9 +78,9 @@ class Sampling:
     found: list[Solution]
     unsampled: list[UnsampledMode]
     faults: tuple[str, ...]
+    reference: Reference
     pictured: bool
     report: Progress
-    _priors: dict[int, dict[str, np.ndarray]] = field(default_factory=dict, repr=False)
 
     def by(self, method: str, task: Task) -> Run:
         """Draws of every solution by a method, which goes on to more where that may help.
@@ -110,8 +114,8 @@ class Sampling:
         if times > 1:
             lacking = self._lacking(short[0])
             notes.append(
-                f"after {task.draws} draws a chain {'; '.join(lacking)}; the run reported here went on "
-                f"to {'twice' if times == 2 else f'{times} times'} as many"
+                f"after {task.draws} draws a chain {most(tuple(lacking))}; the run reported here "
+                f"went on to {'twice' if times == 2 else f'{times} times'} as many"
             )
         return Run(
             method=method,
@@ -135,38 +139,58 @@ class Sampling:
             lacking.append(f"not one digit of the 95 % limits was sure of {names}")
         return lacking
 
-    def or_by_another(self, run: Run, task: Task) -> Run:
-        """The run; or, where its draws failed, one by another method that did not.
+    def of_several_modes(self, method: str, task: Task) -> Run | None:
+        """Draws by populations that begin from the prior, where chains or a proposal would see one mode.
 
         Args:
-            run: of the task.
+            method: name in METHODS, that was asked for.
+            task: for the first solution's posterior.
+
+        Returns:
+            The run; None where there is one mode, a quick look was asked for, or the draws failed.
+        """
+        if method not in _INSTEAD or not self.unsampled or task.draws < _WORTH_MORE:
+            return None
+        draws = max(task.draws, METHODS["smc"].draws)
+        run = self.by("smc", replace(task, draws=draws, resume=None))
+        if run.failed and run.complete:
+            return None
+        note = f"the posterior has several modes, which {method} may miss: it was drawn by smc"
+        return replace(run, notes=(note, *run.notes))
+
+    def or_by_another(self, run: Run, task: Task) -> Run:
+        """The run; or, where its draws failed, one by the first other method that did not.
+
+        Args:
+            run: by the method that was asked for.
             task: for the first solution's posterior.
         """
-        instead = _INSTEAD.get(run.method)
-        if not (instead and run.failed and run.complete and task.draws >= _WORTH_MORE):
+        others = _INSTEAD.get(run.method, ())
+        if not (others and run.failed and run.complete and task.draws >= _WORTH_MORE):
             return run
-        if instead == "nuts" and task.posterior.programs.structure.paced:
-            note = "nuts was not tried: where cars roll on integrated wheels it takes minutes"
-            return replace(run, notes=(*run.notes, note))
         if missed := _missed(self.found):
             return replace(run, notes=(*run.notes, f"{missed}: no other method was tried"))
-        # those draws say where the posterior lies, though they are not reported
-        found = [s.whitened_by(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
-        unsampled = [
-            other.converted_to(self.found[other.of], found[other.of]) for other in self.unsampled
-        ]
-        draws = max(task.draws, METHODS[instead].draws)
-        other = replace(self, found=found, unsampled=unsampled).by(
-            instead, replace(task, posterior=found[0].posterior, draws=draws, resume=None)
-        )
-        seconds = run.seconds + other.seconds
-        if other.failed:
-            failed = "; ".join(other.failed)
-            note = f"the method {instead} was tried too, and failed: {failed}"
-            return replace(run, notes=(*run.notes, note), seconds=seconds)
-        why = f"the first sampler, {run.method}, was not accepted ({'; '.join(run.failed)})"
-        note = f"{why} and was replaced by {instead}"
-        return replace(other, notes=(note, *other.notes), seconds=seconds)
+        seconds, notes = run.seconds, run.notes
+        for method in others:
+            # the draws that failed say where the posterior lies, though they are not reported
+            found = [s.whitened_by(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
+            unsampled = [
+                other.converted_to(self.found[other.of], found[other.of])
+                for other in self.unsampled
+            ]
+            draws = max(task.draws, METHODS[method].draws)
+            other = replace(self, found=found, unsampled=unsampled).by(
+                method, replace(task, posterior=found[0].posterior, draws=draws, resume=None)
+            )
+            seconds += other.seconds
+            if not other.failed:
+                why = f"the first sampler, {run.method}, was not accepted ({most(run.failed)})"
+                note = f"{why} and was replaced by {method}"
+                return replace(other, notes=(note, *other.notes), seconds=seconds)
+            notes = (*notes, f"the method {method} was tried too, and failed: {most(other.failed)}")
+            if not other.complete:
+                break
+        return replace(run, notes=notes, seconds=seconds)
 
     @contextmanager
     def _sampling(self, stopwatch: Stopwatch) -> Iterator[None]:
@@ -183,8 +207,12 @@ class Sampling:
         drawn: list[Draws] = []
         for i, solution in enumerate(self.found):
             progress = partial(_one_of_several, task.progress, i, len(self.found))
-            own = replace(task, posterior=solution.posterior, progress=progress)
-            drawn.append(METHODS[method].draw(own))
+            posterior = solution.posterior
+            # populations reach other modes too from the prior
+            wide = method == "smc" and bool(solution.others)
+            start = posterior.over_prior() if wide else posterior
+            own = METHODS[method].draw(replace(task, posterior=start, progress=progress))
+            drawn.append(_converted(own, start, posterior) if wide else own)
             if not drawn[-1].complete:
                 break
         return drawn
@@ -195,7 +223,7 @@ class Sampling:
         others = modes[len(self.found) :]
         known = self.faults + tuple(_conflicting(mode, self.found[0].mode) for mode in others)
         trees = [
-            tree_of(s, d, task.seed, self._prior(s, task.seed))
+            tree_of(s, d, task.seed, self.reference if self.pictured else None)
             for s, d in zip(self.found, drawn, strict=False)
         ]
         # a chain that is stuck in one solution would be hidden by the others
@@ -203,23 +231,15 @@ class Sampling:
             if solution.mode.weight < SLIGHT:
                 continue
             known += each.faults
-            if len(trees) > 1:
+            if len(trees) > 1 and "diverging" in each.stats:
                 own = diagnostics.judge(tree, solution.scene).reasons
                 known += tuple(f"{solution.label()}: {reason}" for reason in own)
         if not all(each.complete for each in drawn):
             kept = min(each.w.shape[1] for each in drawn)
             known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
         idata = mixed(trees, [s.mode for s in self.found], task.seed)
-        return idata, diagnostics.judge(idata, self.found[0].scene, known), modes
-
-    def _prior(self, solution: Solution, seed: int) -> dict[str, np.ndarray] | None:
-        """Crashes from the prior, drawn once: where vehicles roll they take a second."""
-        if not self.pictured:
-            return None
-        key = id(solution.posterior)
-        if key not in self._priors:
-            self._priors[key] = crashes_of_prior(solution.posterior, seed)
-        return self._priors[key]
+        checks = diagnostics.judge(idata, self.found[0].scene, known, self.reference)
+        return idata, checks, modes
 
     def _modes(self, drawn: list[Draws]) -> list[Mode]:
         """The solutions, then each unsampled mode that no draw of its solution holds."""
@@ -230,6 +250,20 @@ class Sampling:
             or not other.reached(drawn[other.of].w.reshape(-1, other.w.size))
         ]
         return all_modes(self.found, unreached)
+
+
+def _converted(drawn: Draws, before: Posterior, after: Posterior) -> Draws:
+    """Draws, and more of them, in other coordinates of the same posterior."""
+    w = after.at_deviates(before.deviates(drawn.w.reshape(-1, drawn.w.shape[-1])))
+    further = drawn.more
+    more = (lambda: _converted(further(), before, after)) if further else None
+    return replace(drawn, w=w.reshape(drawn.w.shape), more=more)
+
+
+def most(reasons: tuple[str, ...]) -> str:
+    """The first of several reasons, and how many more there are."""
+    first, *more = reasons or ("",)
+    return f"{first}; and {len(more)} more" if more else first
 
 
 def _one_of_several(

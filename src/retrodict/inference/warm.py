@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Protocol
 
 import numpy as np
 
+from retrodict.inference.fitting.about_peak import turned
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.rebase import rebased
-from retrodict.inference.modes import Solution, UnsampledMode, solutions, turned, unsampled
+from retrodict.inference.modes import Solution, UnsampledMode, solutions, unsampled
 from retrodict.inference.points import USELESS, Estimate, Part, Points, more_points
 from retrodict.inference.samplers.importance import Proposal, adapted
 from retrodict.inference.samplers.psis import log_mean
@@ -83,8 +83,8 @@ class WarmPoints:
         self.scene = scene
         self.rung = rung
         self.seed = seed
-        searching = partial(progress or silent, "finding where the posterior lies")
-        found = solutions(scene, rung, searching)
+        (progress or silent)("finding where the posterior lies", 0, 1)
+        found = solutions(scene, rung, seed)
         fitted = [_fitted(solution, seed) for solution in found]
         most = max(value for _, value in fitted)
         self.fitted = [each for each, value in fitted if value > most - USELESS]
@@ -131,5 +131,5 @@ def _fitted(solution: Solution, seed: int) -> tuple[Fitted, float]:
     found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.at(points))
     constrained = posterior.constrained(np.zeros(posterior.size))
     proposal = replace(found.next, worth=_WORTH)
-    others = tuple(UnsampledMode(0, odds, w) for odds, w in unsampled(posterior, seed))
+    others = tuple(unsampled(solution))
     return Fitted(solution, constrained, proposal, others), log_mean(found.log_weight)[0]

@@ -151,7 +151,7 @@ def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
     """The answer by importance sampling; None where that does not do."""
     if scene.rolling:
         return None
-    compile_ahead(scene, model, "importance", many=True)
+    compile_ahead(scene, model, "importance")
     try:
         found = points.answer(scene, model, seed)
     except Unanswerable:

@@ -219,7 +219,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         except Unanswerable as error:
             rows.append(Row(number, {}, f"refused: {error}", closing[i]))
             continue
-        rows.append(_ranked(where, of.method, truth, rng, Row(number, closing=closing[i])))
+        rows.append(_ranked(where, of.method, seed, truth, rng, Row(number, closing=closing[i])))
     return rows
 
 
@@ -341,12 +341,17 @@ def _measured(
 
 
 def _ranked(
-    where: PosteriorModes, method: str, truth: Values, rng: np.random.Generator, row: Row
+    where: PosteriorModes,
+    method: str,
+    seed: int,
+    truth: Values,
+    rng: np.random.Generator,
+    row: Row,
 ) -> Row:
     """A row with ranks of the truth among draws of a scene's solutions; or none, and why."""
     found = where.found
     programs, data = found[0].posterior.programs, found[0].posterior.data
-    every = [_draws(solution, method, where.seed) for solution in found]
+    every = [_draws(solution, method, seed) for solution in found]
     weights = [solution.mode.weight for solution in found]
     judged = [own for w, (_, own) in zip(weights, every, strict=True) if w >= SLIGHT]
     if faults := sum(judged, where.faults):

@@ -90,7 +90,7 @@ def ladder(
             within("compiling", 0, 1)
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
-                compile_ahead(scene, soon, method_for(scene), pictured=keep is not None)
+                compile_ahead(scene, soon, method_for(scene))
             ran[name] = run_rung(scene, name, question, seed, search, within, keep)
         except (KeyboardInterrupt, Interrupted):
             complete = False

@@ -7,7 +7,8 @@ import pytest
 from retrodict.models import RUNGS
 from retrodict.models.parts import rest_poses_at
 
-from retrodict.inference.fitting.posterior import Posterior, prepare
+from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.rebase import rebased
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers.importance import log_evidence

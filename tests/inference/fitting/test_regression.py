@@ -12,7 +12,9 @@ from retrodict.models.arrays import in_steps
 from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.density.kernels import BATCH, REACHED
 from retrodict.inference.fitting import regression
-from retrodict.inference.fitting.posterior import prepare, unresolved
+from retrodict.inference.fitting.about_peak import crashes_of, prepare, unresolved
+from retrodict.inference.fitting.posterior import run_outs_of
+from retrodict.inference.fitting.search import peaks
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import rest_pose
@@ -36,9 +38,12 @@ def in_part() -> dict[str, Scene]:
     "which", ["A", *(pytest.param(name, marks=pytest.mark.slow) for name in list(in_part())[1:])]
 )
 def test_regressions_lead_to_what_was_measured_and_are_velocities_elsewhere(which: str) -> None:
-    structure, data = RUNGS["planar-moment+spin"].of_scene(in_part()[which])
+    scene, rung = in_part()[which], "planar-moment+spin"
+    structure, data = RUNGS[rung].of_scene(scene)
     programs = programs_for(structure)
-    likely = regression.shoot(programs, data)
+    peak = peaks(crashes_of(scene, rung), seed=0)[0]
+    crash = {k: np.asarray(v)[None] for k, v in peak.quantities.items()}
+    likely = regression.shoot(programs, data, run_outs_of(crash)[0][0])
     regressions = regression.fit(programs, data, likely)[0]
     transform = transform_of(structure).example(structure)._replace(regressions=regressions)
     q = np.random.default_rng(1).standard_normal(

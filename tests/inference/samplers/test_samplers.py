@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Task, importance, psis
@@ -208,7 +208,8 @@ def test_importance_goes_on_to_more_points_and_then_ends() -> None:
         assert all(
             len(values) == drawn.w.shape[0] * kept[-1] for values in drawn.quantities.values()
         )
-    assert kept == [100, 200, 200, 200, 200, 200]
+    doublings = int(np.log2(importance._MOST))
+    assert kept == [100, *[200] * doublings]
 
 
 def test_an_unknown_method_is_named() -> None:

@@ -7,7 +7,7 @@ import pytest
 from numpyro.infer.util import log_density
 from retrodict.models import RUNGS, parts
 
-from retrodict.inference.fitting.posterior import prepare
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
 from retrodict.inference.transforms import rest_pose
 from retrodict.mechanics import closing_speed, inverse_log_det
@@ -22,7 +22,7 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
     """q itself, drawn from a normal and cut off where e or e_m is out of bounds."""
     crash, _ = scene(np.random.default_rng(seed))
     found = reconstruct(crash, draws=1500)
-    posterior = prepare(crash, DEFAULT_RUNG)
+    posterior = prepare(crash, DEFAULT_RUNG, solved_back=True)
     structure, data, transform = posterior.programs.structure, posterior.data, posterior.transform
 
     @jax.jit
@@ -81,7 +81,7 @@ def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
 def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     """Where the measured values leave B so slow, or so fast, that an impulse would have to pull."""
     crash, truth = scene(np.random.default_rng(seed))
-    posterior = prepare(crash, DEFAULT_RUNG)
+    posterior = prepare(crash, DEFAULT_RUNG, solved_back=True)
     structure, data = posterior.programs.structure, posterior.data
     xi = np.zeros(len(structure.uncertain))
     x = parts.from_standard(structure, data, xi)

@@ -15,8 +15,9 @@ from retrodict.models.impact import E_M, E, quotients
 
 from retrodict import load_scene
 from retrodict.inference.density.kernels import CHUNK, SIMULATE
-from retrodict.inference.fitting.posterior import Posterior, prepare
-from retrodict.inference.modes import unsampled
+from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.posterior import Posterior
+from retrodict.inference.modes import solutions, unsampled
 from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.transforms.rest_pose import RestPose, TransformParameters
 from retrodict.inference.transforms.soft_bounds import soft_interval, soft_lower_bound, softness_for
@@ -107,8 +108,8 @@ def test_every_point_is_bent_to_where_its_levels_are_reached(posterior: Posterio
 
 def test_no_crash_is_reached_twice() -> None:
     """Far out the linear equations led back to the mode, which passed for a other of it."""
-    posterior = prepare(load_scene(EXAMPLES / "brach-1977" / "scene.toml"), DEFAULT_RUNG)
-    assert unsampled(posterior, 0) == []
+    (only,) = solutions(load_scene(EXAMPLES / "brach-1977" / "scene.toml"), DEFAULT_RUNG)
+    assert unsampled(only) == []
 
 
 def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:

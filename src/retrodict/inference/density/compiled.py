@@ -104,10 +104,6 @@ class Programs:
             self._programs.clear()
             self._anew.clear()
 
-    def has(self, kernel: Kernel[..., Any]) -> bool:
-        """Whether a kernel was run, or is expected."""
-        return kernel.name in self._programs
-
     def _compile(
         self, kernel: Kernel[..., Any], arguments: tuple[Any, ...], path: Path | None
     ) -> Future[Any]:

@@ -47,8 +47,5 @@ PRIOR = Kernel("prior", _prior, 0)
 PATHS = Kernel("paths", Target.paths, 0)
 REACHED = Kernel("reached", Target.reached, 1)
 EVALUATE = Kernel("evaluate", Target.evaluate_rows, 1)
-# One more point than there are coordinates. It takes twice as long to compile as `EVALUATE`, and finds a
-# curvature in a quarter of the time (measured): for many scenes of one structure.
-EVALUATE_WITH_SLOPES = Kernel("evaluate-with-slopes", Target.evaluate_with_slopes, 1)
+CRASHES = Kernel("crashes", Target.crashes, 1)
 SIMULATE = Kernel("simulate", Target.simulate, 1)
-POTENTIAL = Kernel("potential", Target.potential_and_gradient)

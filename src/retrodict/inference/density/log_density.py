@@ -17,15 +17,19 @@ from numpyro.infer.util import log_density
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import Numbers, TransformParameters
+from retrodict.inference.transforms.standard import Standard
 from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
+from retrodict.models.standard_normal import AtDeviates
 
 # Slope of a potential, root of mean square, to which steeper ones are cut. That of a standard normal is
 # about 1, and those of draws stay below 2.5 (measured); beyond them it may rise to thousands within a
 # step, and at points of a rolling car's differentiated steps it is any number.
 _STEEPEST = 3.0
+# Potential outside of the support, where a crash has a probability of e^-500 in place of none.
+_OUTSIDE = 500.0
 
 
 class Evaluated[A](NamedTuple):
@@ -86,6 +90,11 @@ class Target:
                 number, run-outs give it.
         """
         kind = transform_of(self.structure)
+        if isinstance(kind, Standard):
+            _, log_det, u = kind.forward_and_log_det(self.structure, data, transform, w)
+            log_likelihood, quantities = self.crash(u, data)
+            log_prior = jax.scipy.stats.norm.logpdf(u).sum()
+            return Evaluated(log_prior + log_likelihood + log_det, quantities, u, jnp.zeros(0))
         sites, log_det, q = kind.forward_and_log_det(self.structure, data, transform, w)
         names = kind.surrogates(self.structure)
         off = jnp.zeros(len(names))
@@ -106,6 +115,38 @@ class Target:
         given = {} if kind.exact_gradient else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
         return Evaluated(joint + log_det, sites | _recorded(trace), q, off)
+
+    def crash(self, u: Numbers, data: Data) -> tuple[Array, dict[str, Array]]:
+        """The crash at standard normal deviates of all unknowns.
+
+        Args:
+            u: deviates, shape (n,).
+            data: the scene's numbers.
+
+        Returns:
+            Its log likelihood, minus infinity where the vehicles part; and its unknowns, what follows
+            from them, predictions of the evidence, and divisors of what the impact model bounds.
+        """
+        model = AtDeviates(self.rung.model, jnp.asarray(u))
+        trace = handlers.trace(model).get_trace(self.structure, data)
+        samples = {k: s for k, s in trace.items() if s["type"] == "sample"}
+        observed = [s for s in samples.values() if s["is_observed"]]
+        log_likelihood = sum((s["fn"].log_prob(s["value"]) for s in observed), jnp.zeros(()))
+        unknowns = {k: s["value"] for k, s in samples.items() if not s["is_observed"]}
+        quantities = unknowns | _recorded(trace)
+        levels = () if self.structure.barrier else rest_pose.levels_of(self.structure)
+        if levels:
+            names = (name for of_one in parts.AFTER for name in of_one if name in quantities)
+            after = jnp.stack([quantities[name] for name in names])
+            deviates = unknowns.get("measured", jnp.zeros(0))
+            x = parts.from_standard(self.structure, data, deviates)
+            for level, divisor in zip(levels, quotients(levels, after, x)[1], strict=True):
+                quantities[f"divisor/{level.name}"] = divisor
+        return log_likelihood, quantities
+
+    def crashes(self, data: Data, u: Numbers) -> tuple[Array, dict[str, Array]]:
+        """`crash` at each row of u."""
+        return jax.vmap(lambda row: self.crash(row, data))(jnp.asarray(u))
 
     def inputs(self, data: Data, xi: Numbers) -> tuple[Array, Array, Array, Array]:
         """Impact poses, k², friction and its scale of each row of deviates."""
@@ -161,6 +202,8 @@ class Target:
         steps of a rolling vehicle blow up, though the value is smooth there.
         """
         value, slope = jax.value_and_grad(self.potential)(w, data, transform)
+        # to leave the support is a rejection, and no divergence, which is a rise by a thousand
+        value = jnp.where(jnp.isfinite(value), value, _OUTSIDE)
         steepness = jnp.sqrt(jnp.mean(slope**2))
         shorter = slope * jnp.minimum(1.0, _STEEPEST / steepness)
         slope = jax.lax.stop_gradient(jnp.where(jnp.isfinite(steepness), shorter, 0.0))
@@ -202,12 +245,6 @@ class Target:
 
         return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))
 
-    def potential_and_gradient(
-        self, w: Numbers, data: Data, transform: TransformParameters
-    ) -> tuple[Array, Array]:
-        """`potential`, and its slope by w."""
-        return jax.value_and_grad(self.potential)(w, data, transform)
-
     def evaluate_rows(
         self, data: Data, transform: TransformParameters, w: Numbers, missed: Numbers
     ) -> Evaluated[Array]:
@@ -218,24 +255,12 @@ class Target:
 
         return jax.vmap(one)(jnp.asarray(w), jnp.asarray(missed))
 
-    def evaluate_with_slopes(
-        self, data: Data, transform: TransformParameters, w: Numbers, missed: Numbers
-    ) -> tuple[Evaluated[Array], Array]:
-        """`evaluate_rows`, and the slopes of the potential there."""
-
-        def value(w: Array, missed: Array) -> tuple[Array, Evaluated[Array]]:
-            there = self.evaluate(w, data, transform, missed)
-            return -there.log_density, there
-
-        slopes, there = jax.vmap(jax.grad(value, has_aux=True))(jnp.asarray(w), jnp.asarray(missed))
-        return there, slopes
-
 
 def _recorded(trace: dict[str, Any]) -> dict[str, Array]:
     """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
     quantities = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
     for k, s in trace.items():
-        if s["type"] == "sample" and s["is_observed"]:
+        if s["type"] == "sample" and s["is_observed"] and k != parts.CLOSE_IN:
             quantities[f"predicted/{k}"] = s["fn"].mean
             quantities[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
     return quantities

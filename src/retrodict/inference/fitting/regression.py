@@ -1,7 +1,7 @@
-"""Inverse regression: velocities after the impact from rest poses and inputs, found by multi-start.
+"""Inverse regression: velocities after the impact from rest poses and inputs.
 
-Finds them by Newton's method from many starts at once, then fits the quadratics of `coordinates` by
-least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
+Finds them by Newton's method from many starts at once, then fits the quadratics of the rest-pose
+transform by least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
 
 In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that
 along x, of the heading the yaw rate, counted from that of a likely crash.
@@ -13,17 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.linalg import solve
 
 from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import BATCH, INPUTS, REACHED
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.fitting.pilot import prior_pilot
-from retrodict.inference.threads import one_blas_thread
+from retrodict.inference.fitting.quadratic import as_quadratic, least_squares, terms
 from retrodict.inference.transforms import rest_pose
 from retrodict.mechanics.runout import GRAVITY
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
-from retrodict.models.parts import AFTER
 from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
@@ -36,6 +33,7 @@ _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
 _NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
 _TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
+_ABOUT = 0.03  # spread of starts about a likely crash, share of the speed
 
 
 def _grid(*axes: list[float]) -> np.ndarray:
@@ -51,12 +49,13 @@ _SLIDING = _grid(
 _ROLLING = _grid([0.35, 0.5, 0.65, 0.8], [-0.4, -0.2, 0.0, 0.15], [-0.3, 0.0, 0.3])
 
 
-def shoot(programs: Programs, data: Data) -> np.ndarray:
-    """Velocities after the impact that end at the measured rest poses.
+def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
+    """Velocities after the impact that end at the measured rest poses, near those of a likely crash.
 
     Args:
         programs: of the scene's structure.
         data: its numbers, taken at their measured values.
+        likely: velocities after the impact of a crash that nearly ends there, as of `Shot.separation`.
 
     Returns:
         As of `Shot.separation`. Of vehicles whose run-out is inverted they need not end there.
@@ -64,7 +63,7 @@ def shoot(programs: Programs, data: Data) -> np.ndarray:
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
     """
-    found = nearest(programs, data)
+    found = nearest(programs, data, likely, about=True)
     for v, by in zip(VEHICLES, found.missed, strict=True):
         if by > REACHES and v not in programs.structure.inverted:
             raise unreachable(v, by)
@@ -109,19 +108,27 @@ class Shot(NamedTuple):
         return np.array(apart)
 
 
-def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
+def nearest(
+    programs: Programs,
+    data: Data,
+    likely: np.ndarray,
+    *,
+    about: bool = False,
+    every: bool = False,
+) -> Shot:
     """Velocities after the impact that end nearest to the measured rest poses, as far as was sought.
 
     Args:
         programs: of the scene's structure.
         data: its numbers, taken at their measured values.
+        likely: velocities after the impact of a likely crash, from which what was not measured counts.
+        about: whether they are sought about those, and not from many starts.
         every: whether others are sought after the first was found of each vehicle.
     """
     size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
     poses, k2, friction, _ = (np.asarray(a)[0] for a in programs(INPUTS, data, xi))
     opened = _undetermined(programs)
-    likely = _likely(programs, data) if opened.any() else np.zeros(2 * size)
     target, sd = _target_poses(programs, data, likely)
     grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
@@ -131,6 +138,8 @@ def nearest(programs: Programs, data: Data, every: bool = False) -> Shot:
     else:
         shares = np.resize(_SLIDING, (starts, 3))
     V = np.stack([_guesses(way[v], grip, k[v], shares) for v in range(2)], axis=1)
+    if about:
+        V = _about(likely.reshape(2, size), starts)
     V = np.where(opened, target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
@@ -215,14 +224,14 @@ def fit(
         for v in range(2):
             wanted, got, velocity = (a[:, mine[v]] for a in (sample, z.reshape(BATCH, -1), V))
             error[v] = np.sqrt(np.median(np.sum((got - wanted) ** 2, axis=1)) / size)
-            A = _terms(got, xi[:, shaping[v]])
+            A = terms(np.hstack([got, xi[:, shaping[v]]]))
             # run-outs that miss by far are weakly informative on the regression where the posterior lies
             weight = np.exp(-0.25 * (np.linalg.norm(got, axis=1) / _NEAR) ** 2)
             weight = np.where(np.isfinite(got).all(axis=1), weight, 0.0)
             if np.sum(weight > 0.1) > 1.2 * A.shape[1]:
-                regressions[v] = _least_squares(A, velocity / scale[:, None], weight)
+                regressions[v] = least_squares(A, velocity / scale[:, None], weight)
     for_a, for_b = (
-        _as_quadratic(c, size + len(s)) for c, s in zip(regressions, shaping, strict=True)
+        as_quadratic(c, size + len(s)) for c, s in zip(regressions, shaping, strict=True)
     )
     return (for_a, for_b), error, (V, xi)
 
@@ -262,13 +271,13 @@ def _response(
     velocity, items = velocity[followed], items[followed]
     shape = shape[followed][:, rest_pose.shaping_inputs(structure, v)]
     centre, unit = velocity.mean(axis=0), velocity.std(axis=0)
-    A = _terms((velocity - centre) / unit, shape)
+    A = terms(np.hstack([(velocity - centre) / unit, shape]))
     value, sd = np.array([data.evidence[name] for name in names]).T
     off = np.linalg.norm((items - value) / sd, axis=1)
     # far from what was measured a run-out is weakly informative, but enough of them have to speak
     reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
-    surface = _least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
-    return rest_pose.ResponseSurface(centre, unit, _as_quadratic(surface, size + shape.shape[1]))
+    surface = least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
+    return rest_pose.ResponseSurface(centre, unit, as_quadratic(surface, size + shape.shape[1]))
 
 
 def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.ndarray]) -> float:
@@ -297,34 +306,8 @@ def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.nd
     return float(np.nanquantile(np.abs(moved[:, np.isfinite(sd)]), 0.9))
 
 
-def _terms(z: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Columns of the least squares: 1, x, and the products of the saturated x."""
-    x = np.concatenate([z, shape], axis=1)
-    s = rest_pose.saturated(x, np)
-    rows, columns = np.triu_indices(x.shape[1])
-    return np.concatenate([np.ones((len(x), 1)), x, s[:, rows] * s[:, columns]], axis=1)
-
-
 def _value(coefficients: np.ndarray, z: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    return _terms(z, shape) @ coefficients
-
-
-def _least_squares(A: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    keep = weight > 0
-    A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
-    # A small ridge: some inputs (a zone nobody reaches) shape nothing. The normal equations take a fifth
-    # of the time of an SVD (measured); they lose half of the digits, and coordinates need few.
-    ridge = 1e-8 * np.eye(A.shape[1])
-    with one_blas_thread():  # beside the compiler's, its threads wait for each other for seconds
-        return solve(A.T @ A + ridge, A.T @ y, assume_a="pos")
-
-
-def _as_quadratic(coefficients: np.ndarray, k: int) -> rest_pose.Quadratic:
-    quadratic = np.zeros((coefficients.shape[1], k, k))
-    rows, columns = np.triu_indices(k)
-    quadratic[:, rows, columns] = coefficients[1 + k :].T
-    quadratic = (quadratic + quadratic.swapaxes(1, 2)) / 2
-    return rest_pose.Quadratic(coefficients[0], coefficients[1 : 1 + k].T, quadratic)
+    return terms(np.hstack([z, shape])) @ coefficients
 
 
 def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.ndarray]:
@@ -369,11 +352,11 @@ def _undetermined(programs: Programs) -> np.ndarray:
     )
 
 
-def _likely(programs: Programs, data: Data) -> np.ndarray:
-    """Velocities after the impact of the crash from the prior that explains the evidence best."""
-    score, quantities = prior_pilot(programs, data)
-    best, size = np.argmax(score), len(programs.structure.rests)
-    return np.array([quantities[name][best] for names in AFTER for name in names[:size]])
+def _about(likely: np.ndarray, starts: int) -> np.ndarray:
+    """Starts about velocities after the impact, these first; shape (starts, 2, v)."""
+    off = np.random.default_rng(0).standard_normal((starts, *likely.shape))
+    off[0] = 0
+    return likely + _ABOUT * np.linalg.norm(likely, axis=1)[:, None] * off
 
 
 def _target_poses(

@@ -17,6 +17,7 @@ from jaxtyping import Float
 from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import BATCH
 from retrodict.inference.fitting import regression
+from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import rest_pose
@@ -34,11 +35,12 @@ _FITS = 0.5
 # nothing pins may be off that of a likely crash by so much, m/s and rad/s.
 _WIDE, _OPEN = 1.5, np.array([10.0, 10.0, 3.0])
 _TURNS = 2.4 * np.pi  # rad: of a rotation to rest whose turns were not counted
+_CRASHES = 1024  # of the prior, among which a likely one is sought
 _LEAST_OFF = 0.05  # of the logarithm of a speed, and rad
 
 
 def tempered(scene: Scene, rung: str, method: str) -> bool:
-    """Whether a posterior is drawn from in this way: by smc, if some vehicle's rest was measured.
+    """Whether a posterior is drawn from in this way: by smc, if some vehicle rolled to a measured rest.
 
     Impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes,
     and so have those with a barrier.
@@ -50,7 +52,11 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
     """
     structure = RUNGS[rung].of_scene(scene)[0]
     rested = any(name in structure.evidence for name in structure.rest_components)
-    able = rested and not any(level.fixed for level in rest_pose.levels_of(structure))
+    able = (
+        bool(structure.rolling)
+        and rested
+        and not any(level.fixed for level in rest_pose.levels_of(structure))
+    )
     return able and method == "smc" and not structure.barrier
 
 
@@ -122,7 +128,10 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
     structure = fitted.structure
     regressions, error = rest_pose.example_regressions(structure), np.zeros(2)
     if structure.inverted != VEHICLES:
-        shot = regression.nearest(fitted, data, every=True)
+        likely = likely_separation(
+            Crashes(programs_for(structure.without_transform), data, structure.around)
+        )
+        shot = regression.nearest(fitted, data, likely, every=True)
         for i, v in enumerate(VEHICLES):
             if (
                 shot.missed[i] > regression.REACHES
@@ -149,6 +158,20 @@ def _about(fitted: Programs, sampled: Programs, data: Data, guess: Guess) -> Pos
     w = np.random.default_rng(0).standard_normal((BATCH, n))
     quantities = found.evaluate(w)[1]
     return replace(found, unresolved=regression.unresolved(fitted, data, run_outs_of(quantities)))
+
+
+def likely_separation(crashes: Crashes) -> Float[np.ndarray, " separation"]:
+    """Velocities after the impact of the crash of the prior that fits the evidence best.
+
+    Zero where nothing counts from them.
+    """
+    structure = crashes.programs.structure
+    if not structure.unmeasured:
+        return np.zeros(len(structure.rest_components))
+    u = np.random.default_rng(0).standard_normal((_CRASHES, crashes.size))
+    residuals, quantities = crashes.residuals(u)
+    score = np.nan_to_num(-np.log1p(residuals**2).sum(axis=1), nan=-np.inf)
+    return run_outs_of(quantities)[0][np.argmax(score)]
 
 
 def _reach(structure: Structure, data: Data, n: int) -> Float[np.ndarray, " w"]:

@@ -15,10 +15,10 @@ from retrodict.inference.transforms.soft_bounds import (
     soft_lower_bound_inverse,
     softness_for,
 )
-from retrodict.inference.transforms.velocity import KEPT
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, E
 
+KEPT = 0.2  # softness of the share of the sliding where nothing is known yet: its prior's scale
 _NARROW = 1e-4  # of a margin's standard deviation: at least, so that something can be divided by it
 _LIKELY = 0.1, 0.98  # shares of the sliding that a search begins from
 _SOFT = 1e-3, 2.0  # the least and most

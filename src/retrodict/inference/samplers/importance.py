@@ -11,8 +11,9 @@ this project uses has it, and it is a dozen lines.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.special import chdtri, gammaln, logsumexp, ndtri
@@ -30,6 +31,9 @@ from retrodict.scene.quantities import REPORTED, describe
 _FIRST, _LATER, _AXES, _SKEWED = (0.2, 4.0), (1.0, 4.0), 3, 1.25
 _ROUNDS = 10  # of adaptation, the first included
 _EVEN, _SHARE = 0.6, 1 / 3  # Pareto k, effective share of the draws: that ask for no other round
+# Nor do so many effective draws of all rounds for each coordinate, and as many as the last round has:
+# mean and covariance are then known as well as they need be.
+_KNOWN = 30.0
 # Nor does a variance of the posterior, along any line, over that of the last proposal: as wide as so few
 # draws of one that fits would make it look, times this. (A Pareto k shows nothing of what was never
 # drawn: at 1.27 means were 0.1 sd off with an effective half of the draws.)
@@ -40,7 +44,10 @@ _FOR_EVIDENCE, _HELD_AGAINST = 2000, 2000  # draws
 # two of 500 random crashes passed, 0.26 off).
 _OFF = 0.15
 # Times as many points as draws were asked for, where their weights fall short; twice as many are kept.
-_MOST, _MOST_PACED = 32, 8  # the latter where run-outs of vehicles that roll are integrated
+_MOST, _MOST_PACED = 16, 8  # the latter where run-outs of vehicles that roll are integrated
+# Points of each pilot by which the proposal is adapted: before the first draws, and where so many times
+# as many points as draws were asked for do not do.
+_PILOT, _LATER_PILOT, _ADAPTED_AGAIN = 2048, 8192, 4
 
 
 @dataclass(frozen=True)
@@ -58,35 +65,75 @@ class Evidence:
     faults: tuple[str, ...]
 
 
-def draw(task: Task, times: int = 1) -> Draws:
-    """Draw from the proposal, weight by the posterior, resample.
+def draw(task: Task) -> Draws:
+    """Draw from a proposal that pilots have adapted, weight by the posterior, resample."""
+    rng = np.random.default_rng(task.seed)
+    posterior = task.posterior
+    found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.draw(_PILOT, rng))
+    nothing = _Points(found.next, found.evaluations)
+    return _extended(task, rng, nothing, 1)
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Points of a proposal so far, a row for each chain.
 
     Args:
-        task: what is asked for.
-        times: as many points are evaluated as draws are asked for.
+        proposal: that they are drawn from.
+        evaluations: of the density, those of its adaptation included.
+        w: shape (chains, points, q).
+        log_weight: of the points, shape (chains, points).
+        quantities: there, each shape (chains, points, ...).
     """
+
+    proposal: Proposal
+    evaluations: int
+    w: np.ndarray | None = None
+    log_weight: np.ndarray | None = None
+    quantities: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def with_more(self, posterior: Posterior, chains: int, count: int, rng: Any) -> _Points:
+        """These and so many more for each chain."""
+        w = self.proposal.draw(chains * count, rng)
+        heights, quantities = evaluated(posterior, w)
+        new = {"w": w, "log_weight": heights - self.proposal.log_density(w)} | quantities
+        rows = {name: v.reshape(chains, count, *v.shape[1:]) for name, v in new.items()}
+        if self.w is not None:
+            old = {"w": self.w, "log_weight": self.log_weight} | self.quantities
+            rows = {name: np.concatenate([old[name], v], axis=1) for name, v in rows.items()}
+        w, log_weight = rows.pop("w"), rows.pop("log_weight")
+        return _Points(self.proposal, self.evaluations + len(heights), w, log_weight, rows)
+
+
+def _extended(task: Task, rng: np.random.Generator, points: _Points, times: int) -> Draws:
+    """Draws chosen from `times` as many points as are asked for, of which some are there already."""
     posterior, chains, draws = task.posterior, task.chains, task.draws * min(times, 2)
-    rng = np.random.default_rng(task.seed)
-    w, log_weight, quantities, evaluations = weighted_points(
-        posterior, chains * task.draws * times, rng
-    )
-    weights, k = smoothed(log_weight)
+    if times == _ADAPTED_AGAIN:  # what so many points leave uneven asks for a better proposal
+        found = adapted(posterior, points.proposal, lambda at: at.draw(_LATER_PILOT, rng))
+        points = _Points(found.next, points.evaluations + found.evaluations)
+    have = 0 if points.w is None else points.w.shape[1]
+    points = points.with_more(posterior, chains, times * task.draws - have, rng)
+    w, log_weight = points.w, points.log_weight
+    assert w is not None, "points were added"
+    assert log_weight is not None, "points were added"
+    weights, k = smoothed(log_weight.ravel())
     # each chain is a replicate of its own, so that R-hat has something to compare
     places = np.arange(weights.size).reshape(chains, -1)
     index = np.concatenate([own[resampled(weights[own], draws, rng)] for own in places])
     most = _MOST_PACED if posterior.programs.structure.paced else _MOST
-    evidence, error = log_mean(log_weight)
+    evidence, error = log_mean(log_weight.ravel())
     verdict = judged(k)
     verdict["attributes"] |= {
-        "log_evidence": evidence, "log_evidence_sd": error, "evaluations": float(evaluations)
+        "log_evidence": evidence, "log_evidence_sd": error, "evaluations": float(points.evaluations)
     }  # fmt: skip
     task.progress(1, 1)
+    flat = {name: v.reshape(-1, *v.shape[2:])[index] for name, v in points.quantities.items()}
     return Draws(
-        w[index].reshape(chains, draws, -1),
-        {"log_weight": log_weight[index].reshape(chains, draws)},
+        w.reshape(-1, w.shape[2])[index].reshape(chains, draws, -1),
+        {"log_weight": log_weight.ravel()[index].reshape(chains, draws)},
         **verdict,
-        quantities={name: values[index] for name, values in quantities.items()},
-        more=partial(draw, task, 2 * times) if times < most else None,
+        quantities=flat,
+        more=partial(_extended, task, rng, points, 2 * times) if times < most else None,
     )
 
 
@@ -97,8 +144,8 @@ def log_evidence(
 
     Args:
         posterior: whose evidence it is.
-        rng: of the draws.
-        draws: how many are evaluated.
+        rng: random number generator of the draws.
+        draws: number of points.
 
     Returns:
         The evidence; at fault where the weights have no variance to judge it by.
@@ -146,21 +193,22 @@ def disagreements(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
 def weighted_points(
     posterior: Posterior, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], int]:
-    """Draws from the last of the proposals, not yet resampled.
+    """Draws from a proposal that pilots have adapted, not yet resampled.
 
     Args:
         posterior: whose weights they carry.
-        count: of draws from each proposal.
-        rng: of the draws.
+        count: number of draws.
+        rng: random number generator of the draws.
 
     Returns:
-        w, shape (count, q), the logs of their weights, the quantities there, and how many points all
-        rounds evaluated.
+        w, shape (count, q), the logs of their weights, the quantities there, and how many points were
+        evaluated in all.
     """
-    found = adapted(
-        posterior, Proposal.first(posterior.size), lambda proposal: proposal.draw(count, rng)
-    )
-    return found.w, found.log_weight, found.quantities, found.evaluations
+    found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.draw(_PILOT, rng))
+    w = found.next.draw(count, rng)
+    heights, quantities = evaluated(posterior, w)
+    log_weight = heights - found.next.log_density(w)
+    return w, log_weight, quantities, found.evaluations + count
 
 
 @dataclass(frozen=True)
@@ -210,6 +258,7 @@ def adapted(
             mean, worth = weights @ every, effective(weights)
             spread = (every - mean).T @ ((every - mean) * weights[:, None])
             fits = even and last.outgrown(spread, worth) <= _OUTGROWN
+            fits |= worth >= _KNOWN * posterior.size and len(w) <= worth
             proposals.append(last.moved(mean, spread, worth))
             if fits or len(proposals) > _ROUNDS:
                 return Adapted(w, log_weight, quantities, evaluations, proposals[-1])

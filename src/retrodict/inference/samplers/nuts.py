@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from retrodict.inference.density.compiled import Programs
+import numpy as np
+
+from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import chains, checkpoint
 from retrodict.inference.samplers.chains import Chains, sample
 from retrodict.inference.samplers.draws import Draws, Task
+from retrodict.inference.samplers.importance import weighted_points
+from retrodict.inference.samplers.psis import resampled, smoothed
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import TransformParameters
 from retrodict.models.arrays import Data, Structure
@@ -19,7 +23,7 @@ _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective
 # acceptance stays at 0.9 however short the steps, and steps that aim for it collapse (measured).
 _SECOND_TRY = 0.8
 _CURVED = 0.8  # of a posterior that rest poses do not pin: shorter steps are slow and help little
-_PILOT = 200  # draws of each chain by which such a posterior is whitened, or responses are fitted
+_PILOT = 2000  # importance draws by which such a posterior is whitened, or responses are fitted
 _FEW = 0.05  # share of divergent draws up to which shorter steps may help
 
 
@@ -29,14 +33,14 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    original = task.posterior
+    original = task.posterior.differentiable()
+    task = replace(task, posterior=original)
     first, second = targets(original.programs.structure)
     if original.refits:
-        pilot = sample(replace(task, draws=_PILOT, resume=None), first)
-        if not pilot.complete:
-            raise Interrupted("stopped before any draws were kept")
-        w = pilot.w.reshape(-1, original.size)
-        task = replace(task, posterior=original.refit(w))
+        rng = np.random.default_rng([task.seed, 10])
+        w, log_weight, _, _ = weighted_points(original, _PILOT, rng)
+        index = resampled(smoothed(log_weight)[0], _PILOT, rng)
+        task = replace(task, posterior=original.refit(w[index]))
     found, target_accept = sample(task, first), first
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
@@ -66,6 +70,8 @@ def compile_ahead(
     programs: Programs, warmup: int, data: Data, transform: TransformParameters
 ) -> None:
     """Have the first run's kernels compiled in the background."""
+    if transform_of(programs.structure).exact_gradient:
+        programs = programs_for(programs.structure.differentiable)
     chains.kernels(programs, warmup, targets(programs.structure)[0], data, transform)
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from retrodict.inference.transforms.offset import Offset
 from retrodict.inference.transforms.protocol import Transform
 from retrodict.inference.transforms.rest_pose import RestPose
-from retrodict.inference.transforms.velocity import Velocity
+from retrodict.inference.transforms.standard import Standard
 from retrodict.models.arrays import Structure, TransformName
 
 _TRANSFORMS: dict[TransformName, Transform] = {
     "rest-pose": RestPose(),
-    "velocity": Velocity(),
+    "standard": Standard(),
     "offset": Offset(),
 }
 

@@ -107,6 +107,43 @@ class Guess(NamedTuple):
     spun: Float[Numbers, ""]
 
 
+class Flattening(NamedTuple):
+    """The bijection v -> deviates: a shear of the directions that evidence pins, then axes.
+
+    Args:
+        peak: deviates at v = 0 without the shear, shape (n,).
+        axes: columns, change of the deviates by v, those that are pinned the most first, shape (n, n).
+        bend: shift of the first entries of v, by later ones that are not shifted themselves.
+        log_volume: log |det axes|.
+    """
+
+    peak: Float[Numbers, " n"]
+    axes: Float[Numbers, "n n"]
+    bend: Quadratic
+    log_volume: Float[Numbers, ""]
+
+    def deviates(self, v: Float[Any, "*any n"], xp: ModuleType = jnp) -> Float[Any, "*any n"]:
+        """Deviates at points v, in JAX or in NumPy."""
+        sheared = v + self._shift(v, xp)
+        return self.peak + sheared @ self.axes.T
+
+    def inverse(self, deviates: Float[np.ndarray, "*any n"]) -> Float[np.ndarray, "*any n"]:
+        """Points v at deviates."""
+        off = np.asarray(deviates) - np.asarray(self.peak)
+        sheared = np.linalg.solve(np.asarray(self.axes), off[..., None])[..., 0]
+        return sheared - self._shift(sheared, np)
+
+    def _shift(self, v: Float[Any, "*any n"], xp: ModuleType) -> Float[Any, "*any n"]:
+        """Shift by the entries of v that are not shifted."""
+        s, (constant, linear, quadratic) = saturated(v, xp), self.bend
+        items, n = linear.shape
+        # one product of matrices for all points
+        by_s = (s @ xp.reshape(quadratic, (items * n, n)).T).reshape(*s.shape[:-1], items, n)
+        shift = constant + v @ linear.T + (by_s * s[..., None, :]).sum(axis=-1)
+        rest = v.shape[-1] - self.bend.constant.shape[0]
+        return xp.concatenate([shift, xp.zeros((*v.shape[:-1], rest))], axis=-1)
+
+
 class TransformParameters(NamedTuple):
     """The numbers of the bijection w -> q -> the model's unknowns, and of the slopes beside it.
 
@@ -118,6 +155,7 @@ class TransformParameters(NamedTuple):
         log_volume: log |det| of the spread and the directions of what is held together.
         responses: of each of `rest_pose.with_response_surface`.
         guess: of the velocities from which coordinates are offsets, where they are.
+        flattening: of standard normal deviates, where these are coordinates.
     """
 
     regressions: tuple[Quadratic, Quadratic]
@@ -127,6 +165,7 @@ class TransformParameters(NamedTuple):
     log_volume: Float[Numbers, ""]
     responses: tuple[ResponseSurface, ...]
     guess: Guess | None = None
+    flattening: Flattening | None = None
 
 
 _NO_REGRESSIONS = (Quadratic(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2

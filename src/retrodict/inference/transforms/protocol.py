@@ -23,13 +23,11 @@ class Transform(ABC):
         exact_gradient: whether run-outs are differentiated, and none has a surrogate.
         refit_to_draws: whether whitening at the mode is not enough, and is done again by draws.
         by_regressions: whether rest poses are coordinates, so that run-outs are fitted first.
-        by_prior_pilot: whether modes are sought from likely crashes of the prior.
     """
 
     exact_gradient: ClassVar[bool]
     refit_to_draws: ClassVar[bool]
     by_regressions: ClassVar[bool]
-    by_prior_pilot: ClassVar[bool] = False
 
     @abstractmethod
     def length(self, structure: Structure) -> int:

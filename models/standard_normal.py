@@ -1,0 +1,142 @@
+"""A model's unknowns as standard normal deviates: each the quantile of its own prior at its deviate.
+
+In these coordinates the prior of any model is a standard normal on all of R^n, and what it bounds lies
+at infinity: they cover whatever the model allows, without branches (Rosenblatt 1952). The log density of
+the posterior is that of the deviates plus the log likelihood, without a Jacobian determinant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpyro.distributions as dist
+from jax.scipy.special import ndtr, ndtri
+from jaxtyping import Array, Float
+from numpyro import handlers
+from numpyro.primitives import Messenger
+from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.impact import Impact
+
+# Probabilities nearer to 0 or 1 than this are taken as this: quantiles there are infinite.
+_LEAST, _MOST = 1e-300, 1 - 1e-15
+
+
+def quantile(law: dist.Distribution, deviate: Float[Array, "*any"]) -> Float[Array, "*any"]:
+    """The value of a law at a standard normal deviate.
+
+    Args:
+        law: distribution with an `icdf`, independent in each dimension.
+        deviate: shape of a value of the law.
+
+    Returns:
+        Its quantile at the probability Φ(deviate).
+    """
+    law = _elementwise(law)
+    if isinstance(law, dist.Normal):
+        return jnp.asarray(law.loc + law.scale * deviate)
+    return jnp.asarray(law.icdf(jnp.clip(ndtr(deviate), _LEAST, _MOST)))
+
+
+def deviate(law: dist.Distribution, value: Float[Array, "*any"]) -> Float[Array, "*any"]:
+    """The standard normal deviate of a law's value: the inverse of `quantile`.
+
+    Args:
+        law: distribution with a `cdf`, independent in each dimension.
+        value: in its support.
+    """
+    law = _elementwise(law)
+    if isinstance(law, dist.Normal):
+        return jnp.asarray((value - law.loc) / law.scale)
+    return ndtri(jnp.clip(law.cdf(value), _LEAST, _MOST))
+
+
+def _elementwise(law: dist.Distribution) -> dist.Distribution:
+    """The law of one element of a law that is the same, or independent, in each."""
+    while isinstance(law, dist.Independent | dist.ExpandedDistribution):
+        law = law.base_dist
+    return law
+
+
+class AtDeviates(Messenger):
+    """A handler that gives each unobserved `sample` the quantile of its law at its deviates.
+
+    Args:
+        model: NumPyro model.
+        deviates: of all unknowns in the order in which they are sampled, shape (n,).
+    """
+
+    def __init__(self, model: Any, deviates: Float[Array, " n"]) -> None:
+        super().__init__(model)
+        self.deviates = deviates
+        self.sizes: dict[str, int] = {}
+
+    def process_message(self, msg: dict[str, Any]) -> None:
+        """Set the value of an unobserved sample site."""
+        if msg["type"] != "sample" or msg["is_observed"] or msg["value"] is not None:
+            return
+        shape = msg["fn"].shape()
+        begin, size = sum(self.sizes.values()), math.prod(shape)
+        own = self.deviates[begin : begin + size].reshape(shape)
+        msg["value"] = quantile(msg["fn"], own)
+        self.sizes[msg["name"]] = size
+
+
+class DeviatesOf(Messenger):
+    """A handler that records the deviates of each unobserved `sample`, whose values are given.
+
+    Args:
+        model: NumPyro model.
+        values: value of each unobserved sample site, by name.
+    """
+
+    def __init__(self, model: Any, values: Mapping[str, Array]) -> None:
+        super().__init__(model)
+        self.values = values
+        self.deviates: list[Array] = []
+
+    def process_message(self, msg: dict[str, Any]) -> None:
+        """Set the value of an unobserved sample site, and record its deviates."""
+        if msg["type"] == "sample" and not msg["is_observed"]:
+            msg["value"] = jnp.asarray(self.values[msg["name"]])
+            self.deviates.append(deviate(msg["fn"], msg["value"]).reshape(-1))
+
+
+@lru_cache(maxsize=64)
+def _sizes(impact: Impact, structure: Structure, shapes: tuple[Any, ...]) -> dict[str, int]:
+    leaves, tree = shapes
+    data = jax.tree.unflatten(tree, [jax.ShapeDtypeStruct(shape, float) for shape in leaves])
+
+    def impact_alone(data: Data) -> None:
+        x = parts.measured(structure, data)
+        impact.forward_model(structure, parts.as_recorded(structure, data, x), x)
+
+    found: dict[str, int] = {}
+
+    def trace(key: Array, data: Data) -> Array:
+        sites = handlers.trace(handlers.seed(impact_alone, key)).get_trace(data)
+        for name, site in sites.items():
+            if site["type"] == "sample" and not site["is_observed"]:
+                found[name] = int(site["value"].size)
+        return jnp.zeros(())
+
+    jax.eval_shape(trace, jax.random.key(0), data)
+    return found
+
+
+def sizes(impact: Impact, structure: Structure, data: Data) -> dict[str, int]:
+    """How many deviates each unknown of a model has, by name, in the order in which it is sampled.
+
+    Args:
+        impact: impact model; run-outs have no unknowns.
+        structure: static part of the scene.
+        data: its numbers, of which only shapes matter.
+    """
+    leaves, tree = jax.tree.flatten(data)
+    shapes = tuple(tuple(jnp.shape(leaf)) for leaf in leaves)
+    return _sizes(impact, structure, (shapes, tree))

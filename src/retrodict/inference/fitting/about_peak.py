@@ -1,0 +1,336 @@
+"""From a scene and a model to its posterior in coordinates about each peak that may count.
+
+Where rest poses pin the motion, they are coordinates (`transforms.rest_pose`): there the posterior is
+flattest. They cut the support where a divisor of e_m or of the share of the sliding changes sign. Where
+the posterior reaches across, and where rest poses do not pin the motion, coordinates are standard normal
+deviates (`transforms.standard`), which cover all that the model allows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from retrodict.inference.density.compiled import Programs, programs_for
+from retrodict.inference.density.kernels import BATCH, CHUNK, SIMULATE
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.fitting import regression, whitening
+from retrodict.inference.fitting.deviates import Crashes
+from retrodict.inference.fitting.flattening import flattened
+from retrodict.inference.fitting.optimise import spread
+from retrodict.inference.fitting.posterior import Posterior, run_outs_of
+from retrodict.inference.fitting.search import Peak, peaks
+from retrodict.inference.fitting.steps import in_enough_steps
+from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.parameters import Quadratic, plain
+from retrodict.models import RUNGS
+from retrodict.models.arrays import Data, Structure, in_steps, steps_of
+from retrodict.models.impact import E_M, SLIDING
+from retrodict.models.standard_normal import sizes
+from retrodict.scene.names import parsed
+from retrodict.scene.records import VEHICLES, Scene
+
+_WHITENINGS, _STILL = (
+    12,
+    0.05,
+)  # whitenings about a mode at most, and how little one moves it at last
+# Least curvature that whitening takes for real. Inputs have a prior of curvature 1, and a direction that
+# is much wider than that is a ridge that bends away.
+_RIDGE, _FLAT = 0.3, 1e-2
+_RUN_OUTS, _WIDE = 2048, 1.2  # that responses are fitted to, over how much of what is whitened
+# Crashes about a peak by which a divisor's sign is judged, and its standard deviations from zero there
+# from which on the other sign does not count: 2 in 10 000 of a normal lie beyond.
+_ABOUT, _CLEAR = 256, 3.5
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A posterior in coordinates about a peak.
+
+    Args:
+        posterior: density and coordinates.
+        peak: that they are about.
+        scene: as the model sees it, whole turns added to the rest headings.
+        others: further peaks of the same numbers of turns, which its draws should reach.
+    """
+
+    posterior: Posterior
+    peak: Peak
+    scene: Scene
+    others: tuple[Peak, ...] = ()
+
+
+def crashes_of(scene: Scene, rung: str) -> Crashes:
+    """The crashes that a model allows of a scene, whole turns of unknown rotations not counted.
+
+    Args:
+        scene: what was measured.
+        rung: name in `retrodict.models.RUNGS`.
+    """
+    structure, data = RUNGS[rung].of_scene(scene)
+    names = (name for name in structure.evidence if parsed(name).kind == "rest_heading")
+    modulo = tuple(name for name in names if not scene.rest[parsed(name).vehicle].turns_known)
+    return Crashes(programs_for(structure.without_transform), data, modulo)
+
+
+def turned(scene: Scene, turns: dict[str, int]) -> Scene:
+    """The scene with whole turns added to rest headings.
+
+    Args:
+        scene: what was measured.
+        turns: number of whole turns by vehicle.
+    """
+    rest = dict(scene.rest)
+    for v, count in turns.items():
+        heading = rest[v].heading
+        assert heading is not None, "only measured headings hide turns"
+        heading = replace(heading, value=heading.value + 2 * np.pi * count)
+        rest[v] = replace(rest[v], heading=heading)
+    return replace(scene, rest=rest)
+
+
+def prepare(scene: Scene, rung: str, *, solved_back: bool = False, seed: int = 0) -> Posterior:
+    """The likeliest of `prepared`.
+
+    Args:
+        scene: what was measured.
+        rung: name in `retrodict.models.RUNGS`.
+        solved_back: whether rest poses are to be coordinates even if they do not cover the posterior.
+        seed: integer seed of the search.
+
+    Raises:
+        Unanswerable: as of `prepared`.
+    """
+    return prepared(scene, rung, solved_back=solved_back, seed=seed)[0].posterior
+
+
+def prepared(
+    scene: Scene,
+    rung: str,
+    *,
+    solved_back: bool = False,
+    seed: int = 0,
+    known: tuple[np.ndarray, ...] = (),
+) -> list[Prepared]:
+    """A scene's posterior under a model: the parts that make it up, the likeliest first.
+
+    Args:
+        scene: what was measured.
+        rung: name in `retrodict.models.RUNGS`.
+        solved_back: whether rest poses are to be coordinates even if they do not cover the posterior.
+        seed: integer seed of the search.
+        known: deviates from which peaks are sought too, each shape (n,).
+
+    Raises:
+        Unanswerable: no crash of the prior has a likelihood, or no run-out reaches a measured rest pose.
+    """
+    crashes = crashes_of(scene, rung)
+    found: list[Prepared] = []
+    refusals: list[Unanswerable] = []
+
+    def order(peak: Peak) -> list[tuple[str, int]]:
+        return sorted(peak.turns.items())
+
+    sought = peaks(crashes, seed, known)
+    for _, own in groupby(sorted(sought, key=order), order):
+        some = list(own)
+        at = turned(scene, some[0].turns)
+        structure, data = RUNGS[rung].of_scene(at)
+        try:
+            found += _of_turns(crashes, structure, data, at, some, solved_back, seed)
+        except Unanswerable as refusal:
+            refusals.append(refusal)
+    if not found:
+        raise refusals[0]
+    return sorted(found, key=lambda each: -each.peak.log_evidence)
+
+
+def _of_turns(
+    crashes: Crashes,
+    structure: Structure,
+    data: Data,
+    scene: Scene,
+    some: list[Peak],
+    solved_back: bool,
+    seed: int,
+) -> list[Prepared]:
+    """The parts of one number of turns, whose peaks are given, the likeliest first."""
+    scene = RUNGS[structure.rung].with_approximations(scene)
+    if structure.transform == "rest-pose":
+        sides = [_sides(crashes, peak, seed) for peak in some]
+        apart = len({tuple(own.items()) for own, _ in sides}) == len(some)
+        if solved_back or (apart and all(clear for _, clear in sides)):
+            return [
+                Prepared(_by_rest_pose(structure, data, peak), peak, scene)
+                for peak in (some[:1] if solved_back else some)
+            ]
+        structure = replace(structure, transform="standard")
+    best, *others = some
+    return [Prepared(_by_deviates(structure, data, best, seed), best, scene, tuple(others))]
+
+
+def _sides(crashes: Crashes, peak: Peak, seed: int) -> tuple[dict[str, float], bool]:
+    """Signs of the divisors at a peak by name of the level, and whether the posterior is clear of 0."""
+    levels = rest_pose.levels_of(crashes.programs.structure)
+    names = [level.name for level in levels if level in (E_M, SLIDING)]
+    signs = {name: float(np.sign(peak.quantities[f"divisor/{name}"])) for name in names}
+    if not names:
+        return signs, True
+    z = np.random.default_rng([seed, 8]).standard_normal((_ABOUT, peak.u.size))
+    root = np.linalg.inv(np.linalg.cholesky(peak.precision))
+    quantities = crashes.residuals(peak.u + z @ root)[1]
+    clear = True
+    for name, sign in signs.items():
+        divisor = sign * quantities[f"divisor/{name}"]
+        divisor = divisor[np.isfinite(divisor)]
+        clear &= bool(divisor.size and divisor.mean() > _CLEAR * divisor.std())
+    return signs, clear
+
+
+def unresolved(posterior: Posterior) -> float:
+    """How far finer steps would move what is predicted of likely crashes, in standard deviations."""
+    programs, data, s = posterior.programs, posterior.data, posterior.programs.structure
+    if not (s.integrated and (s.followed or s.rested)):
+        return 0.0
+    w = np.random.default_rng(0).standard_normal((BATCH, posterior.size))
+    quantities = posterior.evaluate(w)[1]
+    if not s.followed:
+        return regression.unresolved(programs, data, run_outs_of(quantities))
+    count = {k: np.asarray(v)[:CHUNK] for k, v in quantities.items()}
+    finer, finely = in_steps(s, data, 4 * steps_of(s, data))
+    unknowns = {k: count[k] for k in sizes(programs.target.rung.impact, s, data)}
+    again = programs_for(finer)(SIMULATE, finely, unknowns)
+    moved = [
+        (again[f"predicted/{k}"] - count[f"predicted/{k}"]) / data.evidence[k][1]
+        for k in s.evidence
+        if parsed(k).at_rest or parsed(k).on_way
+    ]
+    return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
+
+
+def _by_deviates(structure: Structure, data: Data, peak: Peak, seed: int) -> Posterior:
+    """The posterior in standard normal deviates about a peak, in as many steps as it takes."""
+
+    def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
+        programs, n = programs_for(structure), structure.deviates
+        transform = plain(np.zeros(n), np.eye(n))
+        found = Posterior(programs, data, transform, np.zeros(2), peak.log_evidence, 0.0)
+        flattening = flattened(found.crashes, peak, seed)
+        found = replace(found, transform=transform._replace(flattening=flattening))
+        found = replace(found, unresolved=unresolved(found))
+        return found, found.unresolved, steps_of(structure, data)
+
+    return in_enough_steps(structure, data, attempt)
+
+
+class _Fitted(NamedTuple):
+    """Regressions of a scene, in so many steps as its programs and data have."""
+
+    programs: Programs
+    data: Data
+    regressions: tuple[Quadratic, Quadratic]
+    error: np.ndarray
+    unresolved: float
+
+
+def _by_rest_pose(structure: Structure, data: Data, peak: Peak) -> Posterior:
+    """The posterior in rest-pose coordinates about a peak, in as many steps as it takes."""
+    likely = run_outs_of({k: np.asarray(v)[None] for k, v in peak.quantities.items()})[0][0]
+
+    def fitted(structure: Structure, data: Data) -> tuple[_Fitted, float, int]:
+        programs, steps = programs_for(structure), steps_of(structure, data)
+        if structure.inverted == VEHICLES:
+            nothing = transform_of(structure).example(structure).regressions
+            return _Fitted(programs, data, nothing, np.zeros(2), 0.0), 0.0, steps
+        separation = regression.shoot(programs, data, likely)
+        regressions, error, run_outs = regression.fit(programs, data, separation)
+        unresolved = regression.unresolved(programs, data, run_outs)
+        return _Fitted(programs, data, regressions, error, unresolved), unresolved, steps
+
+    def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
+        found = in_enough_steps(structure, data, fitted)
+        q = _coordinates(found, peak)
+        transform = whitening.whitened_about(
+            found.programs, found.data, found.regressions, q, np.eye(q.size)
+        )
+        start = Posterior(
+            found.programs, found.data, transform, found.error, -np.inf, found.unresolved
+        )
+        posterior = _about_mode(start)
+        # regressions were judged by rest poses alone
+        worst = unresolved(posterior) if structure.followed else 0.0
+        posterior = replace(posterior, unresolved=max(posterior.unresolved, worst))
+        return posterior, posterior.unresolved, steps_of(found.programs.structure, found.data)
+
+    return in_enough_steps(structure, data, attempt)
+
+
+def _coordinates(fitted: _Fitted, peak: Peak) -> np.ndarray:
+    """About where a peak lies in rest-pose coordinates, shape (q,)."""
+    structure, data = fitted.programs.structure, fitted.data
+    z = []
+    for name in structure.rest_components:
+        value, sd = data.evidence.get(name, (0.0, np.inf))
+        z.append((float(peak.quantities.get(f"predicted/{name}", 0.0)) - value) / sd)
+    deviates = np.asarray(peak.quantities.get("measured", np.zeros(0)))
+    sampled = np.zeros(int(rest_pose.samples_sliding(structure)))
+    q = np.concatenate([z, deviates, sampled])
+    return whitening.sliding(fitted.programs, data, fitted.regressions, q)
+
+
+def _about_mode(posterior: Posterior) -> Posterior:
+    """The posterior in coordinates about the mode near their centre.
+
+    Raises:
+        Unanswerable: there is none.
+    """
+    programs, data = posterior.programs, posterior.data
+    responding = bool(rest_pose.with_response_surface(programs.structure))
+    # constraints and whitening depend on the mode and it on them: thrice is enough, but for responses
+    for _ in range(_WHITENINGS if responding else 3):
+        posterior = _with_responses(posterior)
+        transform = posterior.transform
+        mode, value = posterior.potential.minimise(np.zeros(posterior.size))
+        if not np.isfinite(value):
+            raise _no_mode("density")
+        constrained, centre = (
+            posterior.constrained(mode),
+            transform.centre + np.asarray(transform.spread) @ mode,
+        )
+        axes = np.asarray(transform.spread) @ spread(
+            posterior.potential.curvature(mode), _RIDGE if responding else _FLAT
+        )
+        if not (np.isfinite(axes).all() and np.isfinite(constrained).all()):
+            raise _no_mode("curvature")
+        side, kept = np.asarray(transform.constraints.side), float(transform.constraints.kept)
+        if rest_pose.samples_sliding(programs.structure):
+            kept, (centre, constrained, axes) = whitening.softened(
+                transform, centre, constrained, axes
+            )
+        about = whitening.whitened_about(
+            programs, data, transform.regressions, centre, axes, constrained, side, kept
+        )
+        posterior = replace(posterior, transform=about, log_evidence=-value)
+        if np.linalg.norm(mode) < _STILL:
+            break
+    return _with_responses(posterior)
+
+
+def _no_mode(lacks: str) -> Unanswerable:
+    """That a mode was sought and there is none to be found."""
+    return Unanswerable(
+        f"the posterior has no finite {lacks} near the measured scene; check headings and the contact "
+        "line, and that the vehicles came together at all"
+    )
+
+
+def _with_responses(posterior: Posterior) -> Posterior:
+    """The same, with responses for about where it is whitened."""
+    if not rest_pose.with_response_surface(posterior.programs.structure):
+        return posterior
+    rng = np.random.default_rng(0)
+    return posterior.with_responses(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))

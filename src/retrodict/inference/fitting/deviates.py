@@ -1,0 +1,108 @@
+"""A scene's crashes by standard normal deviates of all unknowns: how well each fits the evidence.
+
+The posterior is a sum of squares in these coordinates: half the square of the deviates, plus half that
+of the residuals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from retrodict.inference.density.compiled import Programs, in_chunks
+from retrodict.inference.density.kernels import CRASHES, ROWS
+from retrodict.models import evidence as items
+from retrodict.models.arrays import Data
+from retrodict.scene.names import parsed
+from retrodict.scene.records import FREEDOM
+
+_STEP = 1e-3  # of a deviate in difference quotients
+
+Deviates = Float[np.ndarray, "crashes n"]
+Residuals = Float[np.ndarray, "crashes items"]
+Quantities = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Crashes:
+    """The crashes that a model allows, by deviates.
+
+    Args:
+        programs: of the scene's structure.
+        data: its numbers.
+        modulo: names of evidence, angles whose whole turns were not counted.
+    """
+
+    programs: Programs
+    data: Data
+    modulo: tuple[str, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Number of deviates."""
+        return self.programs.structure.deviates
+
+    def expect(self) -> None:
+        """Have the program loaded, or compiled in the background."""
+        self.programs.expect(CRASHES, self.data, np.zeros((ROWS, self.size)))
+
+    def at(self, u: Deviates) -> tuple[Float[np.ndarray, " crashes"], Quantities]:
+        """Log likelihood of crashes, minus infinity where there is none, and their quantities."""
+        data = self._on_device
+        log_likelihood, quantities = in_chunks(
+            lambda rows: self.programs(CRASHES, data, rows), np.asarray(u, float), ROWS
+        )
+        return np.nan_to_num(
+            log_likelihood, nan=-np.inf, posinf=-np.inf, neginf=-np.inf
+        ), quantities
+
+    def residuals(self, u: Deviates) -> tuple[Residuals, Quantities]:
+        """Residuals whose half squares are minus the log likelihood of each item, and quantities.
+
+        In standard deviations of the measurement, from what was measured; not a number where the model
+        allows no such crash.
+        """
+        log_likelihood, quantities = self.at(u)
+        structure = self.programs.structure
+        found = []
+        for name in structure.evidence:
+            value, sd = self.data.evidence[name]
+            off = quantities[f"predicted/{name}"] - value
+            if _is_bound(name):
+                height = np.minimum(quantities[f"log_likelihood/{name}"], 0)
+                found.append(np.sign(off) * np.sqrt(-2 * height))
+                continue
+            if name in self.modulo:
+                off = np.arctan2(np.sin(off), np.cos(off))
+            off = off / sd
+            if structure.robust:
+                heavy = (FREEDOM + 1) * np.log1p(off**2 / FREEDOM)
+                off = np.sign(off) * np.sqrt(heavy)
+            found.append(off)
+        residuals = np.stack(found, axis=1) if found else np.zeros((len(u), 0))
+        return np.where(np.isfinite(log_likelihood)[:, None], residuals, np.nan), quantities
+
+    def linearised(self, u: Deviates) -> tuple[Residuals, Float[np.ndarray, "crashes items n"]]:
+        """Residuals of crashes, and their derivatives by the deviates, by difference quotients."""
+        count, n = u.shape
+        # outwards of a bound that is near there may be no crash
+        ends = np.concatenate([u[:, None], u[:, None] + _STEP * np.eye(n)], axis=1)
+        residuals = self.residuals(ends.reshape(-1, n))[0].reshape(count, n + 1, -1)
+        slopes = np.moveaxis(residuals[:, 1:] - residuals[:, :1], 1, -1) / _STEP
+        return residuals[:, 0], np.nan_to_num(slopes)
+
+    @cached_property
+    def _on_device(self) -> Data:
+        return jax.device_put(self.data)
+
+
+def _is_bound(name: str) -> bool:
+    """Whether an item of evidence states a bound."""
+    if name in items.OF_ENERGY:
+        return items.OF_ENERGY[name] is not None
+    kind, _, mark = parsed(name)
+    return mark is None and items.PREDICTIONS[kind].at_least

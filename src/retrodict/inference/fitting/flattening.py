@@ -1,0 +1,80 @@
+"""Coordinates about a mode in standard normal deviates: along what evidence pins, and bent with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from retrodict.inference.fitting.deviates import Crashes
+from retrodict.inference.fitting.quadratic import as_quadratic, least_squares, terms
+from retrodict.inference.fitting.search import Peak
+from retrodict.inference.transforms.parameters import Flattening, Quadratic
+from retrodict.inference.transforms.standard import pinned_of, unbent
+
+_ROUNDS, _LEAST, _EACH = 3, 2048, 3  # fits; crashes of each, at least and for each coefficient
+_WIDE = 1.2  # standard deviations of these crashes
+_NEAR = 6.0  # residual that the fit misses by, over which a crash loses its weight
+_PINNED = 2.0  # change of the residuals by a deviate from which on evidence pins a direction
+
+Points = Float[np.ndarray, "points n"]
+
+
+def flattened(crashes: Crashes, peak: Peak, seed: int) -> Flattening:
+    """A flattening about a peak, fitted to crashes about it.
+
+    Args:
+        crashes: that the model allows.
+        peak: mode of the posterior.
+        seed: integer seed of the crashes.
+    """
+    n, items = peak.u.size, pinned_of(crashes.programs.structure)
+    s = np.linalg.svd(peak.slopes)[1][:items]
+    sd = np.append(1 / np.sqrt(1 + s**2), np.ones(n - items))
+    flat = unbent(peak.u, np.linalg.svd(peak.slopes)[2].T * sd, items)
+    rng = np.random.default_rng([seed, 7])
+    return bent(crashes, peak, flat, lambda count: _WIDE * rng.standard_normal((count, n)), _ROUNDS)
+
+
+def bent(
+    crashes: Crashes,
+    peak: Peak,
+    flat: Flattening,
+    draw: Callable[[int], Points],
+    rounds: int = 1,
+) -> Flattening:
+    """A flattening whose shear is fitted to the crashes at points v.
+
+    Args:
+        crashes: that the model allows.
+        peak: that its axes are of.
+        flat: as it is.
+        draw: number of points -> so many, in the coordinates v.
+        rounds: fits, each at new points.
+    """
+    across, s, _ = np.linalg.svd(peak.slopes)
+    pinned, items = int((s > _PINNED).sum()), flat.bend.constant.size
+    n = peak.u.size
+    if not 0 < pinned < n:
+        return flat
+    across, s = across[:, :pinned], s[:pinned]
+    by_v = s / np.sqrt(1 + s**2)
+    for _ in range(rounds):
+        v = draw(max(_LEAST, _EACH * (n - pinned + 2) ** 2 // 2))
+        residuals = crashes.residuals(flat.deviates(v, np))[0] @ across
+        missed = residuals - (peak.residuals @ across + by_v * v[:, :pinned])
+        worst = np.abs(missed).max(axis=1)
+        weight = np.where(np.isfinite(worst), np.exp(-0.25 * (worst / _NEAR) ** 2), 0.0)
+        shift = flat.deviates(v, np) - peak.u  # of v, along the axes
+        shift = np.linalg.solve(flat.axes, shift.T).T[:, :pinned] - v[:, :pinned]
+        wanted = shift - np.nan_to_num(missed) * by_v
+        own = as_quadratic(
+            least_squares(terms(v[:, pinned:]), wanted, np.nan_to_num(weight)), n - pinned
+        )
+        constant, linear = np.zeros(items), np.zeros((items, n))
+        quadratic = np.zeros((items, n, n))
+        constant[:pinned], linear[:pinned, pinned:] = own.constant, own.linear
+        quadratic[:pinned, pinned:, pinned:] = own.quadratic
+        flat = flat._replace(bend=Quadratic(constant, linear, quadratic))
+    return flat

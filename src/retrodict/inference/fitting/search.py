@@ -1,0 +1,232 @@
+"""The modes of a posterior: damped least squares from many crashes of the prior at once.
+
+In standard normal deviates the posterior is a sum of squares, so that each step of Gauss and Newton,
+damped after Levenberg and Marquardt, uses what is known of its shape. All numbers of turns to rest are
+sought together: a rest heading whose turns were not counted is compared modulo one turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.fitting.deviates import Crashes, Quantities
+from retrodict.scene.names import parsed
+
+
+@dataclass(frozen=True)
+class Search:
+    """Settings of the search.
+
+    Args:
+        crashes: crashes of the prior from which starts are chosen.
+        best: starts that fit the evidence best, whatever their numbers of turns.
+        of_turns: starts of each pair of numbers of turns.
+        turns: pairs of numbers of turns, those of the best starts.
+        rounds: steps of each search at most.
+        stride: longest step, in deviates.
+        still: decrease of the potential by a step at which a search has arrived.
+        after: steps after which searches that are far behind are given up.
+        behind: potential above the lowest that counts as far behind.
+        apart: distance between modes, in standard deviations of the posterior about one of them.
+        improbable: log evidence by which another mode may be lower and count.
+    """
+
+    crashes: int = 2048
+    best: int = 16
+    of_turns: int = 2
+    turns: int = 12
+    rounds: int = 40
+    stride: float = 3.0
+    still: float = 1e-4
+    after: int = 10
+    behind: float = 60.0
+    apart: float = 2.0
+    improbable: float = 12.0
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A local maximum of the posterior in standard normal deviates.
+
+    Args:
+        u: deviates there, shape (n,).
+        potential: minus the log density there, but for constants.
+        residuals: of the evidence, shape (items,).
+        slopes: of the residuals by the deviates, shape (items, n).
+        quantities: the crash there.
+        turns: whole turns from the written rest heading of each vehicle whose rotation is unknown.
+    """
+
+    u: Float[np.ndarray, " n"]
+    potential: float
+    residuals: Float[np.ndarray, " items"]
+    slopes: Float[np.ndarray, "items n"]
+    quantities: dict[str, np.ndarray]
+    turns: dict[str, int]
+
+    @property
+    def precision(self) -> Float[np.ndarray, "n n"]:
+        """Inverse covariance of the posterior about there, after Gauss and Newton."""
+        return np.eye(self.u.size) + self.slopes.T @ self.slopes
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's approximation of its share of the evidence, but for a constant."""
+        return float(-self.potential - np.linalg.slogdet(self.precision)[1] / 2)
+
+    def distance(self, other: Peak) -> float:
+        """Distance to another peak, in standard deviations of the posterior about either."""
+        off = self.u - other.u
+        return float(np.sqrt(min(off @ self.precision @ off, off @ other.precision @ off)))
+
+
+def peaks(
+    crashes: Crashes,
+    seed: int,
+    known: tuple[Float[np.ndarray, " n"], ...] = (),
+    settings: Search | None = None,
+) -> list[Peak]:
+    """The modes of a posterior that may count, the one of most evidence first.
+
+    Args:
+        crashes: that the model allows.
+        seed: integer seed of the crashes from which the search begins.
+        known: further starts, as modes of a neighbouring model.
+        settings: of the search.
+
+    Raises:
+        Unanswerable: no crash of the prior has a likelihood.
+    """
+    settings = settings or Search()
+    rng = np.random.default_rng([seed, 6])
+    first = rng.standard_normal((settings.crashes, crashes.size))
+    first = np.concatenate([np.zeros((1, crashes.size)), *(u[None] for u in known), first])
+    residuals, quantities = crashes.residuals(first)
+    chosen = _starts(crashes, residuals, quantities, 1 + len(known), settings)
+    if not chosen.size:
+        raise Unanswerable(
+            "no crash of the prior has a likelihood; check headings and the contact line, and that the "
+            "vehicles came together at all"
+        )
+    ends = _descended(crashes, first[chosen], settings)
+    return _distinct(crashes, ends, settings)
+
+
+def turns_of(crashes: Crashes, quantities: Quantities) -> dict[str, np.ndarray]:
+    """Whole turns from the written rest heading of vehicles whose rotation is unknown, by vehicle."""
+    found = {}
+    for name in crashes.modulo:
+        off = quantities[f"predicted/{name}"] - crashes.data.evidence[name][0]
+        turns = np.nan_to_num(np.round(off / (2 * np.pi)))
+        found[parsed(name).vehicle] = turns.astype(int)
+    return found
+
+
+def _starts(
+    crashes: Crashes,
+    residuals: Float[np.ndarray, "crashes items"],
+    quantities: Quantities,
+    always: int,
+    settings: Search,
+) -> np.ndarray:
+    """Rows from which to search: the first ones, the best, and the best of each number of turns."""
+    # by Cauchy's law, lest one sharp item should outweigh all others
+    score = np.nan_to_num(-np.log1p(residuals**2).sum(axis=1), nan=-np.inf)
+    allowed = np.isfinite(residuals).all(axis=1)
+    order = [i for i in np.argsort(-score) if allowed[i]]
+    chosen = dict.fromkeys(i for i in range(always) if allowed[i])
+    chosen |= dict.fromkeys(order[: settings.best])
+    turns = list(zip(*turns_of(crashes, quantities).values(), strict=True))
+    if turns:
+        found: dict[tuple[int, ...], int] = {}
+        for i in order:
+            count = found.get(turns[i], 0)
+            if count < settings.of_turns and (count or len(found) < settings.turns):
+                found[turns[i]] = count + 1
+                chosen[i] = None
+    return np.array(list(chosen), int)
+
+
+def _descended(
+    crashes: Crashes, u: Float[np.ndarray, "starts n"], settings: Search
+) -> Float[np.ndarray, "starts n"]:
+    """Where searches end that were not given up."""
+    n = u.shape[1]
+    residuals, slopes = crashes.linearised(u)
+    potential = _potential(u, residuals)
+    damping = np.ones(len(u))
+    arrived = np.zeros(len(u), bool)
+    for done in range(settings.rounds):
+        under_way = np.flatnonzero(~arrived)
+        if not under_way.size:
+            break
+        own, J, r = u[under_way], slopes[under_way], residuals[under_way]
+        normal = J.swapaxes(1, 2) @ J + np.eye(n) * (1 + damping[under_way, None, None])
+        downhill = -(own + np.einsum("kmi,km->ki", J, r))
+        step = np.linalg.solve(normal, downhill[..., None])[..., 0]
+        length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
+        moved = own + step * np.minimum(1, settings.stride / length)
+        there, slopes_there = crashes.linearised(moved)
+        lower = potential[under_way] - _potential(moved, there)
+        taken = lower > 0
+        damping[under_way] = np.where(
+            taken, damping[under_way] / 5, np.minimum(4 * damping[under_way], 1e10)
+        )
+        index = under_way[taken]
+        u[index], residuals[index], slopes[index] = moved[taken], there[taken], slopes_there[taken]
+        potential[index] -= lower[taken]
+        # what a step would bring at the most, were the surface the quadratic that it looks like
+        small = np.einsum("ki,ki->k", downhill, step) < settings.still
+        arrived[under_way] |= small | (damping[under_way] >= 1e10)
+        if done >= settings.after:
+            arrived |= potential > potential.min() + settings.behind
+    return u[potential <= potential.min() + settings.behind]
+
+
+def _potential(
+    u: Float[np.ndarray, "any n"], residuals: Float[np.ndarray, "any items"]
+) -> Float[np.ndarray, " any"]:
+    """Half the squares of deviates and residuals; infinite where there is no crash."""
+    squares = np.square(u).sum(axis=1) + np.square(residuals).sum(axis=1)
+    return np.nan_to_num(squares / 2, nan=np.inf, posinf=np.inf)
+
+
+def _distinct(crashes: Crashes, ends: Float[np.ndarray, "any n"], settings: Search) -> list[Peak]:
+    """Peaks at ends of searches, each once, the one of most evidence first."""
+    residuals, slopes = crashes.linearised(ends)
+    quantities = crashes.residuals(ends)[1]
+    turns = turns_of(crashes, quantities)
+    every = [
+        Peak(
+            u,
+            float(_potential(u[None], residuals[i : i + 1])[0]),
+            residuals[i],
+            slopes[i],
+            {name: values[i] for name, values in quantities.items()},
+            {v: int(count[i]) for v, count in turns.items()},
+        )
+        for i, u in enumerate(ends)
+    ]
+    found: list[Peak] = []
+    for peak in sorted(every, key=lambda peak: peak.potential):
+        if not any(_same(crashes, peak, other, settings) for other in found):
+            found.append(peak)
+    found.sort(key=lambda peak: -peak.log_evidence)
+    least = found[0].log_evidence - settings.improbable
+    return [peak for peak in found if peak.log_evidence > least]
+
+
+def _same(crashes: Crashes, peak: Peak, other: Peak, settings: Search) -> bool:
+    """Whether two ends are of one mode: near each other, or no dip lies between them."""
+    if peak.turns != other.turns:
+        return False
+    if peak.distance(other) < settings.apart:
+        return True
+    shares = np.linspace(0, 1, 11)[1:-1, None]
+    between = (1 - shares) * peak.u + shares * other.u
+    heights = _potential(between, crashes.residuals(between)[0])
+    return bool(heights.max() < max(peak.potential, other.potential) + 1)

@@ -1,0 +1,141 @@
+"""The reference that needs no coordinates: crashes of the prior, weighted by their likelihood.
+
+Where the evidence leaves enough of them they are a second way to the posterior, which cannot miss a part
+of it. An answer that differs from theirs beyond Monte Carlo error is withheld.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.special import softmax
+
+from retrodict.inference.fitting.deviates import Crashes
+from retrodict.inference.samplers.psis import effective
+from retrodict.scene.quantities import describe, si_symbol
+
+
+@dataclass(frozen=True)
+class PriorCheck:
+    """Settings of the reference.
+
+    Args:
+        first: crashes of the prior that are always drawn.
+        most: crashes in all, where `promising` of the first ones are effective.
+        promising: effective crashes among the first for which more are drawn.
+        enough: effective crashes at which no more are drawn.
+        least: effective crashes that can refute draws.
+        errors: standard errors between means, or standard deviations, that refute draws.
+        heavy: largest share of the weight of one crash, above which none can be refuted.
+    """
+
+    first: int = 4096
+    most: int = 65_536
+    promising: float = 6.0
+    enough: float = 1500.0
+    least: float = 40.0
+    errors: float = 5.0
+    heavy: float = 0.1
+
+
+SETTINGS = PriorCheck()
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Weighted crashes of the prior.
+
+    Args:
+        quantities: reported quantities of each crash, by name.
+        weights: of the crashes by their likelihood; they sum to one, or all are zero.
+        every: all quantities of the first crashes, by name.
+    """
+
+    quantities: dict[str, np.ndarray]
+    weights: Float[np.ndarray, " crashes"]
+    every: dict[str, np.ndarray]
+
+    @property
+    def effective(self) -> float:
+        """Number of crashes of equal weight that would say as much."""
+        return effective(self.weights) if self.weights.any() else 0.0
+
+
+def reference(
+    crashes: Crashes, names: tuple[str, ...], seed: int, settings: PriorCheck = SETTINGS
+) -> Reference:
+    """Crashes of the prior, as many as are of use.
+
+    Args:
+        crashes: that the model allows.
+        names: reported quantities, which are compared.
+        seed: integer seed of the random number generator.
+        settings: of the reference.
+    """
+    rng = np.random.default_rng([seed, 9])
+    every: dict[str, np.ndarray] = {}
+    kept: list[dict[str, np.ndarray]] = []
+    heights: list[np.ndarray] = []
+    count = settings.first
+    while True:
+        residuals, quantities = crashes.residuals(rng.standard_normal((count, crashes.size)))
+        every = every or {k: np.asarray(v) for k, v in quantities.items()}
+        kept.append({k: np.asarray(v) for k, v in quantities.items() if k in names})
+        height = -np.square(residuals).sum(axis=1) / 2
+        heights.append(np.where(np.isnan(height), -np.inf, height))
+        height = np.concatenate(heights)
+        weights = softmax(height) if np.isfinite(height).any() else np.zeros(height.size)
+        worth = effective(weights) if weights.any() else 0.0
+        drawn = height.size
+        if worth < settings.promising or worth >= settings.enough or drawn >= settings.most:
+            break
+        count = min(drawn, settings.most - drawn)
+    found = {k: np.concatenate([some[k] for some in kept]) for k in kept[0]}
+    return Reference(found, weights, every)
+
+
+def refuted(
+    reference: Reference,
+    draws: Mapping[str, np.ndarray],
+    worth: Mapping[str, float],
+    settings: PriorCheck = SETTINGS,
+) -> dict[str, str]:
+    """What the reference says otherwise: a sentence with both numbers, by name of the quantity.
+
+    Args:
+        reference: weighted crashes of the prior.
+        draws: of the posterior, by name, each of any shape.
+        worth: effective sample size of each quantity's draws.
+        settings: of the reference.
+    """
+    crashes, weights = reference.effective, reference.weights
+    if crashes < settings.least or weights.max() > settings.heavy:
+        return {}
+    found = {}
+    for name, values in reference.quantities.items():
+        if name not in draws:
+            continue
+        own, count = np.asarray(draws[name], float).ravel(), max(worth.get(name, 1.0), 1.0)
+        mean = float(weights @ values)
+        sd = float(np.sqrt(weights @ (values - mean) ** 2))
+        # the errors of the reference by its own weights, to first order
+        of_mean = np.sqrt(np.sum((weights * (values - mean)) ** 2) + own.var() / count)
+        of_square = np.sum((weights * ((values - mean) ** 2 - sd**2)) ** 2)
+        of_square += np.var((own - own.mean()) ** 2) / count
+        errors = abs(own.mean() - mean) / max(of_mean, 1e-300)
+        apart = abs(own.var() - sd**2) / max(np.sqrt(of_square), 1e-300)
+        if max(errors, apart) > settings.errors:
+            label, dimension = describe(name)
+            unit = si_symbol(dimension)
+            both = " against ".join(
+                f"{m:.3g} ± {s:.2g} {unit}".rstrip()
+                for m, s in ((own.mean(), own.std()), (mean, sd))
+            )
+            found[name] = (
+                f"{label}: {both} by {crashes:.0f} crashes of the prior weighted by the evidence, "
+                f"{max(errors, apart):.0f} standard errors apart: part of the posterior is missing"
+            )
+    return found
