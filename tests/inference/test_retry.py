@@ -12,11 +12,12 @@ from retrodict.inference.modes import (
     solutions,
     weighted_by_evidence,
 )
+from retrodict.inference.outcome import Checks
 from retrodict.inference.prior_check import Reference
 from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
-from retrodict.inference.retry import Sampling
+from retrodict.inference.retry import Sampling, may_improve
 from retrodict.inference.samplers import METHODS, Draws, Method, Task
-from tests.shared.scenes import collision
+from tests.shared.scenes import collision, rolls
 
 SCENE = collision(share=0.0)
 
@@ -101,8 +102,9 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
     monkeypatch.setattr("retrodict.inference.modes.posterior_modes", unsettled)
     monkeypatch.setitem(METHODS, "smc", replace(METHODS["smc"], draw=stopped))
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=begun))
+    rolling = rolls(collision(share=0.0), "b", (0.9, 0.3, 0.2, 0.2))
     with pytest.raises(Interrupted):
-        reconstruct(SCENE, pictured=False)
+        reconstruct(rolling, model="planar-moment+roll", pictured=False)
 
 
 def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
@@ -116,10 +118,15 @@ def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
     assert "no other method was tried" in found.notes[0]
 
 
-def test_draws_go_on_where_a_digit_of_the_limits_is_not_sure() -> None:
-    found = reconstruct(SCENE, method="importance", draws=200)
-    assert found.settings["draws"] == 400
-    assert "not one digit of the 95 % limits" in found.notes[0]
+def test_draws_go_on_once_where_a_digit_of_the_limits_is_not_sure() -> None:
+    (solution,), _ = weighted_by_evidence(solutions(SCENE, DEFAULT_RUNG), 0)
+    task = Task(solution.posterior, 4, 700, 0, 0, lambda *_: None)
+    sure = Checks(0, 1.0, 4000.0, 4000.0, True)
+    unsure = replace(sure, imprecise=("omega_b",))
+    again = [
+        may_improve(checks, task, times, "nuts") for checks in (sure, unsure) for times in (1, 2)
+    ]
+    assert again == [False, False, True, False]
 
 
 @pytest.mark.parametrize(("weight", "reasons"), [(0.05, 1), (0.005, 0)])

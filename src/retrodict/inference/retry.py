@@ -13,6 +13,7 @@ import numpy as np
 from retrodict.inference import diagnostics
 from retrodict.inference.datatree import tree_of
 from retrodict.inference.density.compiled import COMPILATION, Stopwatch
+from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, all_modes, mixed
 from retrodict.inference.outcome import Checks, Mode
@@ -179,9 +180,12 @@ class Sampling:
                 for other in self.unsampled
             ]
             draws = max(task.draws, METHODS[method].draws)
-            other = replace(self, found=found, unsampled=unsampled).by(
-                method, replace(task, posterior=found[0].posterior, draws=draws, resume=None)
-            )
+            again = replace(task, posterior=found[0].posterior, draws=draws, resume=None)
+            try:
+                other = replace(self, found=found, unsampled=unsampled).by(method, again)
+            except Interrupted as refusal:
+                notes = (*notes, f"the method {method} was tried too, and failed: {refusal}")
+                return replace(run, notes=notes, seconds=seconds, complete=False)
             seconds += other.seconds
             if not other.failed:
                 why = f"the first sampler, {run.method}, was not accepted ({most(run.failed)})"

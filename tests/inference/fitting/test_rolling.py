@@ -154,7 +154,7 @@ def test_other_methods_and_impacts_that_hold_something_go_another_way() -> None:
     assert not rolling.tempered(ROLLING, "planar-moment+wheels", "nuts")
     assert not rolling.tempered(ROLLING, "planar+wheels", "smc")
     assert not rolling.tempered(replace(ROLLING, rest={}), "planar-moment+wheels", "smc")
-    assert rolling.tempered(collision(), "planar-moment+wheels", "smc")
+    assert not rolling.tempered(collision(), "planar-moment+wheels", "smc")
 
 
 def test_scenes_with_other_ways_have_other_programs() -> None:
