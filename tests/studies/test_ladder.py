@@ -207,9 +207,7 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 
     ahead = []
     monkeypatch.setattr(ladders, "reconstruct", run)
-    monkeypatch.setattr(
-        ladders, "compile_ahead", lambda scene, model, method, pictured: ahead.append(model)
-    )
+    monkeypatch.setattr(ladders, "compile_ahead", lambda scene, model, method: ahead.append(model))
     stop_at = None
     seen = []
     whole = ladder(make_scene(), question=ASKED, seed=5, progress=lambda *p: seen.append(p))

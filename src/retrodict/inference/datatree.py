@@ -69,7 +69,7 @@ def tree_of(
         "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
     }
     if reference is not None:
-        prior = {k: v[:CHUNK] for k, v in reference.every.items() if not k.startswith("divisor/")}
+        prior = {k: v[:CHUNK] for k, v in reference.every.items()}
         groups["prior"] = group(prior, "", once)
         weight = reference.weights[:CHUNK].reshape(once)
         weight = weight / weight.sum() if weight.any() else weight

@@ -257,10 +257,12 @@ class Target:
 
 
 def _recorded(trace: dict[str, Any]) -> dict[str, Array]:
-    """What a run of the model records: quantities, predictions of the evidence and their likelihoods."""
+    """What a run of the model records: quantities, conditions, predictions and their likelihoods."""
     quantities = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
     for k, s in trace.items():
-        if s["type"] == "sample" and s["is_observed"] and k != parts.CLOSE_IN:
+        if k == parts.CLOSE_IN:
+            quantities[f"condition/{k}"] = s["fn"].log_factor
+        elif s["type"] == "sample" and s["is_observed"]:
             quantities[f"predicted/{k}"] = s["fn"].mean
             quantities[f"log_likelihood/{k}"] = s["fn"].log_prob(s["value"])
     return quantities
