@@ -284,9 +284,7 @@ def plausible(
     driven = "speed_a" if structure.barrier else "speed_b"
     good &= np.asarray(known.get(driven, none + np.inf)) > DRIVING
     good &= np.asarray(known.get("energy_lost", none + 1)) > 0
-    good &= (
-        np.asarray(known[f"condition/{parts.CLOSE_IN}"]) == 0
-    )  # else the model has no such crash
+    good &= np.asarray(known.get(f"condition/{parts.CLOSE_IN}", none)) == 0
     for v in structure.vehicles:
         good &= np.abs(known.get(f"Omega_{v}", none)) < SPIN
         for part in ("x", "y"):
