@@ -14,6 +14,7 @@ from retrodict.inference.fitting.search import Peak
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Mode
 from retrodict.inference.prior_check import Reference, reference
+from retrodict.inference.samplers import METHODS
 from retrodict.inference.samplers.importance import Evidence, log_evidence
 from retrodict.inference.threads import one_blas_thread
 from retrodict.models import RUNGS
@@ -29,7 +30,6 @@ SLIGHT = 0.01
 _REACHED = 0.3  # of its share of the posterior: draws nearer another than the mode they began from
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
 _SURE = 100.0  # log odds: more of them say no more, and would not be numbers
-METHODS_SOLVING_BACK = frozenset({"monte-carlo", "linear"})  # whose coordinates are rest poses
 
 _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
 
@@ -286,7 +286,7 @@ def posterior_modes(
         scene = RUNGS[rung].with_approximations(scene)
         found = [Solution(whole, scene, (), Mode(1.0, 0.0, {}))]
     else:
-        solved_back = method in METHODS_SOLVING_BACK
+        solved_back = METHODS[method].solves_back
         found = solutions(scene, rung, seed, solved_back=solved_back, known=known)
     found, unsettled = weighted_by_evidence(found, seed)
     prior = reference(crashes_of(scene, rung), scene.reported(), seed)
@@ -309,7 +309,7 @@ class ModeSearch:
     def on(self, rung: str, method: str) -> PosteriorModes:
         """Where it lies on a rung; arguments as of `posterior_modes`."""
         tempered = rolling.tempered(self.scene, rung, method)
-        place = rung, tempered, method in METHODS_SOLVING_BACK
+        place = rung, tempered, METHODS[method].solves_back
         if place not in self._found:
             self._found[place] = posterior_modes(self.scene, rung, self.seed, method)
         return self._found[place]

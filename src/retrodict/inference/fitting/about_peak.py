@@ -34,10 +34,8 @@ from retrodict.models.standard_normal import sizes
 from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES, Scene
 
-_WHITENINGS, _STILL = (
-    12,
-    0.05,
-)  # whitenings about a mode at most, and how little one moves it at last
+# whitenings about a mode at most, and how little one moves it at last
+_WHITENINGS, _STILL = 12, 0.05
 # Least curvature that whitening takes for real. Inputs have a prior of curvature 1, and a direction that
 # is much wider than that is a ridge that bends away.
 _RIDGE, _FLAT = 0.3, 1e-2
@@ -200,12 +198,12 @@ def unresolved(posterior: Posterior) -> float:
     quantities = posterior.evaluate(w)[1]
     if not s.followed:
         return regression.unresolved(programs, data, run_outs_of(quantities))
-    count = {k: np.asarray(v)[:CHUNK] for k, v in quantities.items()}
+    likely = {k: np.asarray(v)[:CHUNK] for k, v in quantities.items()}
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
-    unknowns = {k: count[k] for k in sizes(programs.target.rung.impact, s, data)}
+    unknowns = {k: likely[k] for k in sizes(programs.target.rung.impact, s, data)}
     again = programs_for(finer)(SIMULATE, finely, unknowns)
     moved = [
-        (again[f"predicted/{k}"] - count[f"predicted/{k}"]) / data.evidence[k][1]
+        (again[f"predicted/{k}"] - likely[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
         if parsed(k).at_rest or parsed(k).on_way
     ]

@@ -17,7 +17,6 @@ from retrodict.inference.fitting.optimise import Potential
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import TransformParameters, plain
-from retrodict.inference.transforms.standard import pinned_of, unbent
 from retrodict.models import parts
 from retrodict.models.arrays import Data, in_steps, steps_of
 
@@ -191,10 +190,9 @@ class Posterior:
 
     def over_prior(self) -> Posterior:
         """The same in the deviates themselves, where tempering begins from the prior."""
-        n = self.size
-        flattening = unbent(np.zeros(n), np.eye(n), pinned_of(self.programs.structure))
-        transform = plain(np.zeros(n), np.eye(n))._replace(flattening=flattening)
-        return replace(self, transform=transform, spread=np.ones(n))
+        structure = self.programs.structure
+        transform = transform_of(structure).example(structure)  # which changes nothing
+        return replace(self, transform=transform, spread=np.ones(self.size))
 
     @cached_property
     def crashes(self) -> Crashes:

@@ -112,8 +112,7 @@ def peaks(
             "no crash of the prior has a likelihood; check headings and the contact line, and that the "
             "vehicles came together at all"
         )
-    ends = _descended(crashes, first[chosen], settings)
-    return _distinct(crashes, ends, settings)
+    return _distinct(crashes, *_descended(crashes, first[chosen], settings), settings)
 
 
 def turns_of(crashes: Crashes, quantities: Quantities) -> dict[str, np.ndarray]:
@@ -134,7 +133,7 @@ def _starts(
     settings: Search,
 ) -> np.ndarray:
     """Rows from which to search: the first ones, the best, and the best of each number of turns."""
-    # by Cauchy's law, lest one sharp item should outweigh all others
+    # by Cauchy's law, so that one sharp item does not outweigh all others
     score = np.nan_to_num(-np.log1p(residuals**2).sum(axis=1), nan=-np.inf)
     allowed = np.isfinite(residuals).all(axis=1)
     order = [i for i in np.argsort(-score) if allowed[i]]
@@ -153,8 +152,10 @@ def _starts(
 
 def _descended(
     crashes: Crashes, u: Float[np.ndarray, "starts n"], settings: Search
-) -> Float[np.ndarray, "starts n"]:
-    """Where searches end that were not given up."""
+) -> tuple[
+    Float[np.ndarray, "ends n"], Float[np.ndarray, "ends items"], Float[np.ndarray, "ends items n"]
+]:
+    """Where searches end that were not given up: deviates, residuals and their slopes."""
     n = u.shape[1]
     residuals, slopes = crashes.linearised(u)
     potential = _potential(u, residuals)
@@ -184,7 +185,8 @@ def _descended(
         arrived[under_way] |= small | (damping[under_way] >= 1e10)
         if done >= settings.after:
             arrived |= potential > potential.min() + settings.behind
-    return u[potential <= potential.min() + settings.behind]
+    kept = potential <= potential.min() + settings.behind
+    return u[kept], residuals[kept], slopes[kept]
 
 
 def _potential(
@@ -195,9 +197,14 @@ def _potential(
     return np.nan_to_num(squares / 2, nan=np.inf, posinf=np.inf)
 
 
-def _distinct(crashes: Crashes, ends: Float[np.ndarray, "any n"], settings: Search) -> list[Peak]:
+def _distinct(
+    crashes: Crashes,
+    ends: Float[np.ndarray, "ends n"],
+    residuals: Float[np.ndarray, "ends items"],
+    slopes: Float[np.ndarray, "ends items n"],
+    settings: Search,
+) -> list[Peak]:
     """Peaks at ends of searches, each once, the one of most evidence first."""
-    residuals, slopes = crashes.linearised(ends)
     quantities = crashes.residuals(ends)[1]
     turns = turns_of(crashes, quantities)
     every = [

@@ -29,6 +29,7 @@ class Method:
         draws: kept of each chain unless set otherwise.
         draw: does it.
         resumes: whether it has chains that an interrupted run can go on with.
+        solves_back: whether it needs rest poses as coordinates, even if they do not cover the posterior.
         compile_ahead: has its own kernels compiled, of (programs, warmup, data, transform).
     """
 
@@ -37,6 +38,7 @@ class Method:
     draws: int
     draw: Callable[[Task], Draws]
     resumes: bool = False
+    solves_back: bool = False
     compile_ahead: Callable[[Programs, int, Data, TransformParameters], None] = _no_kernels
 
 
@@ -59,12 +61,14 @@ METHODS = {
         False,
         600,
         propagation.monte_carlo,
+        solves_back=True,
     ),
     "linear": Method(
         "linear propagation of the measurements' uncertainty (GUM), without priors",
         False,
         600,
         propagation.linear,
+        solves_back=True,
     ),
 }
 
