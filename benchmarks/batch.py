@@ -34,7 +34,7 @@ from benchmarks import page
 from benchmarks.__main__ import DOCS
 from benchmarks.machine import machine
 from retrodict.inference.density.compiled import programs_for
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG
 from retrodict.report.batch import PASSED
 from retrodict.studies import calibration
 

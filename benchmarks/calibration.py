@@ -18,7 +18,7 @@ from pathlib import Path
 from benchmarks import how_wrong, page
 from benchmarks.__main__ import DOCS
 from retrodict.api import calibrate
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG
 from retrodict.report.calibration import LEAST
 from retrodict.scene import load_scene
 from retrodict.studies.calibration import SLOWLY

@@ -18,6 +18,7 @@ import numpy as np
 
 from retrodict import load_scene
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.options import RunOptions
 
 HERE = Path(__file__).parents[1]
 SCENES = {
@@ -37,7 +38,9 @@ def digests(seeds: int) -> dict[str, str]:
         scene = load_scene(HERE / file)
         for method in METHODS[: 1 if name == "rolling" else None]:  # nuts takes minutes there
             for seed in range(seeds):
-                outcome = reconstruct(scene, method=method, draws=250, warmup=100, seed=seed)
+                outcome = reconstruct(
+                    scene, RunOptions(method=method, draws=250, warmup=100, seed=seed)
+                )
                 print_ = hashlib.sha256()
                 for key, values in sorted(outcome.idata["posterior"].to_dataset().items()):
                     print_.update(str(key).encode() + np.asarray(values).tobytes())

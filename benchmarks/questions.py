@@ -14,7 +14,7 @@ from pathlib import Path
 from benchmarks import page
 from retrodict import load_scene, reconstruct
 from retrodict.findings.questions import Answered
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.questions import questions_from
 
 ROOT = Path(__file__).parents[1]

@@ -29,10 +29,10 @@ from benchmarks.machine import machine
 from retrodict import load_scene
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, importance, nuts
 from retrodict.inference.samplers.chains import sample
 from retrodict.inference.samplers.draws import Draws, Task
+from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.quantities import REPORTED
 
 SEEDS = 20

@@ -19,7 +19,7 @@ from benchmarks.__main__ import DOCS
 from benchmarks.inference.cost import SCENES
 from benchmarks.machine import machine
 from retrodict import load_scene, reconstruct
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.records import Departure, Mark, Measured, Scene, Wheels
 
 # about what the posterior of the whole scene says of them, with errors as recorders have

@@ -15,6 +15,7 @@ import numpy as np
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.options import RunOptions
 from tests.shared.random_scenes import ASKED, scene
 
 
@@ -26,7 +27,7 @@ def main(count: int = 20, first: int = 0) -> None:
         made, truth = scene(np.random.default_rng(seed))
         begin = time.perf_counter()
         try:
-            found = reconstruct(made, seed=seed)
+            found = reconstruct(made, RunOptions(seed=seed))
         except Unanswerable as refusal:
             withheld.append(seed)
             print(f"{seed:4d}  refused: {refusal}", flush=True)

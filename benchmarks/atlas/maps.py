@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.fitting.about_peak import prepare
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.records import Scene
 from tests.shared.known_truth import made
 from tests.shared.posteriors import draw, faults, off, sites

@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.atlas import Row
 from retrodict.inference.fitting.about_peak import prepare
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, Task
+from retrodict.options import DEFAULT_RUNG
 from retrodict.studies.conflict import conflicts
 from tests.shared.known_truth import made
 from tests.shared.posteriors import (

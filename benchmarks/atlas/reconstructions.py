@@ -21,6 +21,7 @@ from scipy.stats import binomtest
 from benchmarks.atlas.maps import ASKED, WRONG
 from retrodict.inference import Unanswerable
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.options import RunOptions
 from retrodict.studies.engine import engine
 from tests.shared import random_scenes
 
@@ -56,7 +57,7 @@ def reconstructed(seed: int) -> list[Row]:
 def _reconstruction(scene: Any, method: str, seed: int) -> Row:
     import arviz_stats
 
-    found = reconstruct(scene, method=method, seed=seed)
+    found = reconstruct(scene, RunOptions(method=method, seed=seed))
     draws = found.idata["posterior"].to_dataset()[list(ASKED)]
     numbers = {
         "mean": draws.mean(),

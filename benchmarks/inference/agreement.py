@@ -29,8 +29,8 @@ from benchmarks.tables import Remark
 from retrodict.inference import Unanswerable
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS
+from retrodict.options import DEFAULT_RUNG
 from tests.shared import random_scenes
 
 COMPARED = {"nuts": METHODS["nuts"].draws, "importance": 2500, "smc": 600}  # draws of a chain

@@ -27,8 +27,8 @@ from benchmarks.tables import Remark
 from retrodict import load_scene
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers import METHODS, Task
+from retrodict.options import DEFAULT_RUNG
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = {

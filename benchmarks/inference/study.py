@@ -11,7 +11,7 @@ from benchmarks.machine import machine
 from benchmarks.tables import Remark, shown
 from retrodict import load_scene
 from retrodict.inference.fitting.about_peak import prepare
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG
 
 
 def main(charts: Path, share: float = 1.0) -> None:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 from retrodict.inference.modes import ModeSearch
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
 from retrodict.models import RUNGS
 from retrodict.notebook import Scene  # with what it shows of itself
+from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.report.libraries import imported
 from retrodict.result import CHAINS, Result, load, load_result
@@ -51,8 +51,6 @@ __all__ = [
     "replay",
     "validate",
 ]
-
-_CHAINS = 4  # unless asked for otherwise, as by the ladder
 
 ladder = shown_in_notebooks(_ladder)
 
@@ -91,7 +89,7 @@ def reconstruct(
     *,
     model: str = AUTO,
     method: str = AUTO,
-    chains: int = _CHAINS,
+    chains: int = 4,
     draws: int | None = None,
     warmup: int = 150,
     seed: int = 0,
@@ -125,8 +123,7 @@ def reconstruct(
         Interrupted: stopped before any draw was kept.
     """
     scene = as_scene(scene)
-    asked: dict[str, int | str | None] = {"model": model, "method": method, "chains": chains}
-    asked |= {"draws": draws, "warmup": warmup, "seed": seed}
+    asked = RunOptions(model, method, chains, draws, warmup, seed)
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
     comparison, search = None, ModeSearch(scene, seed)
@@ -135,7 +132,7 @@ def reconstruct(
     keeps = False
     if method == AUTO:
         method = method_for(scene) if scene.rolling else "nuts"
-        keeps = bool(scene.rolling) and (chains, draws) == (_CHAINS, None)
+        keeps = bool(scene.rolling) and (chains, draws) == (RunOptions().chains, None)
     if model == AUTO:
         keep = kept.__setitem__ if keeps else None
         model, comparison = chosen_for(
@@ -146,16 +143,11 @@ def reconstruct(
         search.unload_others(model)
     outcome = _reconstruct(
         scene,
-        model=model,
-        method=method,
-        chains=chains,
-        draws=draws,
-        warmup=warmup,
-        seed=seed,
+        replace(asked, model=model, method=method),
+        asked=asked,
         progress=prefixed(progress or silent, model),
         resume=resume,
         search=search,
-        asked=asked,
     )
     return Result(outcome, comparison)
 

@@ -22,6 +22,7 @@ from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Method
 from retrodict.interchange.importing import POINTS
+from retrodict.options import RunOptions
 from retrodict.report import html
 from retrodict.report.document import document_of
 from retrodict.report.figures import FIGURES, Registered, images
@@ -99,7 +100,7 @@ def outcome(rung: str, scene: Scene) -> Iterator[Outcome]:
     """Of the toy rung by the toy sampler."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(METHODS, "toy", Method("a toy sampler", True, 1000, toy_sampler.draw))
-        yield reconstruct(scene, model=rung, method="toy", pictured=False)
+        yield reconstruct(scene, RunOptions(model=rung, method="toy"), pictured=False)
 
 
 def test_a_rung_is_offered_where_its_coefficient_is_asked(rung: str, scene: Scene) -> None:

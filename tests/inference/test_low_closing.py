@@ -11,9 +11,10 @@ import pytest
 from scipy import stats
 
 from retrodict.inference.fitting import rolling
-from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.psis import effective
+from retrodict.options import DEFAULT_RUNG
 from retrodict.scene import load_scene
 
 SCENES = Path(__file__).parents[1] / "data"

@@ -9,6 +9,7 @@ import pytest
 
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.options import RunOptions
 from retrodict.scene.records import Measured, Outline, Scene, Surface
 from tests.shared.scenes import collision
 
@@ -23,7 +24,7 @@ def iced(x: float, y: float, friction: float = 0.1, sd: float = 0.0) -> Scene:
 
 
 def answered(scene: Scene) -> Outcome:
-    return reconstruct(scene, method="laplace", seed=2, pictured=False)
+    return reconstruct(scene, RunOptions(method="laplace", seed=2), pictured=False)
 
 
 def drawn(outcome: Outcome, name: str) -> np.ndarray:

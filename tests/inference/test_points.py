@@ -6,8 +6,8 @@ import numpy as np
 
 from retrodict.inference.diagnostics import MIN_ESS
 from retrodict.inference.points import answer
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.warm import WarmPoints
+from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.records import Measured
 from tests.shared.scenes import collision
 

@@ -12,8 +12,9 @@ from retrodict.inference import Interrupted, Unanswerable
 from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, chains
+from retrodict.options import DEFAULT_RUNG, RunOptions
 from tests.shared.scenes import collision
 
 SCENE = collision(share=0.0, interlocked=True)
@@ -21,7 +22,7 @@ SCENE = collision(share=0.0, interlocked=True)
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome:
-    return reconstruct(SCENE, draws=500, seed=1)
+    return reconstruct(SCENE, RunOptions(draws=500, seed=1))
 
 
 def test_checks_pass_and_the_truth_is_inside(outcome: Outcome) -> None:
@@ -102,9 +103,9 @@ def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
 
 
 def test_same_seed_same_draws_other_seed_others(outcome: Outcome) -> None:
-    again = reconstruct(SCENE, draws=500, seed=1).idata["posterior"]["speed_b"].values
+    again = reconstruct(SCENE, RunOptions(draws=500, seed=1)).idata["posterior"]["speed_b"].values
     np.testing.assert_array_equal(again, outcome.idata["posterior"]["speed_b"].values)
-    other = reconstruct(SCENE, draws=500, seed=2).idata["posterior"]["speed_b"].values
+    other = reconstruct(SCENE, RunOptions(draws=500, seed=2)).idata["posterior"]["speed_b"].values
     assert not np.array_equal(again, other)
 
 
@@ -116,7 +117,7 @@ def test_a_rest_pose_out_of_reach_is_refused_with_the_reason(
         regression, "_about", lambda likely, starts: np.full((starts, *likely.shape), np.nan)
     )
     with pytest.raises(Unanswerable, match="vehicle A: no velocities after the impact"):
-        reconstruct(SCENE)
+        prepare(SCENE, DEFAULT_RUNG)
 
 
 @pytest.mark.parametrize("method", sorted(set(METHODS) - {"nuts"}))
@@ -124,7 +125,7 @@ def test_resume_is_refused_by_name_where_there_are_no_chains(method: str, tmp_pa
     file = tmp_path / "chains.npz"
     file.write_bytes(b"of a run of nuts")
     with pytest.raises(ValueError, match=f"the method {method} has no chains to go on with"):
-        reconstruct(SCENE, method=method, resume=file)
+        reconstruct(SCENE, RunOptions(method=method), resume=file)
     assert file.read_bytes() == b"of a run of nuts"
 
 
@@ -148,7 +149,7 @@ def test_interrupt_keeps_the_draws_says_so_and_resumes(
 
     original = chains.wait
     monkeypatch.setattr(chains, "wait", interrupted_from(2500))
-    cut = reconstruct(SCENE, draws=100_000, progress=watch)
+    cut = reconstruct(SCENE, RunOptions(draws=100_000), progress=watch)
     assert not cut.complete
     assert not cut.checks.passed
     assert "interrupted" in cut.checks.reasons[0]
@@ -159,15 +160,15 @@ def test_interrupt_keeps_the_draws_says_so_and_resumes(
     assert cut.unfinished is not None
     file.write_bytes(cut.unfinished)
     drawn = cut.idata["posterior"].sizes["draw"] + 200
-    resumed = reconstruct(SCENE, draws=drawn, resume=file)
-    whole = reconstruct(SCENE, draws=drawn)
+    resumed = reconstruct(SCENE, RunOptions(draws=drawn), resume=file)
+    whole = reconstruct(SCENE, RunOptions(draws=drawn))
     for name in ("speed_b", "mu"):
         np.testing.assert_array_equal(
             resumed.idata["posterior"][name], whole.idata["posterior"][name]
         )
     with pytest.raises(ValueError, match="made with seed 0, not 1"):
-        reconstruct(SCENE, seed=1, resume=file)
+        reconstruct(SCENE, RunOptions(seed=1), resume=file)
 
     monkeypatch.setattr(chains, "wait", interrupted_from(0))
     with pytest.raises(Interrupted):
-        reconstruct(SCENE, draws=100_000, progress=watch)
+        reconstruct(SCENE, RunOptions(draws=100_000), progress=watch)

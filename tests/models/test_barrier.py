@@ -17,6 +17,7 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
+from retrodict.options import RunOptions
 from retrodict.scene.records import Approach, Barrier, Contact, Departure, Measured, Scene
 from tests.models.test_friction import density
 from tests.shared.scenes import collision
@@ -139,7 +140,7 @@ def test_momentum_alone_is_no_model_of_a_barrier() -> None:
         elif not name.endswith("roll"):
             assert not rung.refusal(scene)
     with pytest.raises(Unanswerable, match=r"the model momentum\+spin goes by momentum alone"):
-        reconstruct(scene, model="momentum+spin")
+        reconstruct(scene, RunOptions(model="momentum+spin"))
 
 
 @pytest.mark.parametrize("name", [n for n, rung in RUNGS.items() if rung.impact.against_barrier])

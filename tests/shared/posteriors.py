@@ -23,6 +23,7 @@ from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Task
+from retrodict.options import RunOptions
 from retrodict.scene.records import Scene
 
 ASKED = ("speed_b", "e", "e_m", "mu")
@@ -76,7 +77,7 @@ def off(x: dict[str, Array], reference: dict[str, Array]) -> float:
 def verdict_of(scene: Scene, method: str = "importance") -> tuple[str, Outcome | None]:
     """What the checks of a reconstruction say, shortly."""
     try:
-        outcome = reconstruct(scene, method=method)
+        outcome = reconstruct(scene, RunOptions(method=method))
     except Unanswerable as refusal:
         return f"refused ({str(refusal).split(';')[0]})", None
     checks = outcome.checks

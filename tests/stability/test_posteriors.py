@@ -13,8 +13,9 @@ from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.density.kernels import PRIOR, SIMULATE
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
+from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.scene.records import Scene
 from retrodict.studies.conflict import conflicts
 from tests.shared.known_truth import made
@@ -103,7 +104,9 @@ def test_an_outlier_is_believed() -> None:
     assert outcome is not None
     assert far_from_truth(outcome, truth) > 2
     # what is forewarned is an estimate by draws, sure to some tenths: of several runs
-    undisturbed = [reconstruct(scene, method="importance", seed=seed) for seed in range(8)]
+    undisturbed = [
+        reconstruct(scene, RunOptions(method="importance", seed=seed)) for seed in range(8)
+    ]
     items = [next(c for c in conflicts(o) if c.name == "rest_x_b") for o in undisturbed]
     assert np.mean([item.believed for item in items]) > 0.9
     ahead = 10 * np.mean([item.moved for item in items])

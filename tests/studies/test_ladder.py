@@ -207,7 +207,7 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 
     ahead = []
     monkeypatch.setattr(ladders, "reconstruct", run)
-    monkeypatch.setattr(ladders, "compile_ahead", lambda scene, model, method: ahead.append(model))
+    monkeypatch.setattr(ladders, "compile_search", lambda scene, model: ahead.append(model))
     stop_at = None
     seen = []
     whole = ladder(make_scene(), question=ASKED, seed=5, progress=lambda *p: seen.append(p))
@@ -235,7 +235,7 @@ def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(mon
         return replace(step("low", 19.0, reasons=reasons), name=name)
 
     monkeypatch.setattr(ladders, "run_rung", answered)
-    monkeypatch.setattr(ladders, "compile_ahead", lambda *_, **__: None)
+    monkeypatch.setattr(ladders, "compile_search", lambda *_, **__: None)
     scene = rolls(collision(berm=False), "b", (0.2, 0.9, 0.9, 0.2))
     assert ladders.method_for(scene) == "smc"
     found = ladder(scene, question=ASKED)

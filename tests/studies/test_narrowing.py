@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.options import RunOptions
 from retrodict.scene.records import Measured
 from retrodict.studies.narrowing import narrowing
 from tests.shared.scenes import collision
@@ -72,14 +73,14 @@ def test_the_most_narrowing_comes_first() -> None:
 def test_running_again_with_it_known_says_the_same() -> None:
     """A's speed in SAE 770014's example, known exactly, at its posterior mean."""
     scene = collision()
-    outcome = reconstruct(scene, method="importance", seed=1, pictured=False)
+    outcome = reconstruct(scene, RunOptions(method="importance", seed=1), pictured=False)
     found = {each.name: each.sd for each in narrowing(outcome, "speed_b")}
     speed = scene.approach["a"].speed
     assert speed is not None
     known = replace(speed, value=float(outcome.idata["posterior"]["speed_a"].mean()), sd=1e-6)
     approach = scene.approach | {"a": replace(scene.approach["a"], speed=known)}
     again = reconstruct(
-        replace(scene, approach=approach), method="importance", seed=2, pictured=False
+        replace(scene, approach=approach), RunOptions(method="importance", seed=2), pictured=False
     )
     sd = float(again.idata["posterior"]["speed_b"].std())
     assert found["speed_a"] == pytest.approx(sd, rel=0.08)

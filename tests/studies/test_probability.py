@@ -9,6 +9,7 @@ import xarray as xr
 from scipy import integrate, stats
 
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.options import RunOptions
 from retrodict.scene.asked import Comparison, read_proposition
 from retrodict.scene.measured import Measured
 from retrodict.scene.records import SpeedRecord
@@ -210,7 +211,7 @@ def test_both_are_those_of_quadrature_in_a_reconstruction():
     slow, fast = (read_proposition(f"speed_b {t}") for t in (f"at most {low}", f"at least {high}"))
 
     made = reconstruct(
-        scene, model="momentum+slide", method="importance", draws=5000, pictured=False
+        scene, RunOptions(model="momentum+slide", method="importance", draws=5000), pictured=False
     )
     exact = [weight @ p.holds(speed) for p in (slow, fast)]
     for asked, wanted in zip((slow, fast), exact, strict=True):

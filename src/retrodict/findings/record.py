@@ -18,6 +18,7 @@ from retrodict.findings.statistics import (
     reported,
     statistics,
 )
+from retrodict.options import RunOptions
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import VEHICLES
 from retrodict.scene.write import SceneText, scene_text
@@ -102,7 +103,7 @@ class Findings:
     versions: dict[str, str]
     seed: int
     settings: dict[str, int | str]
-    asked: dict[str, int | str | None]
+    asked: RunOptions
     complete: bool
     notes: tuple[str, ...]
     ladder: Ladder | None = None
@@ -154,7 +155,7 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         versions=dict(outcome.versions),
         seed=int(outcome.seed),
         settings=dict(outcome.settings),
-        asked=dict(outcome.asked),
+        asked=outcome.asked,
         complete=bool(outcome.complete),
         notes=outcome.notes,
         ladder=ladder,

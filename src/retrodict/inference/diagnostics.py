@@ -62,12 +62,14 @@ def judge(
     tail = _by_name(arviz_stats.ess(posterior, method="tail"))
     sd, error = _by_name(posterior.std(ddof=1)), _by_name(monte_carlo_error(posterior, 0.95))
     bfmi = _bfmi(np.asarray(stats["energy"])) if "energy" in stats else None
+    # R-hat compares chains; replicates of weighted draws differ by chance, as the sample size says
+    chained = "log_weight" not in stats
 
     found = list(reasons)
     failed = []
     for name in names:
         faults = []
-        if not rhat[name] <= MAX_RHAT:
+        if chained and not rhat[name] <= MAX_RHAT:
             faults.append(f"R-hat {rhat_text(rhat[name])} is above {MAX_RHAT}")
         if not bulk[name] >= MIN_ESS:
             faults.append(f"bulk effective sample size {bulk[name]:.0f} is below {MIN_ESS:.0f}")

@@ -8,17 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.inference.fitting import rolling
-from retrodict.inference.fitting.about_peak import Prepared, crashes_of, prepared
+from retrodict.inference.fitting.about_peak import Prepared, crashes_of, plainest, prepared
+from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
-from retrodict.inference.fitting.search import Peak
+from retrodict.inference.fitting.search import Peak, peaks
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Mode
 from retrodict.inference.prior_check import Reference, reference
-from retrodict.inference.samplers import METHODS
 from retrodict.inference.samplers.importance import Evidence, log_evidence
 from retrodict.inference.threads import one_blas_thread
+from retrodict.inference.transforms.choice import Coordinates
 from retrodict.models import RUNGS
-from retrodict.scene.quantities import REPORTED
+from retrodict.models.impact import E_M, SLIDING
+from retrodict.scene.quantities import REPORTED, SHORT
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -31,17 +33,18 @@ _REACHED = 0.3  # of its share of the posterior: draws nearer another than the m
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
 _SURE = 100.0  # log odds: more of them say no more, and would not be numbers
 
+_SPEED = "speed"
 _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
 
 
 @dataclass(frozen=True)
 class Solution:
-    """A scene at one number of turns to rest, on one branch.
+    """A part of a scene's posterior: at one number of turns to rest, and about one peak.
 
     Args:
         posterior: of the scene.
         scene: with whole turns added to the rest headings.
-        differs: in which bounded quotients other branches that count differ from this.
+        differs: in what other solutions of the same turns differ from this: signs of divisors, speeds.
         mode: its record: weight, turns, and the quantities there.
         peak: about which its coordinates are; None where none was sought.
         others: further peaks of the posterior, which draws should reach.
@@ -59,10 +62,6 @@ class Solution:
         """Whole turns added, of the vehicles whose rotation is unknown."""
         return self.mode.turns
 
-    def whitened_by(self, w: np.ndarray) -> Solution:
-        """The same in coordinates about draws of it, shape (chains, draws, q), where these may move."""
-        return replace(self, posterior=self.posterior.whitened_by(w.reshape(-1, w.shape[-1])))
-
     def label(self) -> str:
         """What sets it apart, in words: the total rotations to rest, and the branch."""
         labels = []
@@ -71,76 +70,77 @@ class Solution:
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
             labels.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
-        if "e_m" in self.differs:
-            way = "left" if self.posterior.branch["e_m"] > 0 else "right"
+        if self.peak is not None and (of_force := f"divisor/{E_M.name}") in self.differs:
+            way = "left" if self.peak.quantities[of_force] > 0 else "right"
             labels.append(f"B turned {way} against A by the force alone")
+        if _SPEED in self.differs:
+            sought = "speed_b" if "speed_b" in self.mode.values else "speed_a"
+            labels.append(f"{SHORT[sought]} near {self.mode.values[sought]:.3g} m/s")
         return ", ".join(labels)
 
 
 def solutions(
-    scene: Scene,
-    rung: str,
-    seed: int = 0,
-    *,
-    solved_back: bool = False,
-    known: tuple[np.ndarray, ...] = (),
+    scene: Scene, rung: str, seed: int = 0, coordinates: Coordinates = Coordinates.PARTS
 ) -> list[Solution]:
-    """The parts that make up a scene's posterior, the likeliest first; arguments as of `prepared`.
+    """The parts that make up a scene's posterior, the likeliest first; arguments as of `prepare`.
 
     Raises:
-        Unanswerable: as of `prepared`.
+        Unanswerable: as of `prepare`.
     """
-    parts = prepared(scene, rung, seed=seed, solved_back=solved_back, known=known)
-    return [_solution(part, parts) for part in parts]
+    return ModeSearch(scene, seed).solutions(rung, coordinates)
 
 
 def _solution(part: Prepared, parts: list[Prepared]) -> Solution:
-    branches = [each.posterior.branch for each in parts if each.peak.turns == part.peak.turns]
-    differs = tuple(
-        name
-        for name, side in part.posterior.branch.items()
-        if any(branch.get(name, side) != side for branch in branches)
-    )
-    # weights and values come with the evidence, of those that are kept
-    mode = Mode(1.0, 0.0, {}, part.peak.turns)
+    alike = [each for each in parts if each.peak.turns == part.peak.turns and each is not part]
+    own = _sides(part)
+    differs = tuple(name for name in own if any(_sides(each)[name] != own[name] for each in alike))
+    if any(_sides(each) == own for each in alike):
+        differs = (*differs, _SPEED)
+    # until it is sampled, its weight is Laplace's
+    weights = shares(np.array([each.peak.log_evidence for each in parts]))
+    place = next(i for i, each in enumerate(parts) if each is part)
+    values = _reported(part.peak.quantities)
+    mode = Mode(float(weights[place]), np.nan, values, part.peak.turns)
     return Solution(part.posterior, part.scene, differs, mode, part.peak, part.others)
 
 
+def _sides(part: Prepared) -> dict[str, bool]:
+    """Whether the divisors of bounded quotients are positive at a peak, by name."""
+    quantities = part.peak.quantities
+    names = (f"divisor/{level.name}" for level in (E_M, SLIDING))
+    return {name: bool(quantities[name] > 0) for name in names if name in quantities}
+
+
 def weighted_by_evidence(
-    found: list[Solution], seed: int
-) -> tuple[list[Solution], tuple[str, ...]]:
-    """Solutions with their weights, by the evidence that importance sampling finds.
+    found: list[Solution], evidence: list[Evidence]
+) -> tuple[list[Solution], list[int], tuple[str, ...]]:
+    """Solutions with their weights.
 
     Args:
         found: the solutions.
-        seed: of the draws.
+        evidence: of each.
 
     Returns:
-        Solutions of more weight than LEAST_WEIGHT, and those that may be since their weight does not
-        settle; and faults where one does not.
+        Solutions of more weight than LEAST_WEIGHT; their places among all; and faults, where a weight
+        does not settle that may count.
     """
-    if len(found) == 1:
-        return [_weighted(found[0], 1.0, 0.0)], ()
-    known = [(s, _settled(s.posterior, seed)) for s in found]
-    least = max(e.value for _, e in known) + np.log(LEAST_WEIGHT)
-    known = [(s, e) for s, e in known if e.value > least or e.faults]
-    found, evidence = [s for s, _ in known], [e for _, e in known]
     weights = shares(np.array([e.value for e in evidence]))
     variances = np.array([e.error**2 for e in evidence])
     # of log w_i = log Z_i - log sum Z_j, to first order
-    relative = np.sqrt((1 - 2 * weights) * variances + weights**2 @ variances)
+    errors = weights * np.sqrt((1 - 2 * weights) * variances + weights**2 @ variances)
+    kept = [i for i in np.argsort(-weights, kind="stable") if weights[i] > LEAST_WEIGHT]
+    weighed = [_weighted(found[i], weights[i], errors[i]) for i in kept]
     faults = tuple(
-        f"{s.label()}: its weight is not settled: {fault}"
-        for s, e in zip(found, evidence, strict=True)
-        for fault in e.faults
+        f"{solution.label()}: its weight is not settled: {fault}"
+        for i, solution in zip(kept, weighed, strict=True)
+        for fault in evidence[i].faults
+        if len(kept) > 1 and weights[i] >= SLIGHT
     )
-    found = [_weighted(s, w, w * r) for s, w, r in zip(found, weights, relative, strict=True)]
-    return found, faults
+    return weighed, kept, faults
 
 
 def _weighted(solution: Solution, weight: float, error: float) -> Solution:
-    values = _values_at(solution.posterior, np.zeros(solution.posterior.size))
-    mode = replace(solution.mode, weight=float(weight), error=float(error), values=values)
+    mode = replace(solution.mode, weight=float(weight), error=float(error))
     return replace(solution, mode=mode)
 
 
@@ -222,13 +222,6 @@ class UnsampledMode:
     odds: float
     w: np.ndarray
 
-    def converted_to(self, before: Solution, after: Solution) -> UnsampledMode:
-        """The same where its solution has other coordinates than before."""
-        if after.posterior is before.posterior:
-            return self
-        w = before.posterior.converted_to(after.posterior, self.w[None])[0]
-        return replace(self, w=w)
-
     def reached(self, draws: np.ndarray, weights: np.ndarray | None = None) -> bool:
         """Whether draws of the solution hold it.
 
@@ -247,12 +240,10 @@ class PosteriorModes:
     Args:
         found: its solutions.
         faults: for which no draws are to be relied on.
-        reference: crashes of the prior, weighted by the evidence.
     """
 
     found: list[Solution]
     faults: tuple[str, ...]
-    reference: Reference
 
     @property
     def unsampled(self) -> list[UnsampledMode]:
@@ -265,54 +256,72 @@ class PosteriorModes:
         ]
 
 
-@one_blas_thread()
-def posterior_modes(
-    scene: Scene, rung: str, seed: int, method: str, known: tuple[np.ndarray, ...] = ()
-) -> PosteriorModes:
-    """Where a scene's posterior lies on a rung.
-
-    Args:
-        scene: what was measured.
-        rung: a name in `retrodict.models.RUNGS`.
-        seed: integer seed of the search, and of the draws that weight solutions.
-        method: by which it will be drawn from.
-        known: as of `prepared`.
-
-    Raises:
-        Unanswerable: as of `solutions`.
-    """
-    if rolling.tempered(scene, rung, method):
-        whole = rolling.prepare(scene, rung)
-        scene = RUNGS[rung].with_approximations(scene)
-        found = [Solution(whole, scene, (), Mode(1.0, 0.0, {}))]
-    else:
-        solved_back = METHODS[method].solves_back
-        found = solutions(scene, rung, seed, solved_back=solved_back, known=known)
-    found, unsettled = weighted_by_evidence(found, seed)
-    prior = reference(crashes_of(scene, rung), scene.reported(), seed)
-    return PosteriorModes(found, _unresolved(found) + unsettled, prior)
-
-
 class ModeSearch:
     """Where a scene's posterior lies on each rung: sought when first asked, and remembered.
 
     Args:
         scene: what was measured.
-        seed: as of `posterior_modes`.
+        seed: integer seed of the search, and of the draws that weight solutions.
     """
 
     def __init__(self, scene: Scene, seed: int) -> None:
         self.scene = scene
         self.seed = seed
-        self._found: dict[tuple[str, bool, bool], PosteriorModes] = {}
+        self._peaks: dict[str, list[Peak]] = {}
+        self._references: dict[str, Reference] = {}
+        self._found: dict[tuple[str, Coordinates, bool], PosteriorModes] = {}
 
-    def on(self, rung: str, method: str) -> PosteriorModes:
-        """Where it lies on a rung; arguments as of `posterior_modes`."""
-        tempered = rolling.tempered(self.scene, rung, method)
-        place = rung, tempered, METHODS[method].solves_back
+    @one_blas_thread()
+    def on(self, rung: str, coordinates: Coordinates, *, weighted: bool = True) -> PosteriorModes:
+        """Where it lies on a rung.
+
+        Args:
+            rung: a name in `retrodict.models.RUNGS`.
+            coordinates: in which it will be drawn from.
+            weighted: whether the evidence of several solutions is sampled, and not Laplace's.
+
+        Raises:
+            Unanswerable: as of `prepare`.
+        """
+        place = rung, self.plainest(rung, coordinates), weighted
         if place not in self._found:
-            self._found[place] = posterior_modes(self.scene, rung, self.seed, method)
+            found, unsettled = self.solutions(*place[:2]), tuple[str, ...]()
+            if weighted and len(found) > 1:
+                evidence = [_settled(each.posterior, self.seed) for each in found]
+                found, _, unsettled = weighted_by_evidence(found, evidence)
+            self._found[place] = PosteriorModes(found, _unresolved(found) + unsettled)
         return self._found[place]
+
+    def plainest(self, rung: str, coordinates: Coordinates) -> Coordinates:
+        """What coordinates come to for the posterior; arguments as of `on`."""
+        if coordinates is Coordinates.GUESSED:
+            return coordinates
+        crashes, sought = self._sought(rung)
+        return plainest(crashes, self.scene, sought, coordinates, self.seed)
+
+    def solutions(self, rung: str, coordinates: Coordinates) -> list[Solution]:
+        """The parts that make up the posterior, not yet weighted; arguments as of `on`."""
+        if coordinates is Coordinates.GUESSED:
+            whole = rolling.prepare(self.scene, rung)
+            scene = RUNGS[rung].with_approximations(self.scene)
+            values = _values_at(whole, np.zeros(whole.size))
+            return [Solution(whole, scene, (), Mode(1.0, 0.0, values))]
+        crashes, sought = self._sought(rung)
+        parts = prepared(crashes, self.scene, sought, coordinates, self.seed)
+        return [_solution(part, parts) for part in parts]
+
+    def _sought(self, rung: str) -> tuple[Crashes, list[Peak]]:
+        crashes = crashes_of(self.scene, rung)
+        if rung not in self._peaks:
+            self._peaks[rung] = peaks(crashes, self.seed)
+        return crashes, self._peaks[rung]
+
+    def reference(self, rung: str) -> Reference:
+        """Crashes of the prior on a rung, weighted by the evidence."""
+        if rung not in self._references:
+            crashes = crashes_of(self.scene, rung)
+            self._references[rung] = reference(crashes, self.scene.reported(), self.seed)
+        return self._references[rung]
 
     def unload_others(self, rung: str) -> None:
         """Give back the memory of the compiled programs of every rung but this."""
@@ -376,8 +385,12 @@ def shares(log_evidence: np.ndarray) -> np.ndarray:
 
 def _values_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
     """The reported quantities at a point, SI units and radians."""
-    quantities = posterior.evaluate(w[None])[1]
-    return {name: float(quantities[name][0]) for name in REPORTED if name in quantities}
+    return _reported({k: v[0] for k, v in posterior.evaluate(w[None])[1].items()})
+
+
+def _reported(quantities: dict[str, np.ndarray]) -> dict[str, float]:
+    """The reported quantities of a crash, by name."""
+    return {name: float(quantities[name]) for name in REPORTED if name in quantities}
 
 
 def _counted(layer: xr.Dataset, first: Mode, mode: Mode) -> xr.Dataset:

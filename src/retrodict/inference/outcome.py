@@ -6,6 +6,7 @@ import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from retrodict.options import RunOptions
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -85,8 +86,7 @@ class Outcome:
         versions: of retrodict, Python and the libraries that made the numbers.
         seed: of every random number.
         settings: method, chains, draws, warmup.
-        asked: model, method, chains, draws, warmup and seed as they were asked for, by which a run can
-            be repeated; None stands for what the method takes by default.
+        asked: options as the user gave them, by which the run can be repeated.
         complete: False when the run was interrupted.
         notes: how the run helped itself.
         unfinished: content of the file that an interrupted run goes on from; None where there is none.
@@ -102,7 +102,7 @@ class Outcome:
     versions: dict[str, str]
     seed: int
     settings: dict[str, int | str]
-    asked: dict[str, int | str | None] = field(default_factory=dict)
+    asked: RunOptions = field(default_factory=RunOptions)
     complete: bool = True
     notes: tuple[str, ...] = field(default=())
     unfinished: bytes | None = field(default=None, repr=False)

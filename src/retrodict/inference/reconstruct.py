@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import platform
 import time
-from dataclasses import replace
-from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from retrodict.inference.attempt import Run, Sampling, first_that_passes
 from retrodict.inference.density.compiled import COMPILATION, Programs, programs_for
 from retrodict.inference.density.kernels import (
     BATCH,
@@ -23,53 +21,41 @@ from retrodict.inference.density.kernels import (
     REACHED,
     ROWS,
 )
-from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting import rolling
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
-from retrodict.inference.retry import Run, Sampling, has_failed, most
-from retrodict.inference.samplers import METHODS, Task
+from retrodict.inference.plan import Way, planned
+from retrodict.inference.samplers import METHODS
 from retrodict.inference.threads import one_blas_thread
-from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.choice import Coordinates, transform_of
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data
+from retrodict.options import RunOptions
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import VEHICLES, Scene
-
-DEFAULT_RUNG = "planar-moment+wheels"
 
 
 @one_blas_thread()
 def reconstruct(
     scene: Scene,
+    options: RunOptions | None = None,
     *,
-    model: str = DEFAULT_RUNG,
-    method: str = "nuts",
-    chains: int = 4,
-    draws: int | None = None,
-    warmup: int = 150,
-    seed: int = 0,
+    asked: RunOptions | None = None,
     progress: Progress | None = None,
     resume: Path | None = None,
     pictured: bool = True,
     search: ModeSearch | None = None,
-    asked: dict[str, int | str | None] | None = None,
 ) -> Outcome:
     """The joint posterior of the speeds that are sought, e, e_m and mu, with its checks.
 
     Args:
         scene: what was measured.
-        model: a name in `retrodict.models.RUNGS`.
-        method: a name in `retrodict.inference.samplers.METHODS`.
-        chains: of draws; independent replicates where a method has no chains.
-        draws: kept of each; None for as many as the method takes by default.
-        warmup: iterations before them, where a method has any.
-        seed: of every random number.
+        options: of the run; None for the defaults.
+        asked: the same as a user gave them, for the record; None for these.
         progress: called with (stage, done, of all) as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
         pictured: whether the prior and run-outs are recorded too, which figures show.
         search: for where this scene's posteriors lie, by this seed; shared by the models of a ladder.
-        asked: the same options as a user gave them, for the record; None for these.
 
     Returns:
         The outcome; marked incomplete when interrupted with some draws already kept.
@@ -81,89 +67,30 @@ def reconstruct(
             model of an impact with a barrier.
         Interrupted: stopped before any draw was kept.
     """
-    begin = time.perf_counter()
-    report = progress or silent
-    rung, chosen = _named(RUNGS, "model", model), _named(METHODS, "method", method)
-    if resume is not None and not chosen.resumes:
-        able = ", ".join(name for name, m in METHODS.items() if m.resumes)
-        raise ValueError(
-            f"{resume}: the method {method} has no chains to go on with: give the method that was "
-            f"interrupted ({able}), or start anew"
-        )
-    if asked is None:
-        asked = {"model": model, "method": method, "chains": chains, "draws": draws}
-        asked |= {"warmup": warmup, "seed": seed}
-    if scene.barrier and (unfit := rung.refusal(scene)):
-        raise Unanswerable(f"the model {model} {unfit}")
-    draws = chosen.draws if draws is None else draws
-    compiled_before = COMPILATION.seconds
-    search = search or ModeSearch(scene, seed)
+    begin, compiled_before = time.perf_counter(), COMPILATION.seconds
+    options, report = options or RunOptions(), progress or silent
+    model, search = options.model, search or ModeSearch(scene, options.seed)
+    plan = planned(scene, options, resume)
+    report("compiling", 0, 1)
+    compile_search(scene, model)
+    for slow in ("xarray", "arviz_stats"):  # imported while programs compile
+        import_module(slow)
 
-    def find(method: str) -> PosteriorModes:
-        report("compiling", 0, 1)
-        compile_ahead(scene, model, method, warmup)
+    def find(way: Way) -> PosteriorModes:
         report("finding where the posterior lies", 0, 1)
-        return search.on(model, method)
+        coordinates = search.plainest(model, way.coordinates)
+        compile_ahead(scene, model, way.method, coordinates, options.warmup)
+        return search.on(model, coordinates, weighted=not METHODS[way.method].weighs)
 
-    def draw(method: str, where: PosteriorModes, draws: int, resume: Path | None = None) -> Run:
-        unsampled = where.unsampled if METHODS[method].exact else []
-        sampling = Sampling(where.found, unsampled, where.faults, where.reference, pictured, report)
-        progress = partial(report, "sampling")
-        task = Task(where.found[0].posterior, chains, draws, warmup, seed, progress, resume)
-        run = sampling.of_several_modes(method, task) or sampling.by(method, task)
-        return sampling.or_by_another(run, task)
+    def draw(way: Way, where: PosteriorModes) -> Run:
+        sampling = Sampling(where, search.reference(model), pictured, report)
+        return sampling.by(way.method, options, resume if way is plan[0] else None)
 
-    # tempering needs neither modes nor slopes, but takes longer: it stands in where these do not do
-    stands_in = chosen.exact and method != "smc" and rolling.tempered(scene, model, "smc")
-    where = run = None
-    try:
-        where = find(method)
-    except Unanswerable as refusal:
-        if not stands_in:
-            raise
-        failed = str(refusal)
-    else:
-        if not stands_in or not where.faults:
-            run = draw(method, where, draws, resume)
-        # though the mode that was found may miss the evidence: it need not be the best
-        stands_in = stands_in and has_failed(run, draws)
-        failed = most(where.faults if run is None else run.checks.reasons)
-    notes = []
-    if stands_in:
-        try:
-            elsewhere = find("smc")
-            other = draw("smc", elsewhere, max(draws, METHODS["smc"].draws))
-        except Interrupted as refusal:
-            if run is None:  # nothing was drawn: no other method is begun
-                raise
-            notes.append(f"the method smc was tried too, and failed: {refusal}")
-            run = replace(run, complete=False)
-        except Unanswerable as refusal:
-            if where is None:
-                raise
-            notes.append(f"the method smc was tried too, and failed: {refusal}")
-        else:
-            if other.checks.passed or where is None:
-                notes.append(
-                    f"the first sampler, {method}, was not accepted ({failed}) and was replaced by smc"
-                )
-                where, run = elsewhere, other
-            else:
-                lacking = most(other.checks.reasons)
-                notes.append(f"the method smc was tried too, and failed: {lacking}")
-    assert where is not None, "what cannot be found was refused"
-    run = run or draw(method, where, draws, resume)
-    found = where.found
-    notes = [*notes, *run.notes]
-    if len(found) > 1:
-        notes.append(_several_modes_note(found))
-    if not METHODS[run.method].exact:
-        title = METHODS[run.method].title
-        notes.append(f"{title}: an approximation; compare it with the method nuts")
+    run = first_that_passes(plan, find, draw)
     report("predicting", 1, 1)
     outcome = Outcome(
-        scene=found[0].scene,
-        description=rung.description(found[0].scene),
+        scene=run.found[0].scene,
+        description=RUNGS[model].description(run.found[0].scene),
         idata=run.idata,
         checks=run.checks,
         seconds={
@@ -172,11 +99,16 @@ def reconstruct(
             "sample": run.seconds,
         },
         versions=_versions(),
-        seed=seed,
-        settings={"method": run.method, "chains": chains, "draws": run.draws, "warmup": warmup},
-        asked=asked,
+        seed=options.seed,
+        settings={
+            "method": run.method,
+            "chains": options.chains,
+            "draws": run.draws,
+            "warmup": options.warmup,
+        },
+        asked=asked or options,
         complete=run.complete,
-        notes=tuple(notes),
+        notes=(*run.notes, *_notes(run)),
         unfinished=run.unfinished,
         modes=run.modes,
     )
@@ -184,7 +116,16 @@ def reconstruct(
     return outcome
 
 
-def _several_modes_note(found: list[Solution]) -> str:
+def _notes(run: Run) -> list[str]:
+    """What is to be said of any run by its method and its modes."""
+    notes = [_several_modes_note(run.found)] if len(run.found) > 1 else []
+    method = METHODS[run.method]
+    if not method.exact:
+        notes.append(f"{method.title}: an approximation; compare it with the method nuts")
+    return notes
+
+
+def _several_modes_note(found: tuple[Solution, ...]) -> str:
     listed = "; ".join(
         f"{s.label()} (weight {s.mode.weight:.1%} ± {s.mode.error:.1%})" for s in found
     )
@@ -194,25 +135,29 @@ def _several_modes_note(found: list[Solution]) -> str:
     return note
 
 
+def compile_search(scene: Scene, model: str) -> None:
+    """Have compiled what the search for modes needs; arguments as of `compile_ahead`."""
+    structure, data = RUNGS[model].of_scene(scene)
+    crash = np.zeros((ROWS, structure.deviates))
+    programs_for(structure.without_transform).expect(CRASHES, data, crash)
+
+
 def compile_ahead(
-    scene: Scene,
-    model: str,
-    method: str,
-    warmup: int = 0,
+    scene: Scene, model: str, method: str, coordinates: Coordinates, warmup: int
 ) -> None:
-    """Have what `reconstruct` will need compiled side by side, in the order it will be needed.
+    """Have compiled side by side what fitting coordinates and drawing need, in the order of the need.
 
     Args:
-        scene: as of `reconstruct`, and so are the others.
+        scene: what was measured.
         model: a name in `retrodict.models.RUNGS`.
-        method: a name in `retrodict.inference.samplers.METHODS`.
+        method: a name in METHODS.
+        coordinates: of its draws; deviates need nothing but what the search does.
         warmup: iterations before the draws.
     """
+    if coordinates in (Coordinates.PARTS, Coordinates.WHOLE):
+        return
     structure, data = RUNGS[model].of_scene(scene)
-    programs_for(structure.without_transform).expect(
-        CRASHES, data, np.zeros((ROWS, structure.deviates))
-    )
-    if rolling.tempered(scene, model, method):
+    if coordinates is Coordinates.GUESSED:
         fitted, structure, data, _ = rolling.seen(scene, model)
         _expect_run_outs(programs_for(fitted), data)
     programs = programs_for(structure)
@@ -227,8 +172,6 @@ def compile_ahead(
         missed = np.zeros((ROWS, len(kind.surrogates(structure))))
         programs.expect(EVALUATE, data, transform, w, missed)
     METHODS[method].compile_ahead(programs, warmup, data, transform)
-    for slow in ("xarray", "arviz_stats"):  # imported while programs compile
-        import_module(slow)
 
 
 def _expect_run_outs(programs: Programs, data: Data) -> None:
@@ -240,12 +183,6 @@ def _expect_run_outs(programs: Programs, data: Data) -> None:
     xi = np.zeros((BATCH, len(structure.uncertain)))
     programs.expect(INPUTS, data, xi)
     programs.expect(REACHED, data, separation, xi)
-
-
-def _named(known: dict, what: str, name: str) -> Any:
-    if name not in known:
-        raise ValueError(f"{what} is one of {', '.join(known)}; not {name!r}")
-    return known[name]
 
 
 def _versions() -> dict[str, str]:

@@ -23,6 +23,7 @@ from retrodict.inference.samplers.importance import Proposal, adapted
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.samplers.quasi import scrambled
 from retrodict.inference.threads import one_blas_thread
+from retrodict.inference.transforms.choice import Coordinates
 from retrodict.models import RUNGS
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import Scene
@@ -84,7 +85,8 @@ class WarmPoints:
         self.rung = rung
         self.seed = seed
         (progress or silent)("finding where the posterior lies", 0, 1)
-        found = solutions(scene, rung, seed)
+        # rest poses move with what is measured, so that coordinates made of them can be taken along
+        found = solutions(scene, rung, seed, Coordinates.POINTS)
         fitted = [_fitted(solution, seed) for solution in found]
         most = max(value for _, value in fitted)
         self.fitted = [each for each, value in fitted if value > most - USELESS]
@@ -95,7 +97,7 @@ class WarmPoints:
         for each in self.fitted:
             own = each.solution.posterior.programs.structure
             structure, _ = RUNGS[self.rung].of_scene(turned(scene, each.solution.turns))
-            if replace(structure, steps=own.steps) != own:
+            if replace(structure, steps=own.steps, transform=own.transform) != own:
                 return False
         return True
 

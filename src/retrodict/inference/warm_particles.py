@@ -54,7 +54,7 @@ class WarmParticles:
 
     def fits(self, scene: Scene) -> bool:
         """Whether a scene is of the same structure, so that its numbers alone differ."""
-        if not rolling.tempered(scene, self.rung, "smc"):
+        if not rolling.tempered(scene, self.rung):
             return False
         own = self._posterior.programs.structure
         return replace(rolling.seen(scene, self.rung).offset, steps=own.steps) == own
@@ -92,5 +92,5 @@ def warm(scene: Scene, rung: str, seed: int = 0, progress: Progress | None = Non
     Raises:
         Unanswerable: the scene has no posterior that could be sampled.
     """
-    by_particles = scene.rolling and rolling.tempered(scene, rung, "smc")
+    by_particles = scene.rolling and rolling.tempered(scene, rung)
     return (WarmParticles if by_particles else WarmPoints)(scene, rung, seed, progress)

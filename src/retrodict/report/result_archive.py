@@ -66,7 +66,7 @@ def archived(
     about = {
         "title": findings.scene.title,
         "name": findings.scene.name,
-        "asked": outcome.asked or {"model": findings.description.name, **findings.settings},
+        "asked": asdict(outcome.asked),
         "seed": findings.seed,
         "complete": findings.complete,
         "versions": findings.versions,

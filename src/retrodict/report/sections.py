@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from retrodict.findings.inputs import ASSUMED
@@ -292,8 +293,7 @@ def reproduction(findings: Findings) -> Section:
     """The command, the versions and the scene file that give the same numbers."""
     text = findings.scene_text
     # what was asked for: after a retry the settings of the draws do not make them again
-    asked = findings.asked or {"model": findings.description.name, **findings.settings}
-    options = {k: v for k, v in asked.items() if v is not None} | {"seed": findings.seed}
+    options = {k: v for k, v in asdict(findings.asked).items() if v is not None}
     command = " ".join([COMMAND, *(f"--{name} {value}" for name, value in options.items())])
     how = (
         "as it was written"

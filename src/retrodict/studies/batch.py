@@ -17,9 +17,10 @@ from pathlib import Path
 from retrodict.inference import points
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Checks
-from retrodict.inference.reconstruct import compile_ahead, reconstruct
+from retrodict.inference.reconstruct import compile_search, reconstruct
 from retrodict.inference.threads import one_blas_thread
 from retrodict.models import RUNGS
+from retrodict.options import RunOptions
 from retrodict.progress import Progress, silent
 from retrodict.scene.errors import SceneError
 from retrodict.scene.load import READERS, read_text, scene_from, toml_of
@@ -151,7 +152,7 @@ def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
     """The answer by importance sampling; None where that does not do."""
     if scene.rolling:
         return None
-    compile_ahead(scene, model, "importance")
+    compile_search(scene, model)
     try:
         found = points.answer(scene, model, seed)
     except Unanswerable:
@@ -163,7 +164,7 @@ def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
 
 def _by_draws(scene: Scene, model: str, seed: int) -> Answered:
     method = "smc" if scene.rolling else "importance"  # where this fails, another stands in
-    found = reconstruct(scene, model=model, method=method, seed=seed, pictured=False)
+    found = reconstruct(scene, RunOptions(model=model, method=method, seed=seed), pictured=False)
     if not found.complete:
         raise KeyboardInterrupt
     return _answered(model, str(found.settings["method"]), found.checks, partial(of_draws, found))

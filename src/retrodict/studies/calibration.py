@@ -15,13 +15,14 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from retrodict.inference import diagnostics
+from retrodict.inference.attempt import doubled, may_improve, until_enough
 from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import CHUNK, PRIOR, SIMULATE
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.modes import SLIGHT, PosteriorModes, Solution, posterior_modes
+from retrodict.inference.modes import SLIGHT, ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Checks
-from retrodict.inference.retry import doubled, may_improve, until_enough
+from retrodict.inference.plan import ways
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.mechanics import closing_speed
 from retrodict.models import RUNGS, parts
@@ -214,8 +215,9 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         scene = _measured(of.scene, structure, {k: v[i] for k, v in quantities.items()}, rng)
         truth = {k: v[i] for k, v in sites.items()}
         seed = int(rng.integers(2**31))
+        way, *_ = ways(scene, of.model, of.method)
         try:
-            where = posterior_modes(scene, of.model, seed, of.method)
+            where = ModeSearch(scene, seed).on(of.model, way.coordinates)
         except Unanswerable as error:
             rows.append(Row(number, {}, f"refused: {error}", closing[i]))
             continue

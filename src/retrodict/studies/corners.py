@@ -63,7 +63,8 @@ def corners(outcome: Outcome) -> tuple[Corner, ...]:
 
 
 def _posterior(outcome: Outcome) -> Posterior:
-    from retrodict.inference.fitting.about_peak import prepare  # imports jax
+    from retrodict.inference.fitting.about_peak import prepare
+    from retrodict.inference.transforms.choice import Coordinates  # imports jax
     from retrodict.inference.transforms.rest_pose import length_for_regressions
     from retrodict.models import RUNGS
 
@@ -78,7 +79,7 @@ def _posterior(outcome: Outcome) -> Posterior:
             "corners are solved back from the rest of both vehicles on locked wheels and A's measured "
             "speed, which this scene does not have"
         )
-    posterior = prepare(outcome.scene, name, solved_back=True)
+    posterior = prepare(outcome.scene, name, Coordinates.SOLVED_BACK)
     if length_for_regressions(structure) > posterior.size:
         raise NotAnswered(
             f"corners solve back as many unknowns as there are measurements, and the model {name} has "

@@ -11,12 +11,13 @@ import numpy as np
 
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.modes import ModeSearch
-from retrodict.inference.reconstruct import compile_ahead, reconstruct
+from retrodict.inference.reconstruct import compile_search, reconstruct
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.models import RUNGS, Rung
 from retrodict.models.arrays import Structure
 from retrodict.models.runouts import roll
+from retrodict.options import RunOptions
 from retrodict.progress import Progress, prefixed, silent
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import REPORTED
@@ -90,7 +91,7 @@ def ladder(
             within("compiling", 0, 1)
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
-                compile_ahead(scene, soon, method_for(scene))
+                compile_search(scene, soon)
             ran[name] = run_rung(scene, name, question, seed, search, within, keep)
         except (KeyboardInterrupt, Interrupted):
             complete = False
@@ -168,9 +169,7 @@ def run_rung(
     try:
         outcome = reconstruct(
             scene,
-            model=name,
-            method=method_for(scene),
-            seed=seed,
+            RunOptions(model=name, method=method_for(scene), seed=seed),
             progress=progress,
             pictured=keep is not None,
             search=search,

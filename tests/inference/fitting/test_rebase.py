@@ -10,8 +10,8 @@ from retrodict.models.parts import rest_poses_at
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.rebase import rebased
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.samplers.importance import log_evidence
+from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.records import Measured, Scene
 from tests.shared.scenes import collision
 

@@ -19,6 +19,7 @@ from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
+from retrodict.options import RunOptions
 from retrodict.scene.records import Mark, Scene
 from tests.shared.scenes import collision, rolls
 
@@ -91,7 +92,8 @@ def test_a_vehicle_that_rolls_is_answered_alike_by_both_methods() -> None:
 
 def answered_alike_by_both_methods(scene: Scene, model: str) -> None:
     by_nuts, by_importance = (
-        reconstruct(scene, model=model, method=method) for method in ("nuts", "importance")
+        reconstruct(scene, RunOptions(model=model, method=method))
+        for method in ("nuts", "importance")
     )
     assert by_nuts.settings["method"] == "nuts"
     assert by_importance.settings["method"] == "importance"
@@ -109,7 +111,7 @@ def test_without_headings_at_rest_less_is_known_and_predicted() -> None:
     scene = collision()
     without = {v: replace(pose, heading=None) for v, pose in scene.rest.items()}
     quantities = [
-        reconstruct(replace(scene, rest=rest), model="planar-moment+wheels")
+        reconstruct(replace(scene, rest=rest), RunOptions(model="planar-moment+wheels"))
         for rest in (scene.rest, without)
     ]
     assert all(each.checks.passed for each in quantities)

@@ -18,6 +18,7 @@ from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
+from retrodict.options import RunOptions
 from retrodict.scene import load_scene
 from retrodict.scene.records import Approach, Measured, Scene
 from tests.shared.scenes import DEGREE, collision, rolls
@@ -119,7 +120,7 @@ def test_a_valley_that_the_rest_pose_does_not_quite_reach_is_no_reason_to_trust_
 
 def test_tempering_agrees_with_weights_in_other_coordinates() -> None:
     rung = "momentum+wheels"
-    found = reconstruct(ROLLING, model=rung, method="smc", seed=2, pictured=False)
+    found = reconstruct(ROLLING, RunOptions(model=rung, method="smc", seed=2), pictured=False)
     assert found.checks.passed, found.checks.reasons
     pinned = prepare(ROLLING, rung)
     w = np.random.default_rng(0).standard_normal((8000, pinned.size)) * 1.1
@@ -140,7 +141,7 @@ def test_tempering_agrees_with_weights_in_other_coordinates() -> None:
 def test_turns_that_were_not_counted_are_found() -> None:
     rung = "momentum+wheels"
     known, open_ = (
-        reconstruct(scene, model=rung, method="smc", seed=2, pictured=False)
+        reconstruct(scene, RunOptions(model=rung, method="smc", seed=2), pictured=False)
         for scene in (ROLLING, UNCOUNTED)
     )
     sure = known.idata["posterior"]["Omega_b"].values
@@ -150,11 +151,10 @@ def test_turns_that_were_not_counted_are_found() -> None:
 
 
 def test_other_methods_and_impacts_that_hold_something_go_another_way() -> None:
-    assert rolling.tempered(ROLLING, "planar-moment+wheels", "smc")
-    assert not rolling.tempered(ROLLING, "planar-moment+wheels", "nuts")
-    assert not rolling.tempered(ROLLING, "planar+wheels", "smc")
-    assert not rolling.tempered(replace(ROLLING, rest={}), "planar-moment+wheels", "smc")
-    assert not rolling.tempered(collision(), "planar-moment+wheels", "smc")
+    assert rolling.tempered(ROLLING, "planar-moment+wheels")
+    assert not rolling.tempered(ROLLING, "planar+wheels")
+    assert not rolling.tempered(replace(ROLLING, rest={}), "planar-moment+wheels")
+    assert not rolling.tempered(collision(), "planar-moment+wheels")
 
 
 def test_scenes_with_other_ways_have_other_programs() -> None:

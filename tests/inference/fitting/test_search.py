@@ -10,7 +10,7 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.about_peak import crashes_of
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.search import Peak, peaks
-from retrodict.inference.reconstruct import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG
 from tests.inference.test_modes import turned_scene
 from tests.shared.scenes import collision
 

@@ -8,9 +8,11 @@ from numpyro.infer.util import log_density
 from retrodict.models import RUNGS, parts
 
 from retrodict.inference.fitting.about_peak import prepare
-from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
+from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms.choice import Coordinates
 from retrodict.mechanics import closing_speed, inverse_log_det
+from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.studies.calibration import design
 from tests.shared.random_scenes import scene
 from tests.shared.scenes import at_rest
@@ -21,8 +23,8 @@ from tests.shared.scenes import at_rest
 def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: int) -> None:
     """q itself, drawn from a normal and cut off where e or e_m is out of bounds."""
     crash, _ = scene(np.random.default_rng(seed))
-    found = reconstruct(crash, draws=1500)
-    posterior = prepare(crash, DEFAULT_RUNG, solved_back=True)
+    found = reconstruct(crash, RunOptions(draws=1500))
+    posterior = prepare(crash, DEFAULT_RUNG, Coordinates.SOLVED_BACK)
     structure, data, transform = posterior.programs.structure, posterior.data, posterior.transform
 
     @jax.jit
@@ -62,7 +64,7 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
 def test_nuts_does_not_diverge_where_e_m_is_wide() -> None:
     """While bounds were quotients, in 440 of 2000 draws; so did one random crash in five."""
     crash, _ = scene(np.random.default_rng(28))
-    found = reconstruct(crash, model=DEFAULT_RUNG, draws=500)
+    found = reconstruct(crash, RunOptions(model=DEFAULT_RUNG, draws=500))
     assert found.settings["method"] == "nuts"
     assert found.checks.divergences == 0
     assert float(found.idata["posterior"]["e_m"].std()) > 0.2
@@ -71,7 +73,9 @@ def test_nuts_does_not_diverge_where_e_m_is_wide() -> None:
 def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
     """As measured, this crash's spin and that by the force alone have opposite signs: e_m = -3."""
     rest = {"a": (-17.091, 4.382, 0.117), "b": (-29.75, 21.617, -8.343)}
-    found = reconstruct(at_rest(design(), rest), model="planar+spin", method="importance")
+    found = reconstruct(
+        at_rest(design(), rest), RunOptions(model="planar+spin", method="importance")
+    )
     assert found.checks.passed, found.checks.reasons
     draws = found.idata["posterior"].to_dataset()
     assert float((draws["Omega_b"] - draws["Omega_a"]).max()) < 0
@@ -81,7 +85,7 @@ def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
 def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     """Where the measured values leave B so slow, or so fast, that an impulse would have to pull."""
     crash, truth = scene(np.random.default_rng(seed))
-    posterior = prepare(crash, DEFAULT_RUNG, solved_back=True)
+    posterior = prepare(crash, DEFAULT_RUNG, Coordinates.SOLVED_BACK)
     structure, data = posterior.programs.structure, posterior.data
     xi = np.zeros(len(structure.uncertain))
     x = parts.from_standard(structure, data, xi)
@@ -95,7 +99,7 @@ def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     of_b = jnp.append(sites["speed_b"] * direction, sites["omega_b"])
     before = jnp.concatenate([parts.approach_of_a(x), of_b])
     assert closing_speed(before, parts.bodies(x)) < 0
-    found = reconstruct(crash, method="importance")
+    found = reconstruct(crash, RunOptions(method="importance"))
     assert found.checks.passed, found.checks.reasons
     low, high = np.quantile(found.idata["posterior"]["speed_b"], [0.005, 0.995])
     assert low < truth["speed_b"] < high

@@ -18,9 +18,9 @@ from retrodict.inference.density.kernels import CHUNK, SIMULATE
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import solutions, unsampled
-from retrodict.inference.reconstruct import DEFAULT_RUNG
 from retrodict.inference.transforms.rest_pose import RestPose, TransformParameters
 from retrodict.inference.transforms.soft_bounds import soft_interval, soft_lower_bound, softness_for
+from retrodict.options import DEFAULT_RUNG
 from tests.shared.scenes import collision
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

@@ -1,9 +1,10 @@
 """From a scene and a model to its posterior in coordinates about each peak that may count.
 
-Where rest poses pin the motion, they are coordinates (`transforms.rest_pose`): there the posterior is
-flattest. They cut the support where a divisor of e_m or of the share of the sliding changes sign. Where
-the posterior reaches across, and where rest poses do not pin the motion, coordinates are standard normal
-deviates (`transforms.standard`), which cover all that the model allows.
+Standard normal deviates (`transforms.standard`) cover all that the model allows. Several peaks share the
+posterior, each a part of its own. Where rest poses pin the motion, they are coordinates too
+(`transforms.rest_pose`): there the posterior is flattest, which chains need. They cut the support where
+a divisor of e_m or of the share of the sliding changes sign, and do not do where the posterior reaches
+across.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import BATCH, CHUNK, SIMULATE
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import regression, whitening
+from retrodict.inference.fitting.basins import Basin, Basins
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.flattening import flattened
 from retrodict.inference.fitting.optimise import spread
@@ -25,7 +27,7 @@ from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.fitting.search import Peak, peaks
 from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import rest_pose
-from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.choice import Coordinates, transform_of
 from retrodict.inference.transforms.parameters import Quadratic, plain
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
@@ -91,60 +93,92 @@ def turned(scene: Scene, turns: dict[str, int]) -> Scene:
     return replace(scene, rest=rest)
 
 
-def prepare(scene: Scene, rung: str, *, solved_back: bool = False, seed: int = 0) -> Posterior:
+def prepare(
+    scene: Scene,
+    rung: str,
+    coordinates: Coordinates = Coordinates.CHAINS,
+    seed: int = 0,
+) -> Posterior:
     """The likeliest of `prepared`.
 
     Args:
         scene: what was measured.
         rung: name in `retrodict.models.RUNGS`.
-        solved_back: whether rest poses are to be coordinates even if they do not cover the posterior.
+        coordinates: any but guessed ones.
         seed: integer seed of the search.
 
     Raises:
         Unanswerable: as of `prepared`.
     """
-    return prepared(scene, rung, solved_back=solved_back, seed=seed)[0].posterior
+    crashes = crashes_of(scene, rung)
+    return prepared(crashes, scene, peaks(crashes, seed), coordinates, seed)[0].posterior
 
 
 def prepared(
-    scene: Scene,
-    rung: str,
-    *,
-    solved_back: bool = False,
-    seed: int = 0,
-    known: tuple[np.ndarray, ...] = (),
+    crashes: Crashes, scene: Scene, sought: list[Peak], coordinates: Coordinates, seed: int
 ) -> list[Prepared]:
     """A scene's posterior under a model: the parts that make it up, the likeliest first.
 
     Args:
+        crashes: that the model allows of the scene.
         scene: what was measured.
-        rung: name in `retrodict.models.RUNGS`.
-        solved_back: whether rest poses are to be coordinates even if they do not cover the posterior.
-        seed: integer seed of the search.
-        known: deviates from which peaks are sought too, each shape (n,).
+        sought: its peaks.
+        coordinates: any but guessed ones.
+        seed: integer seed of the crashes that coordinates are fitted to.
 
     Raises:
-        Unanswerable: no crash of the prior has a likelihood, or no run-out reaches a measured rest pose.
+        Unanswerable: no run-out reaches a measured rest pose.
     """
-    crashes = crashes_of(scene, rung)
+    rung = crashes.programs.structure.rung
     found: list[Prepared] = []
     refusals: list[Unanswerable] = []
-
-    def order(peak: Peak) -> list[tuple[str, int]]:
-        return sorted(peak.turns.items())
-
-    sought = peaks(crashes, seed, known)
-    for _, own in groupby(sorted(sought, key=order), order):
-        some = list(own)
+    for some in _by_turns(sought):
         at = turned(scene, some[0].turns)
         structure, data = RUNGS[rung].of_scene(at)
         try:
-            found += _of_turns(crashes, structure, data, at, some, solved_back, seed)
+            found += _of_turns(crashes, structure, data, at, some, coordinates, seed)
         except Unanswerable as refusal:
             refusals.append(refusal)
     if not found:
         raise refusals[0]
     return sorted(found, key=lambda each: -each.peak.log_evidence)
+
+
+def plainest(
+    crashes: Crashes, scene: Scene, sought: list[Peak], coordinates: Coordinates, seed: int
+) -> Coordinates:
+    """What coordinates come to for a posterior; arguments as of `prepared`.
+
+    Returns:
+        The same where rest poses cover some of it; else deviates, in parts where no number of turns has
+        several peaks or these are asked for.
+    """
+    if coordinates not in (Coordinates.CHAINS, Coordinates.POINTS, Coordinates.WHOLE):
+        return coordinates
+    groups = _by_turns(sought)
+    structure, _ = RUNGS[crashes.programs.structure.rung].of_scene(scene)
+    able = structure.transform == "rest-pose" and coordinates is not Coordinates.WHOLE
+    pinned = able and any(_rest_poses_cover(crashes, some, seed) for some in groups)
+    if pinned:
+        return coordinates
+    several = coordinates is not Coordinates.POINTS and len(groups) < len(sought)
+    return Coordinates.WHOLE if several else Coordinates.PARTS
+
+
+def _by_turns(sought: list[Peak]) -> list[list[Peak]]:
+    """Peaks in groups of the same numbers of turns."""
+
+    def order(peak: Peak) -> list[tuple[str, int]]:
+        return sorted(peak.turns.items())
+
+    return [list(own) for _, own in groupby(sorted(sought, key=order), order)]
+
+
+def _rest_poses_cover(crashes: Crashes, some: list[Peak], seed: int) -> bool:
+    """Whether rest poses, a branch a peak, cover the posterior about peaks of one number of turns."""
+    sides = [_sides(crashes, peak, seed) for peak in some]
+    apart = len({tuple(own.items()) for own, _ in sides}) == len(some)
+    return apart and all(clear for _, clear in sides)
 
 
 def _of_turns(
@@ -153,22 +187,31 @@ def _of_turns(
     data: Data,
     scene: Scene,
     some: list[Peak],
-    solved_back: bool,
+    coordinates: Coordinates,
     seed: int,
 ) -> list[Prepared]:
     """The parts of one number of turns, whose peaks are given, the likeliest first."""
     scene = RUNGS[structure.rung].with_approximations(scene)
-    if structure.transform == "rest-pose":
-        sides = [_sides(crashes, peak, seed) for peak in some]
-        apart = len({tuple(own.items()) for own, _ in sides}) == len(some)
-        if solved_back or (apart and all(clear for _, clear in sides)):
-            return [
-                Prepared(_by_rest_pose(structure, data, peak), peak, scene)
-                for peak in (some[:1] if solved_back else some)
-            ]
-        structure = replace(structure, transform="standard")
     best, *others = some
-    return [Prepared(_by_deviates(structure, data, best, seed), best, scene, tuple(others))]
+    if structure.transform == "rest-pose":
+        if coordinates is Coordinates.SOLVED_BACK:
+            return [Prepared(_by_rest_pose(structure, data, best), best, scene)]
+        if coordinates in (Coordinates.CHAINS, Coordinates.POINTS) and _rest_poses_cover(
+            crashes, some, seed
+        ):
+            return [Prepared(_by_rest_pose(structure, data, peak), peak, scene) for peak in some]
+    structure = replace(structure, transform="standard")
+    if coordinates in (Coordinates.CHAINS, Coordinates.WHOLE):
+        return [Prepared(_by_deviates(structure, data, best, seed), best, scene, tuple(others))]
+    parts = [_by_deviates(structure, data, peak, seed) for peak in some]
+    if len(parts) > 1:
+        basins = tuple(
+            Basin(peak, part.transform.flattening)
+            for peak, part in zip(some, parts, strict=True)
+            if part.transform.flattening is not None
+        )
+        parts = [replace(part, basins=Basins(basins, i)) for i, part in enumerate(parts)]
+    return [Prepared(part, peak, scene) for part, peak in zip(parts, some, strict=True)]
 
 
 def _sides(crashes: Crashes, peak: Peak, seed: int) -> tuple[dict[str, float], bool]:

@@ -12,6 +12,7 @@ from retrodict.inference.density.compiled import Programs, in_chunks, programs_f
 from retrodict.inference.density.kernels import EVALUATE, ROWS
 from retrodict.inference.density.log_density import Evaluated
 from retrodict.inference.fitting import regression
+from retrodict.inference.fitting.basins import Basins
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.optimise import Potential
 from retrodict.inference.transforms import rest_pose
@@ -37,6 +38,7 @@ class Posterior:
         log_evidence: Laplace's approximation at the mode.
         unresolved: how far the rest poses may be out for want of steps, in standard deviations.
         spread: standard deviations of w from which tempering starts; None for `_FAR` in all.
+        basins: of deviates, the share of the density that is this one's; None for all of it.
     """
 
     programs: Programs
@@ -46,6 +48,7 @@ class Posterior:
     log_evidence: float
     unresolved: float
     spread: np.ndarray | None = None
+    basins: Basins | None = None
 
     @property
     def reach(self) -> np.ndarray:
@@ -56,16 +59,6 @@ class Posterior:
     def size(self) -> int:
         """Number of coordinates."""
         return self.transform.spread.shape[1]
-
-    @property
-    def branch(self) -> dict[str, float]:
-        """The signs of what bounded levels are quotients by, by the level's name.
-
-        Of e_m: 1 where the force alone would turn B to the left of A.
-        """
-        levels = rest_pose.levels_of(self.programs.structure)
-        sides = zip(levels, self.transform.constraints.side, strict=False)
-        return {level.name: float(side) for level, side in sides if not level.held}
 
     @cached_property
     def potential(self) -> Potential:
@@ -173,6 +166,8 @@ class Posterior:
         log_likelihood, quantities = self.crashes.at(u)
         volume = float(self.transform.log_volume) + float(flattening.log_volume)
         log_prior = -np.square(u).sum(axis=1) / 2 - u.shape[1] / 2 * np.log(2 * np.pi)
+        if self.basins is not None:
+            log_likelihood = log_likelihood + self.basins.log_share(u)
         return Evaluated(log_prior + log_likelihood + volume, quantities, u, np.zeros((len(w), 0)))
 
     def deviates(self, w: np.ndarray) -> np.ndarray:

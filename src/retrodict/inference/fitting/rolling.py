@@ -39,8 +39,8 @@ _CRASHES = 1024  # of the prior, among which a likely one is sought
 _LEAST_OFF = 0.05  # of the logarithm of a speed, and rad
 
 
-def tempered(scene: Scene, rung: str, method: str) -> bool:
-    """Whether a posterior is drawn from in this way: by smc, if some vehicle rolled to a measured rest.
+def tempered(scene: Scene, rung: str) -> bool:
+    """Whether smc draws from a posterior in this way: if some vehicle rolled to a measured rest.
 
     Impacts that hold something (no moment, a common velocity) have fewer coordinates than this takes,
     and so have those with a barrier.
@@ -48,7 +48,6 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
     Args:
         scene: what was measured.
         rung: a name in `retrodict.models.RUNGS`.
-        method: a name in `retrodict.inference.samplers.METHODS`.
     """
     structure = RUNGS[rung].of_scene(scene)[0]
     rested = any(name in structure.evidence for name in structure.rest_components)
@@ -57,7 +56,7 @@ def tempered(scene: Scene, rung: str, method: str) -> bool:
         and rested
         and not any(level.fixed for level in rest_pose.levels_of(structure))
     )
-    return able and method == "smc" and not structure.barrier
+    return able and not structure.barrier
 
 
 class Seen(NamedTuple):

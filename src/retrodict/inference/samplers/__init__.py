@@ -30,6 +30,7 @@ class Method:
         draw: does it.
         resumes: whether it has chains that an interrupted run can go on with.
         solves_back: whether it needs rest poses as coordinates, even if they do not cover the posterior.
+        weighs: whether draws bring the evidence, by which several solutions are weighted.
         compile_ahead: has its own kernels compiled, of (programs, warmup, data, transform).
     """
 
@@ -39,6 +40,7 @@ class Method:
     draw: Callable[[Task], Draws]
     resumes: bool = False
     solves_back: bool = False
+    weighs: bool = False
     compile_ahead: Callable[[Programs, int, Data, TransformParameters], None] = _no_kernels
 
 
@@ -51,8 +53,9 @@ METHODS = {
         True,
         750,
         importance.draw,
+        weighs=True,
     ),
-    "smc": Method("tempered sequential Monte Carlo", True, 512, smc.draw),
+    "smc": Method("tempered sequential Monte Carlo", True, 512, smc.draw, weighs=True),
     "laplace": Method(
         "Laplace's approximation in the flattened coordinates", False, 600, laplace.draw
     ),

@@ -1,6 +1,8 @@
-"""Which transform a structure is sampled by: the one place that asks."""
+"""Which coordinates a posterior is sampled in, and the transform that makes them."""
 
 from __future__ import annotations
+
+from enum import Enum
 
 from retrodict.inference.transforms.offset import Offset
 from retrodict.inference.transforms.protocol import Transform
@@ -13,6 +15,17 @@ _TRANSFORMS: dict[TransformName, Transform] = {
     "standard": Standard(),
     "offset": Offset(),
 }
+
+
+class Coordinates(Enum):
+    """In which coordinates a posterior is sampled; `inference.plan` says which method takes which."""
+
+    CHAINS = "rest poses where they cover the posterior; else deviates, all modes in one part"
+    POINTS = "rest poses where they cover the posterior; else deviates, a part about each mode"
+    PARTS = "deviates, a part about each mode"
+    WHOLE = "deviates, all modes of one number of turns in one part"
+    SOLVED_BACK = "rest poses, even where they do not cover the posterior"
+    GUESSED = "velocities by regressions, or by the measured way, of vehicles that roll"
 
 
 def transform_of(structure: Structure) -> Transform:

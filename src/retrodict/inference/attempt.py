@@ -1,24 +1,39 @@
-"""Draws of all solutions by a method, judged; where they fall short, more of them or another method."""
+"""Draws of a posterior by one way after the other, until some pass: draw, judge, take more, go on.
+
+What each way failed by is noted in one place.
+"""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from retrodict.inference import diagnostics
 from retrodict.inference.datatree import tree_of
 from retrodict.inference.density.compiled import COMPILATION, Stopwatch
-from retrodict.inference.errors import Interrupted
+from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.modes import SLIGHT, Solution, UnsampledMode, all_modes, mixed
+from retrodict.inference.modes import (
+    SLIGHT,
+    PosteriorModes,
+    Solution,
+    all_modes,
+    mixed,
+    weighted_by_evidence,
+)
 from retrodict.inference.outcome import Checks, Mode
+from retrodict.inference.plan import WORTH_MORE, Way
 from retrodict.inference.prior_check import Reference
 from retrodict.inference.samplers import METHODS, Draws, Task
+from retrodict.inference.samplers.importance import Evidence
+from retrodict.options import RunOptions
 from retrodict.progress import Progress
 from retrodict.scene.quantities import SHORT, describe
 
@@ -26,10 +41,87 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _NEARLY = 1.1  # R-hat up to which more draws may help
-_WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
 _REFUTED = 1e-6  # probability of the evidence at the mode below which no method's draws would count
-# methods that are tried where one fails, in order
-_INSTEAD = {"nuts": ("importance", "smc"), "importance": ("smc",)}
+
+
+def first_that_passes(
+    ways: tuple[Way, ...],
+    find: Callable[[Way], PosteriorModes],
+    draw: Callable[[Way, PosteriorModes], Run],
+) -> Run:
+    """Draws by the first way whose draws pass; where none does, by the first that gave any.
+
+    Where a posterior has several modes that a way does not start from, tempering goes before it; where
+    the modes in its coordinates are at fault, any way in others does.
+
+    Args:
+        ways: in the order of trying.
+        find: where the posterior lies in a way's coordinates.
+        draw: draws by a way, and judges them.
+
+    Returns:
+        The run, with notes of what else was tried; one that was interrupted ends the work.
+
+    Raises:
+        Unanswerable: in no coordinates a posterior was found.
+        Interrupted: stopped before any draw was kept.
+    """
+    queue, late = deque(ways), set[Way]()
+    tried: list[tuple[str, str]] = []  # method, and why it was not accepted
+    runs: list[Run] = []
+    refusals: list[Unanswerable] = []
+    done: set[tuple[str, int]] = set()  # method and place
+    closed: set[int] = set()  # places where no further method helps
+    severally = False
+    while queue:
+        way = queue.popleft()
+        try:
+            where = find(way)
+        except Unanswerable as refusal:
+            refusals.append(refusal)
+            tried.append((way.method, str(refusal)))
+            continue
+        place = id(where)
+        if place in closed or (way.method, place) in done:
+            continue
+        missed = _missed(where.found)
+        if where.faults and queue and way not in late and not missed:
+            tried.append((way.method, most(where.faults)))
+            late.add(way)
+            queue.append(way)
+            continue
+        ahead = [other for other in queue if other.samples_all_modes]
+        if where.unsampled and ahead and not way.samples_all_modes:
+            severally = True
+            for other in ahead:
+                queue.remove(other)
+            queue.extendleft([way, *reversed(ahead)])
+            continue
+        try:
+            run = draw(way, where)
+        except Interrupted as refusal:
+            if not runs:
+                raise
+            tried.append((way.method, str(refusal)))
+            runs[0] = replace(runs[0], complete=False)
+            break
+        runs.append(run)
+        done.add((way.method, place))
+        if not run.checks.reasons:
+            break
+        tried.append((way.method, most(run.failed or run.checks.reasons)))
+        if not run.complete:
+            break
+        if not run.failed:
+            closed.add(place)
+        elif missed and not any(map(way.sought_otherwise, queue)):
+            runs[0] = replace(
+                runs[0], notes=(*runs[0].notes, f"{missed}: no other method was tried")
+            )
+            break
+    if not runs:
+        raise refusals[0]
+    return _noted(runs, tried, severally)
 
 
 @dataclass(frozen=True)
@@ -47,7 +139,7 @@ class Run:
         notes: how it helped itself.
         unfinished: interrupted chains as a file holds them.
         modes: the solutions, then each unsampled mode that no draw holds.
-        drawn: what the method drew of each solution.
+        found: the solutions.
     """
 
     method: str
@@ -60,7 +152,7 @@ class Run:
     notes: tuple[str, ...]
     unfinished: bytes | None
     modes: tuple[Mode, ...]
-    drawn: list[Draws]
+    found: tuple[Solution, ...]
 
 
 @dataclass(frozen=True)
@@ -68,28 +160,42 @@ class Sampling:
     """What is known of a posterior before it is sampled.
 
     Args:
-        found: its solutions.
-        unsampled: other modes, which draws should reach.
-        faults: for which no draws are to be relied on.
+        where: it lies, in coordinates.
         reference: crashes of the prior, with which draws have to agree.
         pictured: whether the prior and run-outs are recorded too, which figures show.
         report: called as the work goes on.
     """
 
-    found: list[Solution]
-    unsampled: list[UnsampledMode]
-    faults: tuple[str, ...]
+    where: PosteriorModes
     reference: Reference
     pictured: bool
     report: Progress
 
-    def by(self, method: str, task: Task) -> Run:
+    @property
+    def found(self) -> list[Solution]:
+        """The solutions."""
+        return self.where.found
+
+    def by(self, method: str, options: RunOptions, resume: Path | None = None) -> Run:
         """Draws of every solution by a method, which goes on to more where that may help.
 
         Args:
             method: a name in METHODS.
-            task: for the first solution's posterior.
+            options: of the run; that many draws by the method that was asked for, by another as many as
+                it takes by default at the least.
+            resume: of interrupted chains, to go on with.
         """
+        usual = METHODS[method].draws
+        asked = usual if options.draws is None else options.draws
+        task = Task(
+            self.found[0].posterior,
+            options.chains,
+            asked if method == options.method else max(asked, usual),
+            options.warmup,
+            options.seed,
+            partial(self.report, "sampling"),
+            resume,
+        )
         sampling = Stopwatch()
         with self._sampling(sampling):
             drawn = self._of_each(method, task)
@@ -100,16 +206,15 @@ class Sampling:
             with self._sampling(sampling):
                 return doubled(drawn)
 
-        def judge(drawn: list[Draws], times: int) -> tuple[xr.DataTree, Checks, list[Mode]]:
+        def judge(drawn: list[Draws], times: int) -> _Judged:
             # of what was evaluated importance sampling keeps no more than twice
             return self._judged(drawn, replace(task, draws=min(times, 2) * task.draws))
 
-        def is_short(judged: tuple[xr.DataTree, Checks, list[Mode]], times: int) -> bool:
-            short.append(judged[1])
-            return may_improve(judged[1], task, times, method)
+        def is_short(judged: _Judged, times: int) -> bool:
+            short.append(judged.checks)
+            return may_improve(judged.checks, task, times, method)
 
         drawn, judged, times = until_enough(drawn, judge, is_short, more)
-        idata, checks, modes = judged
         draws = min(times, 2) * task.draws
         complete = all(each.complete for each in drawn)
         if times > 1:
@@ -120,81 +225,25 @@ class Sampling:
             )
         return Run(
             method=method,
-            idata=idata,
-            checks=checks,
-            failed=checks.reasons[len(self.faults) :],
+            idata=judged.idata,
+            checks=judged.checks,
+            failed=judged.checks.reasons[len(self.where.faults) :],
             draws=draws,
             seconds=sampling.seconds,
             complete=complete,
             notes=tuple(notes),
-            unfinished=drawn[0].unfinished if len(self.found) == 1 else None,
-            modes=tuple(modes),
-            drawn=drawn,
+            unfinished=drawn[0].unfinished if len(drawn) == 1 else None,
+            modes=tuple(judged.modes),
+            found=tuple(judged.found),
         )
 
     def _lacking(self, checks: Checks) -> list[str]:
         """What of draws more of them may improve."""
-        lacking = [*checks.reasons[len(self.faults) :]]
+        lacking = [*checks.reasons[len(self.where.faults) :]]
         if checks.imprecise:
             names = ", ".join(describe(name)[0] for name in checks.imprecise)
             lacking.append(f"not one digit of the 95 % limits was sure of {names}")
         return lacking
-
-    def of_several_modes(self, method: str, task: Task) -> Run | None:
-        """Draws by populations that begin from the prior, where chains or a proposal would see one mode.
-
-        Args:
-            method: name in METHODS, that was asked for.
-            task: for the first solution's posterior.
-
-        Returns:
-            The run; None where there is one mode, a quick look was asked for, or the draws failed.
-        """
-        if method not in _INSTEAD or not self.unsampled or task.draws < _WORTH_MORE:
-            return None
-        draws = max(task.draws, METHODS["smc"].draws)
-        run = self.by("smc", replace(task, draws=draws, resume=None))
-        if run.failed and run.complete:
-            return None
-        note = f"the posterior has several modes, which {method} may miss: it was drawn by smc"
-        return replace(run, notes=(note, *run.notes))
-
-    def or_by_another(self, run: Run, task: Task) -> Run:
-        """The run; or, where its draws failed, one by the first other method that did not.
-
-        Args:
-            run: by the method that was asked for.
-            task: for the first solution's posterior.
-        """
-        others = _INSTEAD.get(run.method, ())
-        if not (others and run.failed and run.complete and task.draws >= _WORTH_MORE):
-            return run
-        if missed := _missed(self.found):
-            return replace(run, notes=(*run.notes, f"{missed}: no other method was tried"))
-        seconds, notes = run.seconds, run.notes
-        for method in others:
-            # the draws that failed say where the posterior lies, though they are not reported
-            found = [s.whitened_by(d.w) for s, d in zip(self.found, run.drawn, strict=True)]
-            unsampled = [
-                other.converted_to(self.found[other.of], found[other.of])
-                for other in self.unsampled
-            ]
-            draws = max(task.draws, METHODS[method].draws)
-            again = replace(task, posterior=found[0].posterior, draws=draws, resume=None)
-            try:
-                other = replace(self, found=found, unsampled=unsampled).by(method, again)
-            except Interrupted as refusal:
-                notes = (*notes, f"the method {method} was tried too, and failed: {refusal}")
-                return replace(run, notes=notes, seconds=seconds, complete=False)
-            seconds += other.seconds
-            if not other.failed:
-                why = f"the first sampler, {run.method}, was not accepted ({most(run.failed)})"
-                note = f"{why} and was replaced by {method}"
-                return replace(other, notes=(note, *other.notes), seconds=seconds)
-            notes = (*notes, f"the method {method} was tried too, and failed: {most(other.failed)}")
-            if not other.complete:
-                break
-        return replace(run, notes=notes, seconds=seconds)
 
     @contextmanager
     def _sampling(self, stopwatch: Stopwatch) -> Iterator[None]:
@@ -221,17 +270,24 @@ class Sampling:
                 break
         return drawn
 
-    def _judged(self, drawn: list[Draws], task: Task) -> tuple[xr.DataTree, Checks, list[Mode]]:
+    def _judged(self, drawn: list[Draws], task: Task) -> _Judged:
         """The draws mixed, the verdict on them, and the modes in their light."""
-        modes = self._modes(drawn)
-        others = modes[len(self.found) :]
-        known = self.faults + tuple(_conflicting(mode, self.found[0].mode) for mode in others)
+        found, drawn = self._weighted(drawn)
+        unreached = [
+            other
+            for other in self.where.unsampled
+            if other.of >= len(drawn)
+            or not other.reached(drawn[other.of].w.reshape(-1, other.w.size))
+        ]
+        modes = all_modes(found, unreached)
+        others = modes[len(found) :]
+        known = self.where.faults + tuple(_conflicting(mode, found[0].mode) for mode in others)
         trees = [
             tree_of(s, d, task.seed, self.reference if self.pictured else None)
-            for s, d in zip(self.found, drawn, strict=False)
+            for s, d in zip(found, drawn, strict=False)
         ]
         # a chain that is stuck in one solution would be hidden by the others
-        for solution, each, tree in zip(self.found, drawn, trees, strict=False):
+        for solution, each, tree in zip(found, drawn, trees, strict=False):
             if solution.mode.weight < SLIGHT:
                 continue
             known += each.faults
@@ -241,19 +297,30 @@ class Sampling:
         if not all(each.complete for each in drawn):
             kept = min(each.w.shape[1] for each in drawn)
             known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
-        idata = mixed(trees, [s.mode for s in self.found], task.seed)
-        checks = diagnostics.judge(idata, self.found[0].scene, known, self.reference)
-        return idata, checks, modes
+        idata = mixed(trees, [s.mode for s in found], task.seed)
+        checks = diagnostics.judge(idata, found[0].scene, known, self.reference)
+        return _Judged(idata, checks, modes, found)
 
-    def _modes(self, drawn: list[Draws]) -> list[Mode]:
-        """The solutions, then each unsampled mode that no draw of its solution holds."""
-        unreached = [
-            other
-            for other in self.unsampled
-            if other.of >= len(drawn)
-            or not other.reached(drawn[other.of].w.reshape(-1, other.w.size))
+    def _weighted(self, drawn: list[Draws]) -> tuple[list[Solution], list[Draws]]:
+        """The solutions, weighted by what their draws say of the evidence, and the draws of each."""
+        sampled = len(drawn) == len(self.found) > 1
+        if not (sampled and all("log_evidence" in each.attributes for each in drawn)):
+            return self.found, drawn
+        evidence = [
+            Evidence(each.attributes["log_evidence"], each.attributes["log_evidence_sd"], ())
+            for each in drawn
         ]
-        return all_modes(self.found, unreached)
+        found, places, _ = weighted_by_evidence(self.found, evidence)
+        return found, [drawn[i] for i in places]
+
+
+class _Judged(NamedTuple):
+    """Draws of all solutions, mixed; the verdict on them; and the modes in their light."""
+
+    idata: xr.DataTree
+    checks: Checks
+    modes: list[Mode]
+    found: list[Solution]
 
 
 def _converted(drawn: Draws, before: Posterior, after: Posterior) -> Draws:
@@ -262,6 +329,31 @@ def _converted(drawn: Draws, before: Posterior, after: Posterior) -> Draws:
     further = drawn.more
     more = (lambda: _converted(further(), before, after)) if further else None
     return replace(drawn, w=w.reshape(drawn.w.shape), more=more)
+
+
+def _noted(runs: list[Run], tried: list[tuple[str, str]], severally: bool) -> Run:
+    """The run that counts, with notes of what else was tried, and the seconds of all.
+
+    Args:
+        runs: in their order; the last one counts if it passed, else the first.
+        tried: methods that were not accepted, with the reasons.
+        severally: whether the posterior has modes that the method asked for may miss.
+    """
+    passed = not runs[-1].checks.reasons
+    run = runs[-1] if passed else runs[0]
+    if passed and severally and not tried:
+        notes = [
+            "the posterior has several modes, which chains may miss: it was drawn by " + run.method
+        ]
+    elif passed and tried:
+        (first, why), *_ = tried
+        notes = [
+            f"the first sampler, {first}, was not accepted ({why}) and was replaced by {run.method}"
+        ]
+    else:
+        others = [each for each in tried if each[0] != run.method]
+        notes = [f"the method {method} was tried too, and failed: {why}" for method, why in others]
+    return replace(run, notes=(*notes, *run.notes), seconds=sum(each.seconds for each in runs))
 
 
 def most(reasons: tuple[str, ...]) -> str:
@@ -316,8 +408,9 @@ def may_improve(checks: Checks, task: Task, times: int, method: str) -> bool:
         method: a name in METHODS; populations of smc are all anew, so they need not be near.
     """
     short = bool(checks.failed or (checks.imprecise and times == 1))
-    near = checks.max_rhat < _NEARLY or method == "smc"
-    return short and near and task.draws >= _WORTH_MORE
+    if METHODS[method].weighs:  # R-hat says nothing of independent draws, and weights may settle
+        return (short or bool(checks.reasons)) and task.draws >= WORTH_MORE
+    return short and checks.max_rhat < _NEARLY and task.draws >= WORTH_MORE
 
 
 def _missed(found: list[Solution]) -> str:
@@ -342,12 +435,6 @@ def _missed(found: list[Solution]) -> str:
         "even where the posterior is highest the model misses the evidence (chi-square "
         f"{min(squares):.3g} of {len(items)} items)"
     )
-
-
-def has_failed(run: Run | None, draws: int) -> bool:
-    """Whether draws failed, of so many of each chain that they need not have; None is known to fail."""
-    failed = run is None or (run.complete and bool(run.checks.reasons))
-    return failed and draws >= _WORTH_MORE
 
 
 def _conflicting(other: Mode, sampled: Mode) -> str:

@@ -5,18 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from retrodict.inference.attempt import Sampling, may_improve
 from retrodict.inference.errors import Interrupted
-from retrodict.inference.modes import (
-    PosteriorModes,
-    posterior_modes,
-    solutions,
-    weighted_by_evidence,
-)
+from retrodict.inference.modes import ModeSearch, PosteriorModes, solutions
 from retrodict.inference.outcome import Checks
 from retrodict.inference.prior_check import Reference
-from retrodict.inference.reconstruct import DEFAULT_RUNG, reconstruct
-from retrodict.inference.retry import Sampling, may_improve
+from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Method, Task
+from retrodict.inference.transforms.choice import Coordinates
+from retrodict.options import DEFAULT_RUNG, RunOptions
 from tests.shared.scenes import collision, rolls
 
 SCENE = collision(share=0.0)
@@ -64,7 +61,7 @@ def test_where_both_that_need_a_mode_fail_tempering_stands_in(
     assert found.notes[0].startswith(
         "the first sampler, nuts, was not accepted (nuts is stuck) and was replaced"
     )
-    usual = reconstruct(SCENE, method="importance", pictured=False)
+    usual = reconstruct(SCENE, RunOptions(method="importance"), pictured=False)
     for name in ("speed_b", "e", "e_m", "mu"):
         own, other = (o.idata["posterior"][name].values.ravel() for o in (found, usual))
         assert abs(own.mean() - other.mean()) < 0.12 * other.std(), name
@@ -90,8 +87,10 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
 ) -> None:
     """Where weights do not settle tempering comes first; Ctrl-C is no reason to turn to NUTS."""
 
-    def unsettled(*arguments: object) -> PosteriorModes:
-        return replace(posterior_modes(*arguments), faults=("a weight is not settled",))  # type: ignore[arg-type]
+    original = ModeSearch.on
+
+    def unsettled(self: ModeSearch, rung: str, where: Coordinates, **_: bool) -> PosteriorModes:
+        return replace(original(self, rung, where), faults=("a weight is not settled",))
 
     def stopped(task: Task) -> Draws:
         raise Interrupted("stopped")
@@ -99,12 +98,12 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
     def begun(task: Task) -> Draws:
         pytest.fail("another method was begun")
 
-    monkeypatch.setattr("retrodict.inference.modes.posterior_modes", unsettled)
+    monkeypatch.setattr(ModeSearch, "on", unsettled)
     monkeypatch.setitem(METHODS, "smc", replace(METHODS["smc"], draw=stopped))
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=begun))
     rolling = rolls(collision(share=0.0), "b", (0.9, 0.3, 0.2, 0.2))
     with pytest.raises(Interrupted):
-        reconstruct(rolling, model="planar-moment+roll", pictured=False)
+        reconstruct(rolling, RunOptions(model="planar-moment+roll"), pictured=False)
 
 
 def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
@@ -112,14 +111,14 @@ def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
 ) -> None:
     """Without a moment impulse the vehicles cannot have turned as far as they did."""
     monkeypatch.setitem(METHODS, "nuts", _failing("nuts"))
-    found = reconstruct(SCENE, model="planar-common+spin", pictured=False)
+    found = reconstruct(SCENE, RunOptions(model="planar-common+spin"), pictured=False)
     assert found.checks.reasons == ("nuts is stuck",)
     assert "misses the evidence" in found.notes[0]
     assert "no other method was tried" in found.notes[0]
 
 
 def test_draws_go_on_once_where_a_digit_of_the_limits_is_not_sure() -> None:
-    (solution,), _ = weighted_by_evidence(solutions(SCENE, DEFAULT_RUNG), 0)
+    (solution,) = solutions(SCENE, DEFAULT_RUNG)
     task = Task(solution.posterior, 4, 700, 0, 0, lambda *_: None)
     sure = Checks(0, 1.0, 4000.0, 4000.0, True)
     unsure = replace(sure, imprecise=("omega_b",))
@@ -133,7 +132,7 @@ def test_draws_go_on_once_where_a_digit_of_the_limits_is_not_sure() -> None:
 def test_only_a_solution_that_counts_is_judged_by_itself(
     monkeypatch: pytest.MonkeyPatch, weight: float, reasons: int
 ) -> None:
-    (solution,), _ = weighted_by_evidence(solutions(SCENE, DEFAULT_RUNG), 0)
+    (solution,) = solutions(SCENE, DEFAULT_RUNG)
     found = [replace(solution, mode=replace(solution.mode, weight=w)) for w in (1 - weight, weight)]
     faults = iter([(), ("the second is stuck",)])
 
@@ -142,6 +141,6 @@ def test_only_a_solution_that_counts_is_judged_by_itself(
 
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=draw))
     nothing = Reference({}, np.zeros(1), {})
-    sampling = Sampling(found, [], (), nothing, False, lambda *_: None)
-    run = sampling.by("nuts", Task(solution.posterior, 4, 500, 0, 0, lambda *_: None))
+    sampling = Sampling(PosteriorModes(found, ()), nothing, False, lambda *_: None)
+    run = sampling.by("nuts", RunOptions(draws=500))
     assert run.checks.reasons == ("the second is stuck",) * reasons

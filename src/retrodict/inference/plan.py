@@ -1,0 +1,102 @@
+"""How a posterior is to be drawn from, decided once: methods in the order of trying, and coordinates.
+
+Rest poses are the flattest coordinates of a sharp crash, which chains need. Importance sampling does
+without them on nearly every scene, in deviates that need one compiled program. Tempering looks for all
+modes of a posterior, and takes longest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from retrodict.inference.errors import Unanswerable
+from retrodict.inference.fitting import rolling
+from retrodict.inference.samplers import METHODS
+from retrodict.inference.transforms.choice import Coordinates
+from retrodict.models import RUNGS
+from retrodict.options import RunOptions
+from retrodict.scene.records import Scene
+
+WORTH_MORE = 100  # draws a chain: who asks for fewer wants a quick look, not more of it
+
+
+@dataclass(frozen=True)
+class Way:
+    """A method in coordinates.
+
+    Args:
+        method: a name in METHODS.
+        coordinates: of its draws.
+    """
+
+    method: str
+    coordinates: Coordinates
+
+    @property
+    def samples_all_modes(self) -> bool:
+        """Whether draws begin about every mode, or from all that the prior allows."""
+        return self.coordinates is not Coordinates.CHAINS
+
+    def sought_otherwise(self, other: Way) -> bool:
+        """Whether another way begins elsewhere than about the modes that the search found."""
+        return (self.coordinates is Coordinates.GUESSED) != (
+            other.coordinates is Coordinates.GUESSED
+        )
+
+
+_IMPORTANCE = Way("importance", Coordinates.PARTS)
+_WAYS = {
+    "nuts": (Way("nuts", Coordinates.CHAINS), _IMPORTANCE, Way("smc", Coordinates.WHOLE)),
+    "importance": (
+        _IMPORTANCE, Way("importance", Coordinates.POINTS), Way("smc", Coordinates.WHOLE)
+    ),
+    "smc": (Way("smc", Coordinates.WHOLE),),
+}  # fmt: skip
+
+
+def ways(scene: Scene, model: str, method: str) -> tuple[Way, ...]:
+    """Ways to draw from a posterior, the one that is asked for first.
+
+    Args:
+        scene: what was measured.
+        model: a name in `retrodict.models.RUNGS`.
+        method: a name in METHODS.
+    """
+    if METHODS[method].solves_back:
+        return (Way(method, Coordinates.SOLVED_BACK),)
+    found = _WAYS.get(method, (Way(method, Coordinates.POINTS),))
+    if rolling.tempered(scene, model):
+        guessed = Way("smc", Coordinates.GUESSED)
+        found = tuple(guessed if way.method == "smc" else way for way in found)
+    return found
+
+
+def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tuple[Way, ...]:
+    """The `ways` of a run, once its options are seen to be possible.
+
+    Args:
+        scene: what was measured.
+        options: of the run.
+        resume: file of interrupted chains that are to go on; None where there is none.
+
+    Raises:
+        ValueError: no rung or method has that name, or the method has no chains to go on with.
+        Unanswerable: the rung is no model of an impact with a barrier.
+    """
+    for what, name, known in (
+        ("model", options.model, RUNGS), ("method", options.method, METHODS)
+    ):  # fmt: skip
+        if name not in known:
+            raise ValueError(f"{what} is one of {', '.join(known)}; not {name!r}")
+    if resume is not None and not METHODS[options.method].resumes:
+        able = ", ".join(name for name, method in METHODS.items() if method.resumes)
+        raise ValueError(
+            f"{resume}: the method {options.method} has no chains to go on with: give the method that "
+            f"was interrupted ({able}), or start anew"
+        )
+    if scene.barrier and (unfit := RUNGS[options.model].refusal(scene)):
+        raise Unanswerable(f"the model {options.model} {unfit}")
+    found = ways(scene, options.model, options.method)
+    quick = options.draws is not None and options.draws < WORTH_MORE
+    return found[:1] if quick else found
