@@ -14,6 +14,7 @@ from retrodict.models.description import Description
 
 from retrodict.findings import Findings
 from retrodict.inference.outcome import Checks, Outcome
+from retrodict.options import RunOptions
 from retrodict.result import Result
 from retrodict.scene.questions import questions_from
 from retrodict.scene.records import (
@@ -251,6 +252,7 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
         versions={"retrodict": "0.1.0", "Python": "3.12.1", "jax": "0.12.0"},
         seed=20,
         settings={"chains": CHAINS, "draws": DRAWS, "warmup": 500},
+        asked=RunOptions("planar-moment+wheels", "nuts", CHAINS, DRAWS, 500, seed=20),
     )
 
 

@@ -77,8 +77,8 @@ def test_results_stand_in_both_systems_and_once_where_they_are_the_same(good):
         ("Numerical quality", "4 × 500"),
         (
             "Reproduction",
-            "retrodict reconstruct scene.toml --model planar-moment+wheels --chains 4 --draws 500 "
-            "--warmup 500 --seed 20",
+            "retrodict reconstruct scene.toml --model planar-moment+wheels --method nuts --chains 4 "
+            "--draws 500 --warmup 500 --seed 20",
         ),
         ("Reproduction", "3.12.1"),
         ("The expert", "Compensation not stated"),

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from retrodict import api
+from retrodict.options import RunOptions
 from retrodict.report.archive import NotArchived, archive_bytes, read_archive
 from retrodict.report.result_archive import recorded_in
 from retrodict.result import Result
@@ -16,7 +17,7 @@ ASKED = {"model": "auto", "method": "auto", "chains": 4, "draws": None, "warmup"
 
 @pytest.fixture(scope="module")
 def result(outcome):
-    return Result(replace(outcome, asked=ASKED))
+    return Result(replace(outcome, asked=RunOptions(**ASKED)))
 
 
 @pytest.fixture(scope="module")

@@ -194,9 +194,10 @@ def test_climbing_runs_every_rung_and_an_interrupt_keeps_what_is_finished(
 ) -> None:
     asked = []
 
-    def run(scene, *, model, method, seed, progress, pictured, search):
+    def run(scene, options, *, progress, pictured, search):
         progress("sampling", 1, 2)
-        asked.append((model, method, seed))
+        model = options.model
+        asked.append((model, options.method, options.seed))
         assert model in ahead
         assert not pictured  # no figure shows a rung
         if stop_at == model:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from retrodict.findings.summary import SUMMARY, read_summary, strangers
 from retrodict.inference.outcome import Checks, Mode, Outcome
+from retrodict.options import RunOptions
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ def _record_types() -> dict[str, Any]:
         "versions": dict[str, str],
         "seed": int,
         "settings": dict[str, int | str],
-        "asked": dict[str, int | str | None],
+        "asked": RunOptions,
         "complete": bool,
         "notes": tuple[str, ...],
         "modes": tuple[Mode, ...],
