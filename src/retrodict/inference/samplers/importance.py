@@ -46,6 +46,7 @@ _FOR_EVIDENCE, _HELD_AGAINST = 2000, 2000  # draws
 # two of 500 random crashes passed, 0.26 off).
 _OFF = 0.15
 # Times as many points as draws were asked for, where their weights fall short; twice as many are kept.
+_COUNT = 0.4  # effective points over draws, below which there are more points at once
 _MOST, _MOST_PACED = 16, 8  # the latter where run-outs of vehicles that roll are integrated
 # Points of each pilot by which the proposal is adapted: before the first draws, and where so many times
 # as many points as draws were asked for do not do.
@@ -107,24 +108,38 @@ class _Points:
         return _Points(self.proposal, self.evaluations + len(heights), w, log_weight, rows)
 
 
-def _extended(task: Task, rng: np.random.Generator, points: _Points, times: int) -> Draws:
-    """Draws chosen from `times` as many points as are asked for, of which some are there already."""
-    posterior, chains, draws = task.posterior, task.chains, task.draws * min(times, 2)
-    if times == _ADAPTED_AGAIN:  # what so many points leave uneven asks for a better proposal
-        found = adapted(
-            posterior, points.proposal, lambda at: at.draw(_LATER_PILOT, rng), _LATER_ROUNDS
-        )
-        points = _Points(found.next, points.evaluations + found.evaluations)
-    have = 0 if points.w is None else points.w.shape[1]
-    points = points.with_more(posterior, chains, times * task.draws - have, rng)
-    w, log_weight = points.w, points.log_weight
-    assert w is not None, "points were added"
-    assert log_weight is not None, "points were added"
-    weights, k = smoothed(log_weight.ravel())
+def _extended(
+    task: Task, rng: np.random.Generator, points: _Points, times: int, kept: int = 1
+) -> Draws:
+    """Draws chosen from `times` as many points as are asked for, or more where few of them count.
+
+    Args:
+        task: what is asked for.
+        rng: random number generator of the draws.
+        points: that are there already.
+        times: as many points as draws are asked for.
+        kept: as many draws as are asked for.
+    """
+    posterior, chains, draws = task.posterior, task.chains, task.draws * kept
+    most = _MOST_PACED if posterior.programs.structure.paced else _MOST
+    while True:
+        if times == _ADAPTED_AGAIN:  # what so many points leave uneven asks for a better proposal
+            found = adapted(
+                posterior, points.proposal, lambda at: at.draw(_LATER_PILOT, rng), _LATER_ROUNDS
+            )
+            points = _Points(found.next, points.evaluations + found.evaluations)
+        have = 0 if points.w is None else points.w.shape[1]
+        points = points.with_more(posterior, chains, times * task.draws - have, rng)
+        w, log_weight = points.w, points.log_weight
+        assert w is not None, "points were added"
+        assert log_weight is not None, "points were added"
+        weights, k = smoothed(log_weight.ravel())
+        if times >= most or effective(weights) >= _COUNT * chains * draws:
+            break
+        times *= 2
     # each chain is a replicate of its own, so that R-hat has something to compare
     places = np.arange(weights.size).reshape(chains, -1)
     index = np.concatenate([own[resampled(weights[own], draws, rng)] for own in places])
-    most = _MOST_PACED if posterior.programs.structure.paced else _MOST
     evidence, error = log_mean(log_weight.ravel())
     verdict = judged(k)
     verdict["attributes"] |= {
@@ -137,7 +152,7 @@ def _extended(task: Task, rng: np.random.Generator, points: _Points, times: int)
         {"log_weight": log_weight.ravel()[index].reshape(chains, draws)},
         **verdict,
         quantities=flat,
-        more=partial(_extended, task, rng, points, 2 * times) if times < most else None,
+        more=partial(_extended, task, rng, points, 2 * times, 2) if times < most else None,
     )
 
 
