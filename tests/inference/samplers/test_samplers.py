@@ -184,13 +184,13 @@ def test_importance_finds_back_from_a_poor_proposal_or_says_that_it_cannot() -> 
         narrow = replace(posterior, transform=posterior.transform._replace(spread=spread))
         return METHODS["importance"].draw(Task(narrow, 4, 500, 0, 0, lambda *_: None))
 
-    whole, found = drawn(1.0), drawn(0.2)
+    whole, found = drawn(1.0), drawn(0.02)
     assert not found.faults
     evidence, error = found.attributes["log_evidence"], found.attributes["log_evidence_sd"]
     error = np.hypot(error, whole.attributes["log_evidence_sd"])
-    expected = whole.attributes["log_evidence"] - posterior.size * np.log(0.2)
+    expected = whole.attributes["log_evidence"] - posterior.size * np.log(0.02)
     assert evidence == pytest.approx(expected, abs=4 * error)
-    assert "Pareto k" in drawn(0.02).faults[0]
+    assert "Pareto k" in drawn(0.005).faults[0]
 
 
 def test_importance_goes_on_to_more_points_and_then_ends() -> None:
