@@ -22,10 +22,14 @@ ROUND = {"m": (0.3048, "ft"), "m/s": (0.44704, "mph"), "kg": (0.45359237, "lb")}
 
 
 def scene(name: str) -> Scene:
-    """The scene, whose vehicles both came along their headings as far as is known."""
+    """The scene, in which both vehicles came along their headings and hardly turned."""
     read = load_scene(FOLDER / f"{name}.toml")
     approach = {
-        v: replace(one, direction=replace(read.vehicles[v].heading, sd=0.05))
+        v: replace(
+            one,
+            direction=replace(read.vehicles[v].heading, sd=0.05),
+            yaw_rate=Measured(0.0, 0.1),
+        )
         for v, one in read.approach.items()
     }
     return replace(read, approach=approach)
@@ -108,4 +112,4 @@ def _same(one: Scene, other: Scene) -> None:
             numbers = (measured.value, measured.sd)
             assert (its[name].value, its[name].sd) == pytest.approx(numbers, abs=1e-9), name
     for name, prior in one.priors.items():
-        assert other.priors[name].scale == pytest.approx(prior.scale)
+        assert other.priors[name].numbers == pytest.approx(prior.numbers)

@@ -23,7 +23,7 @@ from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
 from retrodict.inference.transforms.choice import Coordinates
 from retrodict.options import DEFAULT_RUNG, RunOptions
-from retrodict.scene.records import Departure, Measured, Scene
+from retrodict.scene.records import Scene
 from retrodict.studies import calibration
 from tests.shared.scenes import collision
 
@@ -67,7 +67,7 @@ def _simulated(number: int) -> tuple[Scene, dict]:
 def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() -> None:
     """Simulation 1: where all is as measured e_m lies below 0, a part of negligible weight."""
     scene, truth = _simulated(1)
-    where = modes.ModeSearch(scene, 0).on(DEFAULT_RUNG, Coordinates.PARTS)
+    where = modes.ModeSearch(scene, 0).on(DEFAULT_RUNG, Coordinates.DEVIATES)
     assert not where.faults
     assert truth["e_m"] == pytest.approx(0.76, abs=0.01)
     assert where.found[0].mode.values["e_m"] > 0.5
@@ -80,7 +80,7 @@ def test_parts_about_each_mode_make_up_the_posterior() -> None:
     Against populations in coordinates that do not know the modes.
     """
     scene, _ = _simulated(6)
-    where = modes.ModeSearch(scene, 0).on(DEFAULT_RUNG, Coordinates.PARTS)
+    where = modes.ModeSearch(scene, 0).on(DEFAULT_RUNG, Coordinates.DEVIATES)
     assert len(where.found) > 1
     weights = np.array([each.mode.weight for each in where.found])
     assert weights.sum() == pytest.approx(1, abs=2e-3)
@@ -104,13 +104,6 @@ def test_parts_about_each_mode_make_up_the_posterior() -> None:
     assert high == pytest.approx((known["e_m"] > 0.2).mean(), abs=0.04)
 
 
-def _open() -> Scene:
-    """The scene without measured rests: deviates are coordinates."""
-    a = Departure(direction=Measured(2.81, 0.05), speed=Measured(7.4, 0.3))
-    b = Departure(direction=Measured(-0.83, 0.05), speed=Measured(8.0, 0.3))
-    return replace(collision(berm=False), rest={}, departure={"a": a, "b": b})
-
-
 def turned_scene() -> Scene:
     """B turned twice and a bit; its rest heading alone also fits thrice, with less weight.
 
@@ -122,24 +115,15 @@ def turned_scene() -> Scene:
     return replace(SCENE, rest=rest, contact=replace(SCENE.contact, interlocked=True))
 
 
-def test_an_unsampled_mode_has_the_weight_that_its_peak_has() -> None:
-    """A second peak, lower by ln 3 and as wide, lies where its deviates say."""
-    (solution,) = modes.solutions(_open(), DEFAULT_RUNG)
-    peak = solution.peak
-    assert peak is not None
-    assert modes.unsampled(replace(solution, others=())) == []
-    u = peak.u + np.linspace(-1, 1, peak.u.size)
-    other = replace(peak, u=u, potential=peak.potential + np.log(3))
-    (found,) = modes.unsampled(replace(solution, others=(other,)), place=2)
-    assert found.of == 2
-    assert found.odds == pytest.approx(1 / 3)
-    np.testing.assert_allclose(solution.posterior.deviates(found.w[None])[0], u, atol=1e-8)
-
-
-def test_one_mode_has_no_rivals() -> None:
-    (only,) = modes.solutions(SCENE, DEFAULT_RUNG)
-    assert only.others == ()
-    assert modes.unsampled(only) == []
+def test_chains_are_not_asked_where_modes_share_a_density() -> None:
+    scene, truth = _simulated(6)
+    found = reconstruct(scene, RunOptions(), pictured=False)
+    assert found.checks.passed, found.checks.reasons
+    assert found.settings["method"] == "importance"
+    assert "nuts, was not accepted (the posterior has several modes" in found.notes[0]
+    assert len(found.modes) > 1
+    low, high = np.quantile(found.idata["posterior"]["speed_b"], [0.005, 0.995])
+    assert low < truth["speed_b"] < high
 
 
 @pytest.mark.parametrize("method", ["nuts", "smc"])
@@ -210,35 +194,3 @@ def test_unknown_turns_are_mixed_by_their_evidence() -> None:
     predicted = found.idata["posterior_predictive"]["rest_heading_b"].values
     assert abs(predicted - SCENE.rest["b"].heading.value).max() < np.pi
     assert "B +743 deg" in next(note for note in found.notes if "several ways" in note)
-
-
-def test_a_mode_that_was_not_sampled_withholds(monkeypatch: pytest.MonkeyPatch) -> None:
-    """smc starts from everywhere, so that it answers where nuts may not."""
-
-    def one(solution: modes.Solution, place: int) -> list[modes.UnsampledMode]:
-        return [modes.UnsampledMode(place, 0.25, np.full(solution.posterior.size, 2.0))]
-
-    monkeypatch.setattr(modes, "unsampled", one)
-    found = reconstruct(SCENE, RunOptions(draws=50, warmup=100))
-    assert not found.checks.passed
-    assert "the evidence fits another solution (weight 20.0%)" in found.checks.reasons[0]
-    assert [(m.weight, m.sampled) for m in found.modes] == [(0.8, True), (0.2, False)]
-    assert found.settings["method"] == "nuts"
-
-
-def test_a_mode_that_the_draws_hold_is_not_unsampled() -> None:
-    """A third of the posterior at 6: a third of the draws there will do, one in fifty will not."""
-    other = modes.UnsampledMode(0, 0.5, np.array([6.0, 0.0]))
-    rng = np.random.default_rng(0)
-    for share, held in ((1 / 3, True), (0.02, False), (0.0, False)):
-        draws = rng.normal(size=(3000, 2))
-        draws[: int(share * 3000), 0] += 6.0
-        assert other.reached(draws) is held
-
-
-def test_an_unsampled_mode_that_outweighs_all_has_a_weight(two_normals: Posterior) -> None:
-    solution = modes.Solution(two_normals, SCENE, (), Mode(1.0, 0.0, {}))
-    other = modes.UnsampledMode(0, float(np.exp(modes._SURE)), np.zeros(two_normals.size))
-    kept, other = modes.all_modes([solution], [other])
-    assert kept.weight == pytest.approx(0.0)
-    assert other.weight == pytest.approx(1.0)

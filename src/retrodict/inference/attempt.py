@@ -19,23 +19,21 @@ from retrodict.inference import diagnostics
 from retrodict.inference.datatree import tree_of
 from retrodict.inference.density.compiled import COMPILATION, Stopwatch
 from retrodict.inference.errors import Interrupted, Unanswerable
-from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import (
     SLIGHT,
     PosteriorModes,
     Solution,
-    all_modes,
     mixed,
     weighted_by_evidence,
 )
-from retrodict.inference.outcome import Checks, Mode
+from retrodict.inference.outcome import Checks
 from retrodict.inference.plan import WORTH_MORE, Way
 from retrodict.inference.prior_check import Reference
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.inference.samplers.importance import Evidence
 from retrodict.options import RunOptions
 from retrodict.progress import Progress
-from retrodict.scene.quantities import SHORT, describe
+from retrodict.scene.quantities import describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,16 +46,19 @@ def first_that_passes(
     ways: tuple[Way, ...],
     find: Callable[[Way], PosteriorModes],
     draw: Callable[[Way, PosteriorModes], Run],
+    *,
+    quick: bool = False,
 ) -> Run:
     """Draws by the first way whose draws pass; where none does, by the first that gave any.
 
-    Where a posterior has several modes that a way does not start from, tempering goes before it; where
-    the modes in its coordinates are at fault, any way in others does.
+    Chains are not asked where modes share a density, for they may miss one. Where the modes in a way's
+    coordinates are at fault, any way in others goes first.
 
     Args:
         ways: in the order of trying.
         find: where the posterior lies in a way's coordinates.
         draw: draws by a way, and judges them.
+        quick: whether the first draws will do, whatever they lack.
 
     Returns:
         The run, with notes of what else was tried; one that was interrupted ends the work.
@@ -72,7 +73,6 @@ def first_that_passes(
     refusals: list[Unanswerable] = []
     done: set[tuple[str, int]] = set()  # method and place
     closed: set[int] = set()  # places where no further method helps
-    severally = False
     while queue:
         way = queue.popleft()
         try:
@@ -84,18 +84,14 @@ def first_that_passes(
         place = id(where)
         if place in closed or (way.method, place) in done:
             continue
+        if where.shared and METHODS[way.method].follows:
+            tried.append((way.method, "the posterior has several modes, which chains may miss"))
+            continue
         missed = _missed(where.found)
         if where.faults and queue and way not in late and not missed:
             tried.append((way.method, most(where.faults)))
             late.add(way)
             queue.append(way)
-            continue
-        ahead = [other for other in queue if other.samples_all_modes]
-        if where.unsampled and ahead and not way.samples_all_modes:
-            severally = True
-            for other in ahead:
-                queue.remove(other)
-            queue.extendleft([way, *reversed(ahead)])
             continue
         try:
             run = draw(way, where)
@@ -107,7 +103,7 @@ def first_that_passes(
             break
         runs.append(run)
         done.add((way.method, place))
-        if not run.checks.reasons:
+        if not run.checks.reasons or quick:
             break
         tried.append((way.method, most(run.failed or run.checks.reasons)))
         if not run.complete:
@@ -115,13 +111,12 @@ def first_that_passes(
         if not run.failed:
             closed.add(place)
         elif missed and not any(map(way.sought_otherwise, queue)):
-            runs[0] = replace(
-                runs[0], notes=(*runs[0].notes, f"{missed}: no other method was tried")
-            )
+            note = f"{missed}: no other method was tried"
+            runs[0] = replace(runs[0], notes=(*runs[0].notes, note))
             break
     if not runs:
         raise refusals[0]
-    return _noted(runs, tried, severally)
+    return _noted(runs, tried)
 
 
 @dataclass(frozen=True)
@@ -138,8 +133,7 @@ class Run:
         complete: False when interrupted.
         notes: how it helped itself.
         unfinished: interrupted chains as a file holds them.
-        modes: the solutions, then each unsampled mode that no draw holds.
-        found: the solutions.
+        found: the solutions, by weight.
     """
 
     method: str
@@ -151,7 +145,6 @@ class Run:
     complete: bool
     notes: tuple[str, ...]
     unfinished: bytes | None
-    modes: tuple[Mode, ...]
     found: tuple[Solution, ...]
 
 
@@ -233,7 +226,6 @@ class Sampling:
             complete=complete,
             notes=tuple(notes),
             unfinished=drawn[0].unfinished if len(drawn) == 1 else None,
-            modes=tuple(judged.modes),
             found=tuple(judged.found),
         )
 
@@ -260,28 +252,16 @@ class Sampling:
         drawn: list[Draws] = []
         for i, solution in enumerate(self.found):
             progress = partial(_one_of_several, task.progress, i, len(self.found))
-            posterior = solution.posterior
-            # populations reach other modes too from the prior
-            wide = method == "smc" and bool(solution.others)
-            start = posterior.over_prior() if wide else posterior
-            own = METHODS[method].draw(replace(task, posterior=start, progress=progress))
-            drawn.append(_converted(own, start, posterior) if wide else own)
+            own = replace(task, posterior=solution.posterior, progress=progress)
+            drawn.append(METHODS[method].draw(own))
             if not drawn[-1].complete:
                 break
         return drawn
 
     def _judged(self, drawn: list[Draws], task: Task) -> _Judged:
-        """The draws mixed, the verdict on them, and the modes in their light."""
+        """The draws mixed, and the verdict on them."""
         found, drawn = self._weighted(drawn)
-        unreached = [
-            other
-            for other in self.where.unsampled
-            if other.of >= len(drawn)
-            or not other.reached(drawn[other.of].w.reshape(-1, other.w.size))
-        ]
-        modes = all_modes(found, unreached)
-        others = modes[len(found) :]
-        known = self.where.faults + tuple(_conflicting(mode, found[0].mode) for mode in others)
+        known = self.where.faults
         trees = [
             tree_of(s, d, task.seed, self.reference if self.pictured else None)
             for s, d in zip(found, drawn, strict=False)
@@ -299,7 +279,7 @@ class Sampling:
             known += (f"interrupted: {kept} of {task.draws} draws a chain were kept",)
         idata = mixed(trees, [s.mode for s in found], task.seed)
         checks = diagnostics.judge(idata, found[0].scene, known, self.reference)
-        return _Judged(idata, checks, modes, found)
+        return _Judged(idata, checks, found)
 
     def _weighted(self, drawn: list[Draws]) -> tuple[list[Solution], list[Draws]]:
         """The solutions, weighted by what their draws say of the evidence, and the draws of each."""
@@ -315,37 +295,23 @@ class Sampling:
 
 
 class _Judged(NamedTuple):
-    """Draws of all solutions, mixed; the verdict on them; and the modes in their light."""
+    """Draws of all solutions, mixed; the verdict on them; and the solutions, weighted."""
 
     idata: xr.DataTree
     checks: Checks
-    modes: list[Mode]
     found: list[Solution]
 
 
-def _converted(drawn: Draws, before: Posterior, after: Posterior) -> Draws:
-    """Draws, and more of them, in other coordinates of the same posterior."""
-    w = after.at_deviates(before.deviates(drawn.w.reshape(-1, drawn.w.shape[-1])))
-    further = drawn.more
-    more = (lambda: _converted(further(), before, after)) if further else None
-    return replace(drawn, w=w.reshape(drawn.w.shape), more=more)
-
-
-def _noted(runs: list[Run], tried: list[tuple[str, str]], severally: bool) -> Run:
+def _noted(runs: list[Run], tried: list[tuple[str, str]]) -> Run:
     """The run that counts, with notes of what else was tried, and the seconds of all.
 
     Args:
         runs: in their order; the last one counts if it passed, else the first.
         tried: methods that were not accepted, with the reasons.
-        severally: whether the posterior has modes that the method asked for may miss.
     """
     passed = not runs[-1].checks.reasons
     run = runs[-1] if passed else runs[0]
-    if passed and severally and not tried:
-        notes = [
-            "the posterior has several modes, which chains may miss: it was drawn by " + run.method
-        ]
-    elif passed and tried:
+    if passed and tried:
         (first, why), *_ = tried
         notes = [
             f"the first sampler, {first}, was not accepted ({why}) and was replaced by {run.method}"
@@ -434,14 +400,4 @@ def _missed(found: list[Solution]) -> str:
     return (
         "even where the posterior is highest the model misses the evidence (chi-square "
         f"{min(squares):.3g} of {len(items)} items)"
-    )
-
-
-def _conflicting(other: Mode, sampled: Mode) -> str:
-    sought = "speed_b" if "speed_b" in sampled.values else "speed_a"
-    speeds = (f"{mode.values[sought]:.3g}" for mode in (other, sampled))
-    return (
-        f"the evidence fits another solution (weight {other.weight:.1%}), with a {SHORT[sought]} of "
-        f"{' m/s instead of '.join(speeds)} m/s, that was not sampled: measurements may conflict; "
-        "the method smc looks for all solutions"
     )

@@ -29,9 +29,7 @@ if TYPE_CHECKING:
 # A solution of less weight can move no probability by more, and 400 effective draws leave as much open
 # (of a tail of 5 %, 1.1 %): its draws are not judged by themselves.
 SLIGHT = 0.01
-_REACHED = 0.3  # of its share of the posterior: draws nearer another than the mode they began from
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
-_SURE = 100.0  # log odds: more of them say no more, and would not be numbers
 
 _SPEED = "speed"
 _OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
@@ -47,7 +45,6 @@ class Solution:
         differs: in what other solutions of the same turns differ from this: signs of divisors, speeds.
         mode: its record: weight, turns, and the quantities there.
         peak: about which its coordinates are; None where none was sought.
-        others: further peaks of the posterior, which draws should reach.
     """
 
     posterior: Posterior
@@ -55,7 +52,6 @@ class Solution:
     differs: tuple[str, ...]
     mode: Mode
     peak: Peak | None = None
-    others: tuple[Peak, ...] = ()
 
     @property
     def turns(self) -> dict[str, int]:
@@ -80,7 +76,7 @@ class Solution:
 
 
 def solutions(
-    scene: Scene, rung: str, seed: int = 0, coordinates: Coordinates = Coordinates.PARTS
+    scene: Scene, rung: str, seed: int = 0, coordinates: Coordinates = Coordinates.DEVIATES
 ) -> list[Solution]:
     """The parts that make up a scene's posterior, the likeliest first; arguments as of `prepare`.
 
@@ -100,8 +96,9 @@ def _solution(part: Prepared, parts: list[Prepared]) -> Solution:
     weights = shares(np.array([each.peak.log_evidence for each in parts]))
     place = next(i for i, each in enumerate(parts) if each is part)
     values = _reported(part.peak.quantities)
-    mode = Mode(float(weights[place]), np.nan, values, part.peak.turns)
-    return Solution(part.posterior, part.scene, differs, mode, part.peak, part.others)
+    error = 0.0 if len(parts) == 1 else np.nan
+    mode = Mode(float(weights[place]), error, values, part.peak.turns)
+    return Solution(part.posterior, part.scene, differs, mode, part.peak)
 
 
 def _sides(part: Prepared) -> dict[str, bool]:
@@ -209,31 +206,6 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
 
 
 @dataclass(frozen=True)
-class UnsampledMode:
-    """Another mode beside that of a solution, at the same numbers of turns.
-
-    Args:
-        of: place of the solution among all.
-        odds: its weight over the solution's, by Laplace's approximation.
-        w: where it lies in the solution's coordinates.
-    """
-
-    of: int
-    odds: float
-    w: np.ndarray
-
-    def reached(self, draws: np.ndarray, weights: np.ndarray | None = None) -> bool:
-        """Whether draws of the solution hold it.
-
-        Args:
-            draws: in the solution's coordinates, shape (any, q).
-            weights: of the draws; None where all count the same.
-        """
-        nearer = np.linalg.norm(draws - self.w, axis=1) < np.linalg.norm(draws, axis=1)
-        return float(np.average(nearer, weights=weights)) > _REACHED * self.odds / (1 + self.odds)
-
-
-@dataclass(frozen=True)
 class PosteriorModes:
     """Where a scene's posterior lies on a rung.
 
@@ -246,14 +218,9 @@ class PosteriorModes:
     faults: tuple[str, ...]
 
     @property
-    def unsampled(self) -> list[UnsampledMode]:
-        """Modes that are the centre of no solution, of more weight than LEAST_WEIGHT."""
-        return [
-            other
-            for i, solution in enumerate(self.found)
-            for other in unsampled(solution, i)
-            if other.odds * solution.mode.weight > LEAST_WEIGHT
-        ]
+    def shared(self) -> bool:
+        """Whether several solutions share a density, of which chains would follow all."""
+        return any(solution.posterior.basins is not None for solution in self.found)
 
 
 class ModeSearch:
@@ -338,43 +305,6 @@ def _unresolved(found: list[Solution]) -> tuple[str, ...]:
         f"the run-outs are resolved to {worst:.2f} standard deviations of the rest poses only, "
         f"{RESOLVED} is asked: a vehicle spins too long for its run-out to be followed",
     )
-
-
-def all_modes(found: list[Solution], unreached: list[UnsampledMode]) -> list[Mode]:
-    """The modes of the solutions, then each unsampled mode that no draw holds.
-
-    Args:
-        found: the solutions.
-        unreached: the unsampled modes.
-
-    Returns:
-        Modes; an unsampled one's weight, and what it takes from its solution's, are Laplace's.
-    """
-    kept, others = [], []
-    for i, solution in enumerate(found):
-        near = [other for other in unreached if other.of == i]
-        share = solution.mode.weight / (1 + sum(other.odds for other in near))
-        kept.append(replace(solution.mode, weight=share))
-        for other in near:
-            quantities = _values_at(solution.posterior, other.w)
-            others.append(Mode(other.odds * share, np.nan, quantities, solution.turns, False))
-    return kept + others
-
-
-def unsampled(solution: Solution, place: int = 0) -> list[UnsampledMode]:
-    """Other modes of a solution's posterior than that which its coordinates are about.
-
-    Args:
-        solution: one of several.
-        place: of it among these.
-    """
-    found = []
-    for other in solution.others:
-        assert solution.peak is not None, "others lie beside a peak"
-        odds = np.exp(min(other.log_evidence - solution.peak.log_evidence, _SURE))
-        w = solution.posterior.at_deviates(other.u[None])[0]
-        found.append(UnsampledMode(place, float(odds), w))
-    return sorted(found, key=lambda other: -other.odds)
 
 
 def shares(log_evidence: np.ndarray) -> np.ndarray:

@@ -51,21 +51,19 @@ class Checks:
 
 @dataclass(frozen=True, slots=True)
 class Mode:
-    """A solution that the draws were mixed from, or that stands beside them.
+    """A solution that the draws were mixed from.
 
     Args:
         weight: its share of the posterior.
-        error: standard error of the weight; NaN where it is Laplace's approximation.
+        error: standard error of the weight; NaN where it is by the Laplace approximation.
         values: the reported quantities at its mode, SI units and radians.
         turns: whole turns added to the rest heading of each vehicle of unknown rotation.
-        sampled: whether the draws hold it.
     """
 
     weight: float
     error: float
     values: dict[str, float]
     turns: dict[str, int] = field(default_factory=dict)
-    sampled: bool = True
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """How a posterior is to be drawn from, decided once: methods in the order of trying, and coordinates.
 
 Rest poses are the flattest coordinates of a sharp crash, which chains need. Importance sampling does
-without them on nearly every scene, in deviates that need one compiled program. Tempering looks for all
-modes of a posterior, and takes longest.
+without them on nearly every scene, in deviates that need one compiled program, and draws each of several
+modes by itself. Tempering takes longest.
 """
 
 from __future__ import annotations
@@ -33,11 +33,6 @@ class Way:
     method: str
     coordinates: Coordinates
 
-    @property
-    def samples_all_modes(self) -> bool:
-        """Whether draws begin about every mode, or from all that the prior allows."""
-        return self.coordinates is not Coordinates.CHAINS
-
     def sought_otherwise(self, other: Way) -> bool:
         """Whether another way begins elsewhere than about the modes that the search found."""
         return (self.coordinates is Coordinates.GUESSED) != (
@@ -45,13 +40,13 @@ class Way:
         )
 
 
-_IMPORTANCE = Way("importance", Coordinates.PARTS)
+_DEVIATES, _PINNED = Coordinates.DEVIATES, Coordinates.PINNED
 _WAYS = {
-    "nuts": (Way("nuts", Coordinates.CHAINS), _IMPORTANCE, Way("smc", Coordinates.WHOLE)),
+    "nuts": (Way("nuts", _PINNED), Way("importance", _DEVIATES), Way("smc", _DEVIATES)),
     "importance": (
-        _IMPORTANCE, Way("importance", Coordinates.POINTS), Way("smc", Coordinates.WHOLE)
+        Way("importance", _DEVIATES), Way("importance", _PINNED), Way("smc", _DEVIATES)
     ),
-    "smc": (Way("smc", Coordinates.WHOLE),),
+    "smc": (Way("smc", _DEVIATES),),
 }  # fmt: skip
 
 
@@ -65,7 +60,7 @@ def ways(scene: Scene, model: str, method: str) -> tuple[Way, ...]:
     """
     if METHODS[method].solves_back:
         return (Way(method, Coordinates.SOLVED_BACK),)
-    found = _WAYS.get(method, (Way(method, Coordinates.POINTS),))
+    found = _WAYS.get(method, (Way(method, _PINNED),))
     if rolling.tempered(scene, model):
         guessed = Way("smc", Coordinates.GUESSED)
         found = tuple(guessed if way.method == "smc" else way for way in found)
@@ -97,6 +92,9 @@ def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tu
         )
     if scene.barrier and (unfit := RUNGS[options.model].refusal(scene)):
         raise Unanswerable(f"the model {options.model} {unfit}")
-    found = ways(scene, options.model, options.method)
-    quick = options.draws is not None and options.draws < WORTH_MORE
-    return found[:1] if quick else found
+    return ways(scene, options.model, options.method)
+
+
+def is_quick(options: RunOptions) -> bool:
+    """Whether a quick look is asked for, which no other method follows where it falls short."""
+    return options.draws is not None and options.draws < WORTH_MORE

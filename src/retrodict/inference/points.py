@@ -14,9 +14,9 @@ import numpy as np
 
 from retrodict.inference import diagnostics
 from retrodict.inference.digits import decimals_of
-from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
+from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.steps import RESOLVED
-from retrodict.inference.modes import SLIGHT, UnsampledMode, shares, solutions, unsampled
+from retrodict.inference.modes import SLIGHT, shares, solutions
 from retrodict.inference.outcome import Checks
 from retrodict.inference.samplers.importance import Adapted, Proposal, adapted, evaluated
 from retrodict.inference.samplers.psis import (
@@ -105,12 +105,10 @@ class Part:
     Args:
         posterior: of the scene, at one number of turns and on one branch.
         proposal: the first one; it moves to where a pilot of points finds the posterior.
-        others: other modes of the posterior, which points should reach.
     """
 
     posterior: Posterior
     proposal: Proposal
-    others: tuple[UnsampledMode, ...] = ()
 
     def moved(self, pilot: np.ndarray) -> Adapted:
         """What a pilot of points makes of the proposal."""
@@ -210,7 +208,7 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
     found = solutions(scene, rung, seed)
     size = found[0].posterior.size
     first = Proposal.first(size)
-    parts = [Part(each.posterior, first, tuple(unsampled(each))) for each in found]
+    parts = [Part(each.posterior, first) for each in found]
     estimate = _points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
     if estimate.checks.passed:
         return estimate
@@ -300,12 +298,6 @@ def _weighted(parts: list[Part], drawn: list[_Drawn]) -> tuple[Weighted, tuple[s
     for share, each, part in zip(odds, drawn, parts, strict=True):
         own, shape = smoothed(each.log_weight)
         weights.append(share * own)
-        reasons += [
-            f"the evidence fits another solution (weight {other.odds * share:.1%}) that was not "
-            "sampled: confirm the answer by a full run"
-            for other in part.others
-            if other.odds * share > LEAST_WEIGHT and not other.reached(each.w, own)
-        ]
         if share >= SLIGHT:
             k.append(shape)
             reasons += judged(shape)["faults"]

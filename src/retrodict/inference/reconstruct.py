@@ -24,7 +24,7 @@ from retrodict.inference.density.kernels import (
 from retrodict.inference.fitting import rolling
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
-from retrodict.inference.plan import Way, planned
+from retrodict.inference.plan import Way, is_quick, planned
 from retrodict.inference.samplers import METHODS
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.choice import Coordinates, transform_of
@@ -86,7 +86,7 @@ def reconstruct(
         sampling = Sampling(where, search.reference(model), pictured, report)
         return sampling.by(way.method, options, resume if way is plan[0] else None)
 
-    run = first_that_passes(plan, find, draw)
+    run = first_that_passes(plan, find, draw, quick=is_quick(options))
     report("predicting", 1, 1)
     outcome = Outcome(
         scene=run.found[0].scene,
@@ -110,7 +110,7 @@ def reconstruct(
         complete=run.complete,
         notes=(*run.notes, *_notes(run)),
         unfinished=run.unfinished,
-        modes=run.modes,
+        modes=tuple(solution.mode for solution in run.found),
     )
     outcome.idata.attrs.update(attributes_of(outcome))
     return outcome
@@ -154,7 +154,7 @@ def compile_ahead(
         coordinates: of its draws; deviates need nothing but what the search does.
         warmup: iterations before the draws.
     """
-    if coordinates in (Coordinates.PARTS, Coordinates.WHOLE):
+    if coordinates is Coordinates.DEVIATES:
         return
     structure, data = RUNGS[model].of_scene(scene)
     if coordinates is Coordinates.GUESSED:

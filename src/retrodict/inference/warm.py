@@ -17,7 +17,7 @@ import numpy as np
 from retrodict.inference.fitting.about_peak import turned
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.rebase import rebased
-from retrodict.inference.modes import Solution, UnsampledMode, solutions, unsampled
+from retrodict.inference.modes import Solution, solutions
 from retrodict.inference.points import USELESS, Estimate, Part, Points, more_points
 from retrodict.inference.samplers.importance import Proposal, adapted
 from retrodict.inference.samplers.psis import log_mean
@@ -43,13 +43,11 @@ class Fitted:
         solution: with its posterior.
         constrained: where constraints take the centre of its coordinates, shape (q,).
         proposal: that its draws suggest.
-        others: other modes of its posterior, which draws should reach.
     """
 
     solution: Solution
     constrained: np.ndarray
     proposal: Proposal
-    others: tuple[UnsampledMode, ...]
 
 
 class Warm(Protocol):
@@ -86,7 +84,7 @@ class WarmPoints:
         self.seed = seed
         (progress or silent)("finding where the posterior lies", 0, 1)
         # rest poses move with what is measured, so that coordinates made of them can be taken along
-        found = solutions(scene, rung, seed, Coordinates.POINTS)
+        found = solutions(scene, rung, seed, Coordinates.PINNED)
         fitted = [_fitted(solution, seed) for solution in found]
         most = max(value for _, value in fitted)
         self.fitted = [each for each, value in fitted if value > most - USELESS]
@@ -112,9 +110,7 @@ class WarmPoints:
             The estimate; its checks say whether it can be relied on.
         """
         begin = time.perf_counter()
-        parts = [
-            Part(self._rebased(each, scene), each.proposal, each.others) for each in self.fitted
-        ]
+        parts = [Part(self._rebased(each, scene), each.proposal) for each in self.fitted]
         found = self._points.estimate(scene, parts, begin)
         if found.checks.passed or scene != self.scene:  # whose coordinates might do
             return found
@@ -133,5 +129,4 @@ def _fitted(solution: Solution, seed: int) -> tuple[Fitted, float]:
     found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.at(points))
     constrained = posterior.constrained(np.zeros(posterior.size))
     proposal = replace(found.next, worth=_WORTH)
-    others = tuple(unsampled(solution))
-    return Fitted(solution, constrained, proposal, others), log_mean(found.log_weight)[0]
+    return Fitted(solution, constrained, proposal), log_mean(found.log_weight)[0]

@@ -389,7 +389,7 @@ def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
         Both; None of draws that are not by importance sampling, or not of all solutions.
     """
     statistics = outcome.idata["sample_stats"].attrs  # of the first solution
-    if "log_evidence" not in statistics or not all(mode.sampled for mode in outcome.modes):
+    if "log_evidence" not in statistics:
         return None, None
     first = outcome.modes[0]
     error = float(np.hypot(statistics["log_evidence_sd"], first.error / first.weight))

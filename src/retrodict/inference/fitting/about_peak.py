@@ -55,13 +55,11 @@ class Prepared:
         posterior: density and coordinates.
         peak: that they are about.
         scene: as the model sees it, whole turns added to the rest headings.
-        others: further peaks of the same numbers of turns, which its draws should reach.
     """
 
     posterior: Posterior
     peak: Peak
     scene: Scene
-    others: tuple[Peak, ...] = ()
 
 
 def crashes_of(scene: Scene, rung: str) -> Crashes:
@@ -96,7 +94,7 @@ def turned(scene: Scene, turns: dict[str, int]) -> Scene:
 def prepare(
     scene: Scene,
     rung: str,
-    coordinates: Coordinates = Coordinates.CHAINS,
+    coordinates: Coordinates = Coordinates.PINNED,
     seed: int = 0,
 ) -> Posterior:
     """The likeliest of `prepared`.
@@ -147,22 +145,17 @@ def prepared(
 def plainest(
     crashes: Crashes, scene: Scene, sought: list[Peak], coordinates: Coordinates, seed: int
 ) -> Coordinates:
-    """What coordinates come to for a posterior; arguments as of `prepared`.
+    """What coordinates come to for a posterior: deviates where rest poses cover none of it.
 
-    Returns:
-        The same where rest poses cover some of it; else deviates, in parts where no number of turns has
-        several peaks or these are asked for.
+    Arguments as of `prepared`.
     """
-    if coordinates not in (Coordinates.CHAINS, Coordinates.POINTS, Coordinates.WHOLE):
+    if coordinates is not Coordinates.PINNED:
         return coordinates
-    groups = _by_turns(sought)
     structure, _ = RUNGS[crashes.programs.structure.rung].of_scene(scene)
-    able = structure.transform == "rest-pose" and coordinates is not Coordinates.WHOLE
-    pinned = able and any(_rest_poses_cover(crashes, some, seed) for some in groups)
-    if pinned:
-        return coordinates
-    several = coordinates is not Coordinates.POINTS and len(groups) < len(sought)
-    return Coordinates.WHOLE if several else Coordinates.PARTS
+    pinned = structure.transform == "rest-pose" and any(
+        _rest_poses_cover(crashes, some, seed) for some in _by_turns(sought)
+    )
+    return coordinates if pinned else Coordinates.DEVIATES
 
 
 def _by_turns(sought: list[Peak]) -> list[list[Peak]]:
@@ -192,17 +185,12 @@ def _of_turns(
 ) -> list[Prepared]:
     """The parts of one number of turns, whose peaks are given, the likeliest first."""
     scene = RUNGS[structure.rung].with_approximations(scene)
-    best, *others = some
     if structure.transform == "rest-pose":
         if coordinates is Coordinates.SOLVED_BACK:
-            return [Prepared(_by_rest_pose(structure, data, best), best, scene)]
-        if coordinates in (Coordinates.CHAINS, Coordinates.POINTS) and _rest_poses_cover(
-            crashes, some, seed
-        ):
+            return [Prepared(_by_rest_pose(structure, data, some[0]), some[0], scene)]
+        if coordinates is Coordinates.PINNED and _rest_poses_cover(crashes, some, seed):
             return [Prepared(_by_rest_pose(structure, data, peak), peak, scene) for peak in some]
     structure = replace(structure, transform="standard")
-    if coordinates in (Coordinates.CHAINS, Coordinates.WHOLE):
-        return [Prepared(_by_deviates(structure, data, best, seed), best, scene, tuple(others))]
     parts = [_by_deviates(structure, data, peak, seed) for peak in some]
     if len(parts) > 1:
         basins = tuple(

@@ -183,12 +183,6 @@ class Posterior:
         off = self.transform.flattening.inverse(u) - np.asarray(self.transform.centre)
         return np.linalg.solve(np.asarray(self.transform.spread), off.T).T
 
-    def over_prior(self) -> Posterior:
-        """The same in the deviates themselves, where tempering begins from the prior."""
-        structure = self.programs.structure
-        transform = transform_of(structure).example(structure)  # which changes nothing
-        return replace(self, transform=transform, spread=np.ones(self.size))
-
     @cached_property
     def crashes(self) -> Crashes:
         """The crashes that the model allows, by deviates."""

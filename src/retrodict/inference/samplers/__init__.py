@@ -30,6 +30,7 @@ class Method:
         draw: does it.
         resumes: whether it has chains that an interrupted run can go on with.
         solves_back: whether it needs rest poses as coordinates, even if they do not cover the posterior.
+        follows: whether its draws follow one another, so that they may never come to another mode.
         weighs: whether draws bring the evidence, by which several solutions are weighted.
         compile_ahead: has its own kernels compiled, of (programs, warmup, data, transform).
     """
@@ -40,13 +41,20 @@ class Method:
     draw: Callable[[Task], Draws]
     resumes: bool = False
     solves_back: bool = False
+    follows: bool = False
     weighs: bool = False
     compile_ahead: Callable[[Programs, int, Data, TransformParameters], None] = _no_kernels
 
 
 METHODS = {
     "nuts": Method(
-        "No-U-Turn sampler", True, 700, nuts.draw, resumes=True, compile_ahead=nuts.compile_ahead
+        "No-U-Turn sampler",
+        True,
+        700,
+        nuts.draw,
+        resumes=True,
+        follows=True,
+        compile_ahead=nuts.compile_ahead,
     ),
     "importance": Method(
         "importance sampling, normal proposal with heavy tails, Pareto-smoothed",

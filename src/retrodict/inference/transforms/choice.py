@@ -20,10 +20,8 @@ _TRANSFORMS: dict[TransformName, Transform] = {
 class Coordinates(Enum):
     """In which coordinates a posterior is sampled; `inference.plan` says which method takes which."""
 
-    CHAINS = "rest poses where they cover the posterior; else deviates, all modes in one part"
-    POINTS = "rest poses where they cover the posterior; else deviates, a part about each mode"
-    PARTS = "deviates, a part about each mode"
-    WHOLE = "deviates, all modes of one number of turns in one part"
+    PINNED = "rest poses where they cover the posterior; else deviates"
+    DEVIATES = "standard normal deviates, a part about each mode"
     SOLVED_BACK = "rest poses, even where they do not cover the posterior"
     GUESSED = "velocities by regressions, or by the measured way, of vehicles that roll"
 
