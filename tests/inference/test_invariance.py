@@ -13,7 +13,7 @@ from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.scene.load import load_scene, parse_scene
-from retrodict.scene.records import Scene
+from retrodict.scene.records import Measured, Scene
 from tests.shared.symmetry import exchanged, mirrored, shifted, turned
 
 FOLDER = Path(__file__).parents[2] / "benchmarks" / "users" / "scenes"

@@ -126,8 +126,6 @@ def test_log_evidence_is_that_of_all_solutions_by_a_method_that_has_it() -> None
     value, error = ladders.log_evidence(outcome)
     assert value == pytest.approx(-7 + np.log(1.25))
     assert error == pytest.approx(np.hypot(0.1, 0.025))
-    outcome.modes = (Mode(0.8, 0.02, {}), Mode(0.2, np.nan, {}, sampled=False))
-    assert ladders.log_evidence(outcome) == (None, None)
 
 
 def test_rungs_that_a_scene_cannot_distinguish_are_skipped() -> None:
