@@ -84,7 +84,7 @@ def first_that_passes(
         place = id(where)
         if place in closed or (way.method, place) in done:
             continue
-        if where.shared and METHODS[way.method].follows:
+        if where.shared and METHODS[way.method].follows and queue:
             tried.append((way.method, "the posterior has several modes, which chains may miss"))
             continue
         missed = _missed(where.found)

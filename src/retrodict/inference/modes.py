@@ -70,8 +70,8 @@ class Solution:
             way = "left" if self.peak.quantities[of_force] > 0 else "right"
             labels.append(f"B turned {way} against A by the force alone")
         if _SPEED in self.differs:
-            sought = "speed_b" if "speed_b" in self.mode.values else "speed_a"
-            labels.append(f"{SHORT[sought]} near {self.mode.values[sought]:.3g} m/s")
+            sought = [k for k in ("speed_a", "speed_b") if k in self.scene.question]
+            labels += [f"{SHORT[k]} near {self.mode.values[k]:.3g} m/s" for k in sought]
         return ", ".join(labels)
 
 
