@@ -96,6 +96,20 @@ def test_a_chain_elsewhere_fails_that_quantity_by_name() -> None:
     assert "speed of B" in checks.reasons[0]
 
 
+def test_many_quantities_fail_in_one_sentence_about_the_worst() -> None:
+    rng = np.random.default_rng(1)
+    shifts = {"speed_b": 2.0, "e": 0.5, "mu": 0.5}
+    apart = {
+        name: rng.normal(size=(4, 500)) + shift * (np.arange(4) == 3)[:, None]
+        for name, shift in shifts.items()
+    }
+    checks = judge(tree(**apart), collision())
+    assert set(checks.failed) == set(shifts)
+    (reason,) = checks.reasons
+    assert reason.startswith("speed of B before impact: R-hat")
+    assert reason.endswith("; 2 more quantities fail likewise")
+
+
 def test_slow_draws_fail_by_their_effective_size() -> None:
     steps = np.random.default_rng(2).normal(size=(4, 500))
     slow = np.zeros_like(steps)

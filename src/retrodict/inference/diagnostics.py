@@ -66,7 +66,7 @@ def judge(
     chained = "log_weight" not in stats
 
     found = list(reasons)
-    failed = []
+    said: dict[str, tuple[float, str]] = {}  # how bad it is, and the sentence, of each that fails
     for name in names:
         faults = []
         if chained and not rhat[name] <= MAX_RHAT:
@@ -80,8 +80,13 @@ def judge(
                 f"Monte Carlo error {error[name]:.2g} leaves no digit of sd {sd[name]:.2g}"
             )
         if faults:
-            failed.append(name)
-            found.append(f"{describe(name)[0]}: {', '.join(faults)}")
+            least = np.nan_to_num(min(bulk[name], tail[name]))
+            badness = max(np.nan_to_num(rhat[name], nan=np.inf) / MAX_RHAT, MIN_ESS / max(least, 1))
+            said[name] = badness, f"{describe(name)[0]}: {', '.join(faults)}"
+    failed = [*said]
+    if said:
+        others = f"; {len(said) - 1} more quantities fail likewise" if len(said) > 1 else ""
+        found.append(f"{max(said.values())[1]}{others}")
     if divergences:
         found.append(f"{divergences} divergent transitions: part of the posterior may be missing")
     if bfmi is not None and not bfmi >= MIN_BFMI:

@@ -20,7 +20,14 @@ from scipy.special import chdtri, gammaln, logsumexp, ndtri
 
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Task
-from retrodict.inference.samplers.psis import effective, judged, log_mean, resampled, smoothed
+from retrodict.inference.samplers.psis import (
+    MAX_PARETO_K,
+    effective,
+    judged,
+    log_mean,
+    resampled,
+    smoothed,
+)
 from retrodict.inference.threads import one_blas_thread
 from retrodict.scene.quantities import REPORTED, describe
 
@@ -33,8 +40,8 @@ _FIRST, _LATER, _SKEWED = (0.2, 4.0), (1.0, 4.0), 1.25
 # Of adaptation, the first included; and of a later one, which begins from where the first ended.
 _ROUNDS, _LATER_ROUNDS = 10, 3
 _EVEN, _SHARE = 0.6, 1 / 3  # Pareto k, effective share of the draws: that ask for no other round
-# Nor do so many effective draws of all rounds for each coordinate, and as many as the last round has:
-# mean and covariance are then known as well as they need be.
+# Nor do so many effective draws of all rounds for each coordinate: mean and covariance are then known as
+# well as they need be.
 _KNOWN = 30.0
 # Nor does a variance of the posterior, along any line, over that of the last proposal: as wide as so few
 # draws of one that fits would make it look, times this. (A Pareto k shows nothing of what was never
@@ -48,8 +55,8 @@ _OFF = 0.15
 # Times as many points as draws were asked for, where their weights fall short; twice as many are kept.
 _COUNT = 0.4  # effective points over draws, below which there are more points at once
 _MOST, _MOST_PACED = 16, 8  # the latter where run-outs of vehicles that roll are integrated
-# Points of each pilot by which the proposal is adapted: before the first draws, and where so many times
-# as many points as draws were asked for do not do.
+# Points of each pilot by which the proposal is adapted: before the first draws, and where Pareto k is
+# above its limit by so many times half as many points as draws.
 _PILOT, _LATER_PILOT, _ADAPTED_AGAIN = 2048, 8192, 4
 
 
@@ -122,8 +129,9 @@ def _extended(
     """
     posterior, chains, draws = task.posterior, task.chains, task.draws * kept
     most = _MOST_PACED if posterior.programs.structure.paced else _MOST
+    k = 0.0 if points.log_weight is None else smoothed(points.log_weight.ravel())[1]
     while True:
-        if times == _ADAPTED_AGAIN:  # what so many points leave uneven asks for a better proposal
+        if times == _ADAPTED_AGAIN and k > MAX_PARETO_K:  # more points alone would not settle it
             found = adapted(
                 posterior, points.proposal, lambda at: at.draw(_LATER_PILOT, rng), _LATER_ROUNDS
             )
@@ -281,7 +289,7 @@ def adapted(
             mean, worth = weights @ every, effective(weights)
             spread = (every - mean).T @ ((every - mean) * weights[:, None])
             fits = even and last.outgrown(spread, worth) <= _OUTGROWN
-            fits |= worth >= _KNOWN * posterior.size and len(w) <= worth
+            fits |= worth >= _KNOWN * posterior.size
             proposals.append(last.moved(mean, spread, worth))
             if fits or len(proposals) > rounds:
                 return Adapted(w, log_weight, quantities, evaluations, proposals[-1])
