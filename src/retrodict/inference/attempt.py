@@ -153,7 +153,7 @@ class Sampling:
     """What is known of a posterior before it is sampled.
 
     Args:
-        where: it lies, in coordinates.
+        where: the solutions, in the coordinates of the draws, and faults known of them.
         reference: crashes of the prior, with which draws have to agree.
         pictured: whether the prior and run-outs are recorded too, which figures show.
         report: called as the work goes on.
@@ -174,9 +174,9 @@ class Sampling:
 
         Args:
             method: a name in METHODS.
-            options: of the run; that many draws by the method that was asked for, by another as many as
-                it takes by default at the least.
-            resume: of interrupted chains, to go on with.
+            options: options of the run; the method that was asked for draws as many as they say, another
+                no fewer than it does by default.
+            resume: file of interrupted chains to go on with; None begins anew.
         """
         usual = METHODS[method].draws
         asked = usual if options.draws is None else options.draws

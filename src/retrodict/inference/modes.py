@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.inference.fitting import rolling
-from retrodict.inference.fitting.about_peak import Prepared, crashes_of, plainest, prepared
+from retrodict.inference.fitting.about_peak import (
+    Prepared,
+    crashes_of,
+    divisor_signs,
+    plainest,
+    prepared,
+)
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
 from retrodict.inference.fitting.search import Peak, peaks
@@ -19,7 +25,7 @@ from retrodict.inference.samplers.importance import Evidence, log_evidence
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.choice import Coordinates
 from retrodict.models import RUNGS
-from retrodict.models.impact import E_M, SLIDING
+from retrodict.models.impact import E_M
 from retrodict.scene.quantities import REPORTED, SHORT
 from retrodict.scene.records import Scene
 
@@ -66,8 +72,8 @@ class Solution:
             assert heading is not None, "only measured headings hide turns"
             turn = heading.value - self.scene.vehicles[v].heading.value
             labels.append(f"{v.upper()} {np.degrees(turn):+.0f} deg")
-        if self.peak is not None and (of_force := f"divisor/{E_M.name}") in self.differs:
-            way = "left" if self.peak.quantities[of_force] > 0 else "right"
+        if self.peak is not None and E_M.name in self.differs:
+            way = "left" if divisor_signs(self.peak)[E_M.name] > 0 else "right"
             labels.append(f"B turned {way} against A by the force alone")
         if _SPEED in self.differs:
             sought = [k for k in ("speed_a", "speed_b") if k in self.scene.question]
@@ -88,9 +94,9 @@ def solutions(
 
 def _solution(part: Prepared, parts: list[Prepared]) -> Solution:
     alike = [each for each in parts if each.peak.turns == part.peak.turns and each is not part]
-    own = _sides(part)
-    differs = tuple(name for name in own if any(_sides(each)[name] != own[name] for each in alike))
-    if any(_sides(each) == own for each in alike):
+    own, theirs = divisor_signs(part.peak), [divisor_signs(each.peak) for each in alike]
+    differs = tuple(name for name in own if any(each[name] != own[name] for each in theirs))
+    if own in theirs:
         differs = (*differs, _SPEED)
     # until it is sampled, its weight is Laplace's
     weights = shares(np.array([each.peak.log_evidence for each in parts]))
@@ -99,13 +105,6 @@ def _solution(part: Prepared, parts: list[Prepared]) -> Solution:
     error = 0.0 if len(parts) == 1 else np.nan
     mode = Mode(float(weights[place]), error, values, part.peak.turns)
     return Solution(part.posterior, part.scene, differs, mode, part.peak)
-
-
-def _sides(part: Prepared) -> dict[str, bool]:
-    """Whether the divisors of bounded quotients are positive at a peak, by name."""
-    quantities = part.peak.quantities
-    names = (f"divisor/{level.name}" for level in (E_M, SLIDING))
-    return {name: bool(quantities[name] > 0) for name in names if name in quantities}
 
 
 def weighted_by_evidence(
@@ -234,6 +233,7 @@ class ModeSearch:
     def __init__(self, scene: Scene, seed: int) -> None:
         self.scene = scene
         self.seed = seed
+        self._crashes: dict[str, Crashes] = {}
         self._peaks: dict[str, list[Peak]] = {}
         self._references: dict[str, Reference] = {}
         self._found: dict[tuple[str, Coordinates, bool], PosteriorModes] = {}
@@ -277,8 +277,13 @@ class ModeSearch:
         parts = prepared(crashes, self.scene, sought, coordinates, self.seed)
         return [_solution(part, parts) for part in parts]
 
+    def _of_model(self, rung: str) -> Crashes:
+        if rung not in self._crashes:
+            self._crashes[rung] = crashes_of(self.scene, rung)
+        return self._crashes[rung]
+
     def _sought(self, rung: str) -> tuple[Crashes, list[Peak]]:
-        crashes = crashes_of(self.scene, rung)
+        crashes = self._of_model(rung)
         if rung not in self._peaks:
             self._peaks[rung] = peaks(crashes, self.seed)
         return crashes, self._peaks[rung]
@@ -286,8 +291,8 @@ class ModeSearch:
     def reference(self, rung: str) -> Reference:
         """Crashes of the prior on a rung, weighted by the evidence."""
         if rung not in self._references:
-            crashes = crashes_of(self.scene, rung)
-            self._references[rung] = reference(crashes, self.scene.reported(), self.seed)
+            reported = self.scene.reported()
+            self._references[rung] = reference(self._of_model(rung), reported, self.seed)
         return self._references[rung]
 
     def unload_others(self, rung: str) -> None:

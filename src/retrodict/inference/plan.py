@@ -27,7 +27,7 @@ class Way:
 
     Args:
         method: a name in METHODS.
-        coordinates: of its draws.
+        coordinates: coordinates in which it draws.
     """
 
     method: str
@@ -72,7 +72,7 @@ def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tu
 
     Args:
         scene: what was measured.
-        options: of the run.
+        options: options of the run.
         resume: file of interrupted chains that are to go on; None where there is none.
 
     Raises:

@@ -50,7 +50,7 @@ def reconstruct(
 
     Args:
         scene: what was measured.
-        options: of the run; None for the defaults.
+        options: options of the run; None for the defaults.
         asked: the same as a user gave them, for the record; None for these.
         progress: called with (stage, done, of all) as the work goes on.
         resume: chains.npz of a run that was interrupted, to go on with.
@@ -151,7 +151,7 @@ def compile_ahead(
         scene: what was measured.
         model: a name in `retrodict.models.RUNGS`.
         method: a name in METHODS.
-        coordinates: of its draws; deviates need nothing but what the search does.
+        coordinates: coordinates of its draws; deviates need nothing but what the search does.
         warmup: iterations before the draws.
     """
     if coordinates is Coordinates.DEVIATES:

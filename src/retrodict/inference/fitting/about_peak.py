@@ -202,12 +202,16 @@ def _of_turns(
     return [Prepared(part, peak, scene) for part, peak in zip(parts, some, strict=True)]
 
 
+def divisor_signs(peak: Peak) -> dict[str, float]:
+    """Signs at a peak of what e_m and the share of the sliding are divided by, by the level's name."""
+    at = {level.name: peak.quantities.get(f"divisor/{level.name}") for level in (E_M, SLIDING)}
+    return {name: float(np.sign(divisor)) for name, divisor in at.items() if divisor is not None}
+
+
 def _sides(crashes: Crashes, peak: Peak, seed: int) -> tuple[dict[str, float], bool]:
-    """Signs of the divisors at a peak by name of the level, and whether the posterior is clear of 0."""
-    levels = rest_pose.levels_of(crashes.programs.structure)
-    names = [level.name for level in levels if level in (E_M, SLIDING)]
-    signs = {name: float(np.sign(peak.quantities[f"divisor/{name}"])) for name in names}
-    if not names:
+    """`divisor_signs`, and whether the posterior is clear of zero there."""
+    signs = divisor_signs(peak)
+    if not signs:
         return signs, True
     z = np.random.default_rng([seed, 8]).standard_normal((_ABOUT, peak.u.size))
     root = np.linalg.inv(np.linalg.cholesky(peak.precision))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from retrodict.inference.density.compiled import Programs, programs_for
+from retrodict.inference.density.compiled import Programs
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import chains, checkpoint
@@ -69,9 +69,7 @@ def draw(task: Task) -> Draws:
 def compile_ahead(
     programs: Programs, warmup: int, data: Data, transform: TransformParameters
 ) -> None:
-    """Have the first run's kernels compiled in the background."""
-    if transform_of(programs.structure).exact_gradient:
-        programs = programs_for(programs.structure.differentiable)
+    """Have the first run's kernels compiled in the background, in rest-pose coordinates."""
     chains.kernels(programs, warmup, targets(programs.structure)[0], data, transform)
 
 
