@@ -18,7 +18,7 @@ from retrodict.scene.records import VEHICLES
 # measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")
 
-TransformName = Literal["rest-pose", "standard", "offset"]
+TransformName = Literal["rest-pose", "standard"]
 
 STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
 ROLLING_STEPS = 192  # of a rolling vehicle's, differentiated in reverse mode: its time is stiff
@@ -43,7 +43,6 @@ class Structure:
         interlocked: whether parts of the vehicles may interlock, so that sliding may be reversed.
         transform: name of the transform that the program is compiled with.
         ways: vehicles that follow their measured way, and its number of points.
-        around: angles of evidence whose whole turns were not counted: compared modulo one turn.
         recorded: vehicles of which a recorder kept the speed up to the impact, and its number of points.
         steps: number of integration steps of each run-out; None where it is an argument, for run-outs
             that are not differentiated in reverse mode.
@@ -66,7 +65,6 @@ class Structure:
     interlocked: bool = False
     transform: TransformName = "rest-pose"
     ways: tuple[tuple[str, int], ...] = ()
-    around: tuple[str, ...] = ()
     recorded: tuple[tuple[str, int], ...] = ()
     steps: int | None = None
     vehicles: tuple[str, ...] = VEHICLES
@@ -103,6 +101,11 @@ class Structure:
         """Rolling vehicles whose rest pose gives the velocity after the impact in closed form."""
         measured = (v for v in self.rolling if f"rest_x_{v}" in self.evidence)
         return tuple(v for v in measured if v not in self.integrated)
+
+    @property
+    def in_deviates(self) -> bool:
+        """Whether standard normal deviates are coordinates: slopes are exact, without surrogates."""
+        return self.transform == "standard"
 
     @property
     def without_transform(self) -> Structure:

@@ -149,7 +149,7 @@ def observe(
                 predicted = predict(motion)
             if surrogate:
                 predicted = surrogate(name, after, predicted)
-            if circular or name in structure.around:
+            if circular:
                 # the equivalent angle nearest to the measured one
                 off = predicted - value
                 predicted = value + jnp.arctan2(jnp.sin(off), jnp.cos(off))

@@ -213,7 +213,7 @@ def approximations(scene: Scene) -> dict[str, Measured]:
     for v in scene.rolling:
         if v not in scene.rest:
             continue
-        of_speed, of_course, of_yaw_rate = missed(scene, v)
+        of_speed, of_course, of_yaw_rate = _missed(scene, v)
         mean = math.exp(of_speed**2 / 2)  # where the median is 1
         relative = Measured(mean, mean * math.sqrt(math.expm1(of_speed**2)), "lognormal")
         errors = (relative, Measured(0.0, of_course), Measured(0.0, of_yaw_rate))
@@ -222,13 +222,12 @@ def approximations(scene: Scene) -> dict[str, Measured]:
     return found
 
 
-def missed(scene: Scene, v: str, turns: float = 0.0) -> tuple[float, float, float]:
+def _missed(scene: Scene, v: str) -> tuple[float, float, float]:
     """Standard deviations of a vehicle's approximation errors.
 
     Args:
         scene: what was measured, its rest among it.
         v: "a" or "b".
-        turns: additional uncertainty of the rotation to rest, rad.
 
     Returns:
         Of ln(speed), of the course, rad, and of the yaw rate, rad/s.
@@ -251,7 +250,7 @@ def missed(scene: Scene, v: str, turns: float = 0.0) -> tuple[float, float, floa
         1 - float(loads @ drag), steer, legs[0] / legs.sum(), turned
     )
     lasts = MEAN_YAW_RATE * share * 2 * legs.sum() / speed
-    return float(of_speed), float(of_course), float(math.hypot(of_turn, turns) / lasts)
+    return float(of_speed), float(of_course), float(of_turn / lasts)
 
 
 def _refusal(scene: Scene) -> str:

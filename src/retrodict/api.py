@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from retrodict.inference.modes import ModeSearch
 from retrodict.inference.outcome import Outcome
+from retrodict.inference.plan import suited
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
 from retrodict.models import RUNGS
@@ -26,7 +27,7 @@ from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
 from retrodict.studies.comparison import Ladder
 from retrodict.studies.engine import engine
-from retrodict.studies.ladder import AUTO, chosen_for, method_for
+from retrodict.studies.ladder import AUTO, chosen_for
 from retrodict.studies.ladder import ladder as _ladder
 from retrodict.studies.validation import Validation
 
@@ -103,8 +104,8 @@ def reconstruct(
         model: a rung's name; "auto" for the one that the ladder chooses among those that the
             question and the evidence allow, or the fullest of them where it chooses none.
         method: nuts (the reference), importance, smc, laplace, monte-carlo or linear; "auto" for nuts,
-            and for smc where some wheel rolls, whose run-outs bend too much for its derivatives. Where
-            nuts or importance fails, the other stands in, and then smc; a note says so.
+            and for importance where some wheel rolls, whose run-outs have no cheap derivatives. Where
+            nuts or importance fails, another stands in; a note says so.
         chains: of draws; independent replicates where a method has no chains.
         draws: kept of each; None for as many as the method takes by default.
         warmup: iterations before them, where a method has any.
@@ -131,7 +132,7 @@ def reconstruct(
     kept: dict[str, Outcome] = {}
     keeps = False
     if method == AUTO:
-        method = method_for(scene) if scene.rolling else "nuts"
+        method = suited(scene)
         keeps = bool(scene.rolling) and (chains, draws) == (RunOptions().chains, None)
     if model == AUTO:
         keep = kept.__setitem__ if keeps else None

@@ -17,7 +17,6 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.outcome import Checks
 from retrodict.inference.points import Estimate
 from retrodict.inference.warm import Warm
-from retrodict.inference.warm_particles import warm
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.result import Result
 from retrodict.scene.asked import read_proposition
@@ -190,7 +189,7 @@ class Session:
         )
 
     def _fitted(self, scene: Scene) -> Warm:
-        return warm(scene, self.model, self.seed, prefixed(self._progress, self.model))
+        return Warm(scene, self.model, self.seed, prefixed(self._progress, self.model))
 
     def _answered(self, scene: Scene) -> Answer:
         self._take_refitted()
@@ -202,7 +201,7 @@ class Session:
             self._warm, refitted = self._fitted(scene), True
             found = self._warm.estimate(scene)
         if found.share < _INEFFICIENT and self._warm.scene != scene and not self._refitting:
-            self._refitting = self._worker.submit(warm, scene, self.model, self.seed)
+            self._refitting = self._worker.submit(Warm, scene, self.model, self.seed)
         return Answer(replace(found, refitted=refitted), self.model)
 
     def _take_refitted(self) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import importance
-from retrodict.inference.warm import WarmPoints
+from retrodict.inference.warm import Warm
 from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.scene.records import Measured, Scene
 from tests.shared.scenes import collision
@@ -18,8 +18,8 @@ OWN = ("speed_b", "e", "e_m", "mu")
 
 
 @pytest.fixture(scope="module")
-def warm() -> WarmPoints:
-    return WarmPoints(SCENE, DEFAULT_RUNG)
+def warm() -> Warm:
+    return Warm(SCENE, DEFAULT_RUNG)
 
 
 def _speed_of_a(speed: float, sd: float = 0.894) -> Scene:
@@ -41,7 +41,7 @@ def _rest_of_b(**measured: Measured) -> Scene:
     ],
     ids=["unchanged", "faster", "less sure", "rest"],
 )
-def test_answers_are_those_of_a_fresh_run(warm: WarmPoints, scene: Scene) -> None:
+def test_answers_are_those_of_a_fresh_run(warm: Warm, scene: Scene) -> None:
     """Means within four standard errors of both; spreads within a tenth."""
     found, fresh = warm.estimate(scene), reconstruct(scene, RunOptions(draws=1500, seed=5))
     assert found.checks.passed, found.checks.reasons
@@ -57,7 +57,7 @@ def test_answers_are_those_of_a_fresh_run(warm: WarmPoints, scene: Scene) -> Non
         assert found.draws[name].mean() == pytest.approx(mean, abs=0.1 * sure.std())
 
 
-def test_points_without_a_density_spoil_no_sum(warm: WarmPoints) -> None:
+def test_points_without_a_density_spoil_no_sum(warm: Warm) -> None:
     """Their quantities may be no numbers: they weigh nothing."""
     fitted = warm.fitted[0]
 
@@ -73,19 +73,19 @@ def test_points_without_a_density_spoil_no_sum(warm: WarmPoints) -> None:
     np.testing.assert_array_equal(heights == -np.inf, w[:, 0] > 1)
 
 
-def test_the_same_scene_has_the_same_answer(warm: WarmPoints) -> None:
+def test_the_same_scene_has_the_same_answer(warm: Warm) -> None:
     one, other = (warm.estimate(_speed_of_a(21.0)) for _ in range(2))
     np.testing.assert_array_equal(one.weighted.weights, other.weighted.weights)
 
 
-def test_another_structure_is_recognised(warm: WarmPoints) -> None:
+def test_another_structure_is_recognised(warm: Warm) -> None:
     assert warm.fits(_speed_of_a(30.0))
     assert not warm.fits(_speed_of_a(20.0, 0.0))  # exact: no longer among the unknowns
     assert not warm.fits(collision(share=0.02, interlocked=True))
     assert not warm.fits(collision(share=0.0))
 
 
-def test_a_scene_too_far_off_is_refused(warm: WarmPoints) -> None:
+def test_a_scene_too_far_off_is_refused(warm: Warm) -> None:
     """Its rest pose lies forty standard deviations from where coordinates were fitted."""
     found = warm.estimate(_rest_of_b(x=Measured(15.0, 0.15)))
     assert not found.checks.passed
@@ -93,7 +93,7 @@ def test_a_scene_too_far_off_is_refused(warm: WarmPoints) -> None:
 
 
 def test_more_points_are_taken_where_the_first_do_not_do(
-    warm: WarmPoints, monkeypatch: pytest.MonkeyPatch
+    warm: Warm, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of the scene that coordinates were fitted to; of another, fitting them anew comes first."""
     few = warm.estimate(SCENE)
@@ -104,7 +104,7 @@ def test_more_points_are_taken_where_the_first_do_not_do(
     assert warm.estimate(_speed_of_a(22.0)) is failed
 
 
-def test_a_rest_pose_sharper_than_run_outs_resolve_is_refused(warm: WarmPoints) -> None:
+def test_a_rest_pose_sharper_than_run_outs_resolve_is_refused(warm: Warm) -> None:
     found = warm.estimate(_rest_of_b(x=Measured(8.968, 0.001)))
     assert not found.checks.passed
     assert any("resolve" in reason for reason in found.checks.reasons)

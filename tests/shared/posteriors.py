@@ -17,12 +17,14 @@ from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, steps_of
 
 from retrodict.inference import Unanswerable
+from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.diagnostics import MAX_RHAT, MIN_ESS
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Task
+from retrodict.inference.transforms.choice import transform_of
 from retrodict.options import RunOptions
 from retrodict.scene.records import Scene
 
@@ -30,6 +32,14 @@ ASKED = ("speed_b", "e", "e_m", "mu")
 CHAINS, WARMUP = 4, 150  # as `reconstruct` has them
 
 Array = np.ndarray[Any, np.dtype[Any]]
+
+
+def from_the_prior(scene: Scene, rung: str) -> Posterior:
+    """A scene's posterior in plain standard normal deviates, which know of no mode."""
+    structure, data = RUNGS[rung].of_scene(scene)
+    structure = replace(structure, transform="standard")
+    transform = transform_of(structure).example(structure)
+    return Posterior(programs_for(structure), data, transform, np.zeros(2), -np.inf, 0.0)
 
 
 def sites(posterior: Posterior, drawn: Draws) -> dict[str, Array]:

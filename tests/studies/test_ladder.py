@@ -236,7 +236,6 @@ def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(mon
     monkeypatch.setattr(ladders, "run_rung", answered)
     monkeypatch.setattr(ladders, "compile_search", lambda *_, **__: None)
     scene = rolls(collision(berm=False), "b", (0.2, 0.9, 0.9, 0.2))
-    assert ladders.method_for(scene) == "smc"
     found = ladder(scene, question=ASKED)
     assert asked == ["planar-moment+wheels"]
     assert found.choice == "planar-moment+wheels"

@@ -110,7 +110,7 @@ def first_that_passes(
             break
         if not run.failed:
             closed.add(place)
-        elif missed and not any(map(way.sought_otherwise, queue)):
+        elif missed:
             note = f"{missed}: no other method was tried"
             runs[0] = replace(runs[0], notes=(*runs[0].notes, note))
             break

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference.fitting import rolling
 from retrodict.inference.fitting.about_peak import (
     Prepared,
     crashes_of,
@@ -24,7 +23,6 @@ from retrodict.inference.prior_check import Reference, reference
 from retrodict.inference.samplers.importance import Evidence, log_evidence
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.choice import Coordinates
-from retrodict.models import RUNGS
 from retrodict.models.impact import E_M
 from retrodict.scene.quantities import REPORTED, SHORT
 from retrodict.scene.records import Scene
@@ -261,18 +259,11 @@ class ModeSearch:
 
     def plainest(self, rung: str, coordinates: Coordinates) -> Coordinates:
         """What coordinates come to for the posterior; arguments as of `on`."""
-        if coordinates is Coordinates.GUESSED:
-            return coordinates
         crashes, sought = self._sought(rung)
         return plainest(crashes, self.scene, sought, coordinates, self.seed)
 
     def solutions(self, rung: str, coordinates: Coordinates) -> list[Solution]:
         """The parts that make up the posterior, not yet weighted; arguments as of `on`."""
-        if coordinates is Coordinates.GUESSED:
-            whole = rolling.prepare(self.scene, rung)
-            scene = RUNGS[rung].with_approximations(self.scene)
-            values = _values_at(whole, np.zeros(whole.size))
-            return [Solution(whole, scene, (), Mode(1.0, 0.0, values))]
         crashes, sought = self._sought(rung)
         parts = prepared(crashes, self.scene, sought, coordinates, self.seed)
         return [_solution(part, parts) for part in parts]
@@ -316,11 +307,6 @@ def shares(log_evidence: np.ndarray) -> np.ndarray:
     """Weights that sum to one."""
     weights = np.exp(log_evidence - log_evidence.max())
     return weights / weights.sum()
-
-
-def _values_at(posterior: Posterior, w: np.ndarray) -> dict[str, float]:
-    """The reported quantities at a point, SI units and radians."""
-    return _reported({k: v[0] for k, v in posterior.evaluate(w[None])[1].items()})
 
 
 def _reported(quantities: dict[str, np.ndarray]) -> dict[str, float]:

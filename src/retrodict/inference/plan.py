@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.fitting import rolling
 from retrodict.inference.samplers import METHODS
 from retrodict.inference.transforms.choice import Coordinates
 from retrodict.models import RUNGS
@@ -33,12 +32,6 @@ class Way:
     method: str
     coordinates: Coordinates
 
-    def sought_otherwise(self, other: Way) -> bool:
-        """Whether another way begins elsewhere than about the modes that the search found."""
-        return (self.coordinates is Coordinates.GUESSED) != (
-            other.coordinates is Coordinates.GUESSED
-        )
-
 
 _DEVIATES, _PINNED = Coordinates.DEVIATES, Coordinates.PINNED
 _WAYS = {
@@ -50,21 +43,36 @@ _WAYS = {
 }  # fmt: skip
 
 
-def ways(scene: Scene, model: str, method: str) -> tuple[Way, ...]:
-    """Ways to draw from a posterior, the one that is asked for first.
+def ways(method: str) -> tuple[Way, ...]:
+    """Ways to draw from a posterior, the one by a method that is asked for first.
 
     Args:
-        scene: what was measured.
-        model: a name in `retrodict.models.RUNGS`.
         method: a name in METHODS.
     """
     if METHODS[method].solves_back:
         return (Way(method, Coordinates.SOLVED_BACK),)
-    found = _WAYS.get(method, (Way(method, _PINNED),))
-    if rolling.tempered(scene, model):
-        guessed = Way("smc", Coordinates.GUESSED)
-        found = tuple(guessed if way.method == "smc" else way for way in found)
-    return found
+    return _WAYS.get(method, (Way(method, _PINNED),))
+
+
+def suited(scene: Scene) -> str:
+    """The method for a scene whose user names none: run-outs of wheels that roll have no cheap slopes.
+
+    Args:
+        scene: what was measured.
+    """
+    return "importance" if scene.rolling else "nuts"
+
+
+def kept_warm(scene: Scene, model: str) -> Coordinates:
+    """Coordinates that can be taken along as a scene's numbers change.
+
+    Rest poses move with what is measured, but pin no vehicle whose rolling is integrated.
+
+    Args:
+        scene: what was measured.
+        model: a name in `retrodict.models.RUNGS`.
+    """
+    return _DEVIATES if RUNGS[model].of_scene(scene)[0].paced else _PINNED
 
 
 def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tuple[Way, ...]:
@@ -92,7 +100,7 @@ def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tu
         )
     if scene.barrier and (unfit := RUNGS[options.model].refusal(scene)):
         raise Unanswerable(f"the model {options.model} {unfit}")
-    return ways(scene, options.model, options.method)
+    return ways(options.method)
 
 
 def is_quick(options: RunOptions) -> bool:

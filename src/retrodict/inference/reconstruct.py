@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from retrodict.inference.attempt import Run, Sampling, first_that_passes
-from retrodict.inference.density.compiled import COMPILATION, Programs, programs_for
+from retrodict.inference.density.compiled import COMPILATION, programs_for
 from retrodict.inference.density.kernels import (
     BATCH,
     CRASHES,
@@ -21,7 +21,6 @@ from retrodict.inference.density.kernels import (
     REACHED,
     ROWS,
 )
-from retrodict.inference.fitting import rolling
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
 from retrodict.inference.plan import Way, is_quick, planned
@@ -29,7 +28,6 @@ from retrodict.inference.samplers import METHODS
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.choice import Coordinates, transform_of
 from retrodict.models import RUNGS
-from retrodict.models.arrays import Data
 from retrodict.options import RunOptions
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import VEHICLES, Scene
@@ -154,35 +152,23 @@ def compile_ahead(
         coordinates: coordinates of its draws; deviates need nothing but what the search does.
         warmup: iterations before the draws.
     """
-    if coordinates is Coordinates.DEVIATES:
-        return
     structure, data = RUNGS[model].of_scene(scene)
-    if coordinates is Coordinates.GUESSED:
-        fitted, structure, data, _ = rolling.seen(scene, model)
-        _expect_run_outs(programs_for(fitted), data)
+    if coordinates is Coordinates.DEVIATES or structure.in_deviates:
+        return
     programs = programs_for(structure)
     kind = transform_of(structure)
     transform = kind.example(structure)
-    if kind.by_regressions:
-        _expect_run_outs(programs, data)
-        if programs.target.rung.impact.levels:
-            programs.expect(LEVELS, data, transform, transform.centre)
-    if transform.flattening is None:
-        w = np.zeros((ROWS, transform.spread.shape[1]))
-        missed = np.zeros((ROWS, len(kind.surrogates(structure))))
-        programs.expect(EVALUATE, data, transform, w, missed)
+    if structure.inverted != VEHICLES:  # regressions are fitted to run-outs
+        separation = np.zeros((BATCH, len(structure.rest_components)))
+        xi = np.zeros((BATCH, len(structure.uncertain)))
+        programs.expect(INPUTS, data, xi)
+        programs.expect(REACHED, data, separation, xi)
+    if programs.target.rung.impact.levels:
+        programs.expect(LEVELS, data, transform, transform.centre)
+    w = np.zeros((ROWS, transform.spread.shape[1]))
+    missed = np.zeros((ROWS, len(kind.surrogates(structure))))
+    programs.expect(EVALUATE, data, transform, w, missed)
     METHODS[method].compile_ahead(programs, warmup, data, transform)
-
-
-def _expect_run_outs(programs: Programs, data: Data) -> None:
-    """What regressions are fitted by."""
-    structure = programs.structure
-    if structure.inverted == VEHICLES:
-        return
-    separation = np.zeros((BATCH, len(structure.rest_components)))
-    xi = np.zeros((BATCH, len(structure.uncertain)))
-    programs.expect(INPUTS, data, xi)
-    programs.expect(REACHED, data, separation, xi)
 
 
 def _versions() -> dict[str, str]:

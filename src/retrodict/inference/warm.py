@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -18,12 +17,12 @@ from retrodict.inference.fitting.about_peak import turned
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.rebase import rebased
 from retrodict.inference.modes import Solution, solutions
+from retrodict.inference.plan import kept_warm
 from retrodict.inference.points import USELESS, Estimate, Part, Points, more_points
 from retrodict.inference.samplers.importance import Proposal, adapted
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.samplers.quasi import scrambled
 from retrodict.inference.threads import one_blas_thread
-from retrodict.inference.transforms.choice import Coordinates
 from retrodict.models import RUNGS
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import Scene
@@ -50,20 +49,8 @@ class Fitted:
     proposal: Proposal
 
 
-class Warm(Protocol):
-    """A rung's posterior of a scene, ready to be asked of scenes that differ in numbers."""
-
-    scene: Scene
-
-    def fits(self, scene: Scene) -> bool:
-        """Whether a scene is of the same structure, so that its numbers alone differ."""
-
-    def estimate(self, scene: Scene) -> Estimate:
-        """The posterior of a scene that this one `fits`; its checks say whether it can be relied on."""
-
-
-class WarmPoints:
-    """The same by importance sampling.
+class Warm:
+    """A rung's posterior of a scene, ready to be asked of scenes that differ in numbers.
 
     Args:
         scene: that coordinates are fitted to.
@@ -83,8 +70,7 @@ class WarmPoints:
         self.rung = rung
         self.seed = seed
         (progress or silent)("finding where the posterior lies", 0, 1)
-        # rest poses move with what is measured, so that coordinates made of them can be taken along
-        found = solutions(scene, rung, seed, Coordinates.PINNED)
+        found = solutions(scene, rung, seed, kept_warm(scene, rung))
         fitted = [_fitted(solution, seed) for solution in found]
         most = max(value for _, value in fitted)
         self.fitted = [each for each, value in fitted if value > most - USELESS]

@@ -169,7 +169,7 @@ def run_rung(
     try:
         outcome = reconstruct(
             scene,
-            RunOptions(model=name, method=method_for(scene), seed=seed),
+            RunOptions(model=name, method="importance", seed=seed),
             progress=progress,
             pictured=keep is not None,
             search=search,
@@ -179,11 +179,6 @@ def run_rung(
     if keep is not None:
         keep(name, outcome)
     return _with_answers(outcome, step, question)
-
-
-def method_for(scene: Scene) -> str:
-    """By which rungs are compared: where wheels roll, one that needs no mode and no derivatives."""
-    return "smc" if scene.rolling else "importance"
 
 
 def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:

@@ -90,11 +90,6 @@ def test_turns_of_two_vehicles_are_sought_together() -> None:
     assert found[0].turns == {"a": -1, "b": 2}
 
 
-def test_a_known_mode_is_a_start(crashes: Crashes, peak: Peak) -> None:
-    (found,) = peaks(crashes, seed=1, known=(peak.u,))
-    assert found.distance(peak) < 0.3
-
-
 def test_where_no_crash_has_a_likelihood_none_is_answered(crashes: Crashes) -> None:
     class Nowhere(Crashes):
         def residuals(self, u):

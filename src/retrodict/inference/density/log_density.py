@@ -112,7 +112,7 @@ class Target:
             off = off.at[i].set(by)
             return near + by
 
-        given = {} if kind.exact_gradient else {"surrogate": surrogate}
+        given = {} if self.structure.in_deviates else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
         return Evaluated(joint + log_det, sites | _recorded(trace), q, off)
 

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from retrodict.inference.density.compiled import Programs, in_chunks
 from retrodict.inference.density.kernels import CRASHES, ROWS
@@ -25,6 +25,8 @@ _STEP = 1e-3  # of a deviate in difference quotients
 Deviates = Float[np.ndarray, "crashes n"]
 Residuals = Float[np.ndarray, "crashes items"]
 Quantities = dict[str, np.ndarray]
+Turns = dict[str, Int[np.ndarray, " crashes"]]
+"""Whole turns from the written rest heading of vehicles whose rotation is unknown."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +62,15 @@ class Crashes:
             log_likelihood, nan=-np.inf, posinf=-np.inf, neginf=-np.inf
         ), quantities
 
-    def residuals(self, u: Deviates) -> tuple[Residuals, Quantities]:
+    def residuals(self, u: Deviates, turns: Turns | None = None) -> tuple[Residuals, Quantities]:
         """Residuals whose half squares are minus the log likelihood of each item, and quantities.
 
         In standard deviations of the measurement, from what was measured; not a number where the model
         allows no such crash.
+
+        Args:
+            u: deviates, shape (crashes, n).
+            turns: whole turns to count for each angle of `modulo`; None for the nearest.
         """
         log_likelihood, quantities = self.at(u)
         structure = self.programs.structure
@@ -76,7 +82,9 @@ class Crashes:
                 height = np.minimum(quantities[f"log_likelihood/{name}"], 0)
                 found.append(np.sign(off) * np.sqrt(-2 * height))
                 continue
-            if name in self.modulo:
+            if name in self.modulo and turns is not None:
+                off = off - 2 * np.pi * turns[parsed(name).vehicle]
+            elif name in self.modulo:
                 off = np.arctan2(np.sin(off), np.cos(off))
             off = off / sd
             if structure.robust:
@@ -86,12 +94,18 @@ class Crashes:
         residuals = np.stack(found, axis=1) if found else np.zeros((len(u), 0))
         return np.where(np.isfinite(log_likelihood)[:, None], residuals, np.nan), quantities
 
-    def linearised(self, u: Deviates) -> tuple[Residuals, Float[np.ndarray, "crashes items n"]]:
-        """Residuals of crashes, and their derivatives by the deviates, by difference quotients."""
+    def linearised(
+        self, u: Deviates, turns: Turns | None = None
+    ) -> tuple[Residuals, Float[np.ndarray, "crashes items n"]]:
+        """Residuals of crashes, and their derivatives by the deviates, by difference quotients.
+
+        Arguments as of `residuals`.
+        """
         count, n = u.shape
         # outwards of a bound that is near there may be no crash
         ends = np.concatenate([u[:, None], u[:, None] + _STEP * np.eye(n)], axis=1)
-        residuals = self.residuals(ends.reshape(-1, n))[0].reshape(count, n + 1, -1)
+        every = turns and {v: np.repeat(own, n + 1) for v, own in turns.items()}
+        residuals = self.residuals(ends.reshape(-1, n), every)[0].reshape(count, n + 1, -1)
         slopes = np.moveaxis(residuals[:, 1:] - residuals[:, :1], 1, -1) / _STEP
         return residuals[:, 0], np.nan_to_num(slopes)
 

@@ -23,7 +23,6 @@ from retrodict.models.arrays import Data, in_steps, steps_of
 
 LEAST_WEIGHT = 1e-3  # weight from which on another mode counts
 _AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
-_FAR = 1.5  # standard deviations at the mode: what tempering starts from
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,6 @@ class Posterior:
         regression_error: of the fitted regressions for A and B, in standard deviations of the rest pose.
         log_evidence: Laplace's approximation at the mode.
         unresolved: how far the rest poses may be out for want of steps, in standard deviations.
-        spread: standard deviations of w from which tempering starts; None for `_FAR` in all.
         basins: of deviates, the share of the density that is this one's; None for all of it.
     """
 
@@ -47,13 +45,7 @@ class Posterior:
     regression_error: np.ndarray
     log_evidence: float
     unresolved: float
-    spread: np.ndarray | None = None
     basins: Basins | None = None
-
-    @property
-    def reach(self) -> np.ndarray:
-        """Standard deviations of w from which tempering starts, about zero."""
-        return np.full(self.size, _FAR) if self.spread is None else self.spread
 
     @property
     def size(self) -> int:
@@ -82,9 +74,7 @@ class Posterior:
     def refits(self) -> bool:
         """Whether draws make its coordinates or its surrogates better."""
         structure = self.programs.structure
-        return transform_of(structure).refit_to_draws or bool(
-            rest_pose.with_response_surface(structure)
-        )
+        return structure.in_deviates or bool(rest_pose.with_response_surface(structure))
 
     def refit(self, w: np.ndarray) -> Posterior:
         """The same posterior, whitened by draws or with response surfaces fitted to them.
@@ -92,7 +82,7 @@ class Posterior:
         Args:
             w: the draws, shape (any, q).
         """
-        whitens = transform_of(self.programs.structure).refit_to_draws
+        whitens = self.programs.structure.in_deviates
         return self.whitened_by(w) if whitens else self.with_responses(w)
 
     def whitened_by(self, w: np.ndarray) -> Posterior:
@@ -101,7 +91,7 @@ class Posterior:
         Args:
             w: the draws, shape (any, q).
         """
-        if not transform_of(self.programs.structure).refit_to_draws:
+        if not self.programs.structure.in_deviates:
             return self
         spread = np.asarray(self.transform.spread)
         # a little of the spread as it was, lest few draws should make it flat
@@ -128,7 +118,7 @@ class Posterior:
             other: whose coordinates are asked for.
             w: points in these coordinates, shape (any, q).
         """
-        if not transform_of(self.programs.structure).refit_to_draws:
+        if not self.programs.structure.in_deviates:
             return w
         q = np.asarray(self.transform.centre) + w @ np.asarray(self.transform.spread).T
         off = q - np.asarray(other.transform.centre)
@@ -147,7 +137,7 @@ class Posterior:
         """What points are known by; rest poses by their surrogate if `missed` is given."""
         data, transform = self._numbers
         structure = self.programs.structure
-        if transform.flattening is not None:
+        if structure.in_deviates:
             return self._at_deviates(w)
         if missed is None:
             count = len(transform_of(structure).surrogates(structure))
@@ -191,7 +181,7 @@ class Posterior:
     def differentiable(self) -> Posterior:
         """The same posterior by programs with derivatives in reverse mode, in as many steps."""
         structure = self.programs.structure
-        if not transform_of(structure).exact_gradient or structure.steps:
+        if not structure.in_deviates or structure.steps:
             return self
         fixed = structure.differentiable
         if not structure.paced:

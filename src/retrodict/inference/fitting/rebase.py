@@ -14,7 +14,6 @@ from jaxtyping import Float
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.whitening import whitened_about
 from retrodict.inference.transforms import rest_pose
-from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import REACH, Quadratic, saturated
 from retrodict.models.arrays import Data, Structure
 from retrodict.scene.records import VEHICLES
@@ -50,7 +49,7 @@ def rebased(
         _rebased(structure, before, data, v, regression)
         for v, regression in zip(VEHICLES, transform.regressions, strict=True)
     )
-    if not transform_of(structure).by_regressions:
+    if structure.in_deviates:
         return replace(found, transform=transform._replace(regressions=(for_a, for_b)))
     about = whitened_about(
         posterior.programs,

@@ -9,44 +9,25 @@ along x, of the heading the yaw rate, counted from that of a likely crash.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from jaxtyping import Bool, Float
 
 from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import BATCH, INPUTS, REACHED
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.quadratic import as_quadratic, least_squares, terms
 from retrodict.inference.transforms import rest_pose
-from retrodict.mechanics.runout import GRAVITY
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
-# standard deviations of a rest pose, by a regression, at which velocities that reach it differ
-_FAR = 4.0
-# standard deviations that a run-out may miss a rest pose by, other inputs at their means
-_PLAUSIBLE = 3.5
-REACHES = 1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
+_REACHES = (
+    1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
+)
 _STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
 _NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
 _TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
 _ABOUT = 0.03  # spread of starts about a likely crash, share of the speed
-
-
-def _grid(*axes: list[float]) -> np.ndarray:
-    return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
-
-
-# Starts: shares of the speed and of the yaw rate that sliding so far and turning so much ask for, and
-# the angle from the chord to the first course, rad. A car that rolls may come there without a spin, or
-# in a bend with one the other way.
-_SLIDING = _grid(
-    [0.5, 0.7, 0.85, 1.0], [0.2, 0.35, 0.5, 0.65, 0.8, 1.0, 1.2], [0.0, -0.15, 0.15, -0.4]
-)
-_ROLLING = _grid([0.35, 0.5, 0.65, 0.8], [-0.4, -0.2, 0.0, 0.15], [-0.3, 0.0, 0.3])
 
 
 def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
@@ -55,95 +36,25 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
     Args:
         programs: of the scene's structure.
         data: its numbers, taken at their measured values.
-        likely: velocities after the impact of a crash that nearly ends there, as of `Shot.separation`.
+        likely: velocities after the impact of a crash that nearly ends there, in the order of what is
+            returned; what was not measured counts from them.
 
     Returns:
-        As of `Shot.separation`. Of vehicles whose run-out is inverted they need not end there.
+        (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where the rung
+        has none. Where a part is open, its velocity is that of the likely crash. Of vehicles whose
+        run-out is inverted they need not end at rest as measured.
 
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
     """
-    found = nearest(programs, data, likely, about=True)
-    for v, by in zip(VEHICLES, found.missed, strict=True):
-        if by > REACHES and v not in programs.structure.inverted:
-            raise unreachable(v, by)
-    return found.separation
-
-
-def unreachable(v: str, missed: float) -> Unanswerable:
-    """That a vehicle cannot reach its rest pose: what the nearest run-out misses by, in its sd."""
-    return Unanswerable(
-        f"vehicle {v.upper()}: no velocities after the impact bring it to its measured rest "
-        f"(the nearest run-out misses by {missed:.1f} standard deviations); "
-        "check its rest position, heading and rotation, and the friction"
-    )
-
-
-class Shot(NamedTuple):
-    """What was found of velocities after the impact that end at the measured rest poses.
-
-    Args:
-        separation: (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates
-            where the rung has none. Where a part is open, its velocity is that of a likely crash.
-        missed: by how many standard deviations the run-outs of A and of B miss.
-        near: of A and of B, all velocities met whose run-outs miss by less than `_PLAUSIBLE`, and in a
-            last column by how much.
-    """
-
-    separation: np.ndarray
-    missed: Float[np.ndarray, "2"]
-    near: tuple[Float[np.ndarray, "any v"], Float[np.ndarray, "any v"]]
-
-    def folds(
-        self, regressions: tuple[rest_pose.Quadratic, rest_pose.Quadratic]
-    ) -> Bool[np.ndarray, "2"]:
-        """Whether some of them lie far from the regression of A and of B, which then holds not all."""
-        apart = []
-        for V, near, fitted in zip(
-            self.separation.reshape(2, -1), self.near, regressions, strict=True
-        ):
-            by_z = np.asarray(fitted.linear)[:, : V.size]
-            z = (near[:, :-1] - V) @ np.linalg.pinv(by_z).T
-            apart.append(bool((np.linalg.norm(z, axis=1) > _FAR * (1 + near[:, -1])).any()))
-        return np.array(apart)
-
-
-def nearest(
-    programs: Programs,
-    data: Data,
-    likely: np.ndarray,
-    *,
-    about: bool = False,
-    every: bool = False,
-) -> Shot:
-    """Velocities after the impact that end nearest to the measured rest poses, as far as was sought.
-
-    Args:
-        programs: of the scene's structure.
-        data: its numbers, taken at their measured values.
-        likely: velocities after the impact of a likely crash, from which what was not measured counts.
-        about: whether they are sought about those, and not from many starts.
-        every: whether others are sought after the first was found of each vehicle.
-    """
     size = len(programs.structure.rests)
     xi = np.zeros((BATCH, len(programs.structure.uncertain)))
-    poses, k2, friction, _ = (np.asarray(a)[0] for a in programs(INPUTS, data, xi))
-    opened = _undetermined(programs)
     target, sd = _target_poses(programs, data, likely)
-    grip, k, way = friction * GRAVITY, np.sqrt(k2), target - poses[:, :size]
     starts = BATCH // (size + 1)
-    if every:  # as many of those that roll as there are, and of the others an even choice
-        thinned = np.linspace(0, len(_SLIDING) - 1, starts - len(_ROLLING)).astype(int)
-        shares = np.concatenate([_SLIDING[thinned], _ROLLING])
-    else:
-        shares = np.resize(_SLIDING, (starts, 3))
-    V = np.stack([_guesses(way[v], grip, k[v], shares) for v in range(2)], axis=1)
-    if about:
-        V = _about(likely.reshape(2, size), starts)
-    V = np.where(opened, target, V)
+    V = _about(likely.reshape(2, size), starts)
+    V = np.where(_undetermined(programs), target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
-    near: list[list[np.ndarray]] = [[], []]
     weight = _TURNING[:size]
     damping = np.ones((starts, 2, 1))
     previous, cost_before = V.copy(), np.full((starts, 2), np.inf)
@@ -159,12 +70,10 @@ def nearest(
         cost = np.nan_to_num(np.sum(miss**2, axis=-1), nan=np.inf)
         worse = ~(cost <= cost_before)
         for v in range(2):
-            close = cost[:, v] < _PLAUSIBLE**2
-            near[v].append(np.column_stack([V[close, v], np.sqrt(cost[close, v])]))
             i = int(np.argmin(cost[:, v]))
             if cost[i, v] < best[v]:
                 best[v], found[v] = cost[i, v], V[i, v]
-        if not every and np.all(best < 1e-6):
+        if np.all(best < 1e-6):
             break
         damping = np.where(worse[..., None], damping / 4, np.minimum(damping * 2, 1))
         J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP * sd), 1, -1)
@@ -181,8 +90,14 @@ def nearest(
         previous = np.where(worse[..., None], previous, V)
         cost_before = np.where(worse, cost_before, cost)
         V = V_next
-    of_a, of_b = map(np.concatenate, near)
-    return Shot(found.ravel(), np.sqrt(best), (of_a, of_b))
+    for v, missed in zip(VEHICLES, np.sqrt(best), strict=True):
+        if missed > _REACHES and v not in programs.structure.inverted:
+            raise Unanswerable(
+                f"vehicle {v.upper()}: no velocities after the impact bring it to its measured rest "
+                f"(the nearest run-out misses by {missed:.1f} standard deviations); "
+                "check its rest position, heading and rotation, and the friction"
+            )
+    return found.ravel()
 
 
 def fit(
@@ -376,17 +291,3 @@ def _reached(programs: Programs, data: Data, V: np.ndarray, xi: np.ndarray) -> n
     """Where run-outs end, or the velocity in the place of what pins none."""
     ends = np.asarray(programs(REACHED, data, V, xi))
     return np.where(_undetermined(programs), V.reshape(ends.shape), ends)
-
-
-def _guesses(displacement: np.ndarray, grip: float, k: float, shares: np.ndarray) -> np.ndarray:
-    """Starting velocities: sliding that far while turning that much, faster and slower."""
-    dx, dy = displacement[:2]
-    turn = displacement[2] if displacement.size == 3 else 0.0
-    far = np.hypot(dx, dy)
-    # energy to slide and to turn, spread over both; a spinning car slides further for its speed
-    speed = np.sqrt(2 * grip * max(far, 0.05))
-    spin = np.sign(turn) * np.sqrt(2 * grip * abs(turn) / k)
-    a, b, c = shares.T
-    angle = np.arctan2(dy, dx) + c
-    guesses = np.stack([a * speed * np.cos(angle), a * speed * np.sin(angle), b * spin], axis=1)
-    return guesses[:, : displacement.size]

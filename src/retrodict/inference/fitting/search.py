@@ -8,12 +8,13 @@ sought together: a rest heading whose turns were not counted is compared modulo 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.fitting.deviates import Crashes, Quantities
+from retrodict.inference.fitting.deviates import Crashes, Quantities, Turns
 from retrodict.scene.names import parsed
 
 
@@ -33,6 +34,8 @@ class Search:
         behind: potential above the lowest that counts as far behind.
         apart: distance between modes, in standard deviations of the posterior about one of them.
         improbable: log evidence by which another mode may be lower and count.
+        few_turned: likewise of a mode beside which further numbers of turns are sought.
+        uncounted: share of the evidence of all numbers of turns that are left out together.
     """
 
     crashes: int = 2048
@@ -46,6 +49,8 @@ class Search:
     behind: float = 60.0
     apart: float = 2.0
     improbable: float = 12.0
+    few_turned: float = 9.0
+    uncounted: float = 1e-3
 
 
 @dataclass(frozen=True)
@@ -84,10 +89,17 @@ class Peak:
         return float(np.sqrt(min(off @ self.precision @ off, off @ other.precision @ off)))
 
 
+class _Ends(NamedTuple):
+    """Ends of searches: deviates, residuals of the evidence, and their slopes by the deviates."""
+
+    u: Float[np.ndarray, "ends n"]
+    residuals: Float[np.ndarray, "ends items"]
+    slopes: Float[np.ndarray, "ends items n"]
+
+
 def peaks(
     crashes: Crashes,
     seed: int,
-    known: tuple[Float[np.ndarray, " n"], ...] = (),
     settings: Search | None = None,
 ) -> list[Peak]:
     """The modes of a posterior that may count, the one of most evidence first.
@@ -95,7 +107,6 @@ def peaks(
     Args:
         crashes: that the model allows.
         seed: integer seed of the crashes from which the search begins.
-        known: further starts, as modes of a neighbouring model.
         settings: of the search.
 
     Raises:
@@ -104,15 +115,57 @@ def peaks(
     settings = settings or Search()
     rng = np.random.default_rng([seed, 6])
     first = rng.standard_normal((settings.crashes, crashes.size))
-    first = np.concatenate([np.zeros((1, crashes.size)), *(u[None] for u in known), first])
+    first = np.concatenate([np.zeros((1, crashes.size)), first])
     residuals, quantities = crashes.residuals(first)
-    chosen = _starts(crashes, residuals, quantities, 1 + len(known), settings)
+    chosen = _starts(crashes, residuals, quantities, settings)
     if not chosen.size:
         raise Unanswerable(
             "no crash of the prior has a likelihood; check headings and the contact line, and that the "
             "vehicles came together at all"
         )
-    return _distinct(crashes, *_descended(crashes, first[chosen], settings), settings)
+    found = _distinct(_descended(crashes, first[chosen], settings), crashes, settings)
+    asked = {_key(peak.turns) for peak in found}
+    while beside := _turned_once_more(found, asked, settings):
+        asked |= beside.keys()
+        starts = np.stack([peak.u for peak in beside.values()])
+        counts = {v: np.array([dict(key)[v] for key in beside]) for v in found[0].turns}
+        further = _descended(crashes, starts, settings, counts)
+        found = _distinct(further, crashes, settings, found)
+    return _of_likely_turns(found, settings)
+
+
+def _key(turns: dict[str, int]) -> tuple[tuple[str, int], ...]:
+    return tuple(sorted(turns.items()))
+
+
+def _turned_once_more(
+    found: list[Peak], asked: set[tuple[tuple[str, int], ...]], settings: Search
+) -> dict[tuple[tuple[str, int], ...], Peak]:
+    """Numbers of turns that were not asked, one from those of a peak, which is where to begin.
+
+    Few of them lie near a crash of the prior, and a step from one to the next is short.
+    """
+    beside: dict[tuple[tuple[str, int], ...], Peak] = {}
+    least = found[0].log_evidence - settings.few_turned
+    for peak in (peak for peak in found if peak.log_evidence > least):
+        for v, count in peak.turns.items():
+            for more in (-1, 1):
+                key = _key(peak.turns | {v: count + more})
+                if key not in asked:
+                    beside.setdefault(key, peak)
+    return beside
+
+
+def _of_likely_turns(found: list[Peak], settings: Search) -> list[Peak]:
+    """Peaks of the numbers of turns that have all but a little of the evidence."""
+    share: dict[tuple[tuple[str, int], ...], float] = {}
+    for peak in found:
+        relative = float(np.exp(peak.log_evidence - found[0].log_evidence))
+        share[_key(peak.turns)] = share.get(_key(peak.turns), 0.0) + relative
+    likely = sorted(share, key=lambda key: -share[key])
+    so_far = np.cumsum([share[key] for key in likely])
+    count = int(np.searchsorted(so_far, (1 - settings.uncounted) * so_far[-1])) + 1
+    return [peak for peak in found if _key(peak.turns) in likely[:count]]
 
 
 def turns_of(crashes: Crashes, quantities: Quantities) -> dict[str, np.ndarray]:
@@ -129,15 +182,14 @@ def _starts(
     crashes: Crashes,
     residuals: Float[np.ndarray, "crashes items"],
     quantities: Quantities,
-    always: int,
     settings: Search,
 ) -> np.ndarray:
-    """Rows from which to search: the first ones, the best, and the best of each number of turns."""
+    """Rows from which to search: the first, the best, and the best of each number of turns."""
     # by Cauchy's law, so that one sharp item does not outweigh all others
     score = np.nan_to_num(-np.log1p(residuals**2).sum(axis=1), nan=-np.inf)
     allowed = np.isfinite(residuals).all(axis=1)
     order = [i for i in np.argsort(-score) if allowed[i]]
-    chosen = dict.fromkeys(i for i in range(always) if allowed[i])
+    chosen = dict.fromkeys([0] if allowed[0] else [])
     chosen |= dict.fromkeys(order[: settings.best])
     turns = list(zip(*turns_of(crashes, quantities).values(), strict=True))
     if turns:
@@ -151,13 +203,14 @@ def _starts(
 
 
 def _descended(
-    crashes: Crashes, u: Float[np.ndarray, "starts n"], settings: Search
-) -> tuple[
-    Float[np.ndarray, "ends n"], Float[np.ndarray, "ends items"], Float[np.ndarray, "ends items n"]
-]:
-    """Where searches end that were not given up: deviates, residuals and their slopes."""
+    crashes: Crashes,
+    u: Float[np.ndarray, "starts n"],
+    settings: Search,
+    turns: Turns | None = None,
+) -> _Ends:
+    """Where searches end that were not given up, each for its numbers of turns if they are given."""
     n = u.shape[1]
-    residuals, slopes = crashes.linearised(u)
+    residuals, slopes = crashes.linearised(u, turns)
     potential = _potential(u, residuals)
     damping = np.ones(len(u))
     arrived = np.zeros(len(u), bool)
@@ -171,7 +224,8 @@ def _descended(
         step = np.linalg.solve(normal, downhill[..., None])[..., 0]
         length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
         moved = own + step * np.minimum(1, settings.stride / length)
-        there, slopes_there = crashes.linearised(moved)
+        counted = turns and {v: own[under_way] for v, own in turns.items()}
+        there, slopes_there = crashes.linearised(moved, counted)
         lower = potential[under_way] - _potential(moved, there)
         taken = lower > 0
         damping[under_way] = np.where(
@@ -186,7 +240,7 @@ def _descended(
         if done >= settings.after:
             arrived |= potential > potential.min() + settings.behind
     kept = potential <= potential.min() + settings.behind
-    return u[kept], residuals[kept], slopes[kept]
+    return _Ends(u[kept], residuals[kept], slopes[kept])
 
 
 def _potential(
@@ -198,26 +252,23 @@ def _potential(
 
 
 def _distinct(
-    crashes: Crashes,
-    ends: Float[np.ndarray, "ends n"],
-    residuals: Float[np.ndarray, "ends items"],
-    slopes: Float[np.ndarray, "ends items n"],
-    settings: Search,
+    ends: _Ends, crashes: Crashes, settings: Search, known: list[Peak] | None = None
 ) -> list[Peak]:
-    """Peaks at ends of searches, each once, the one of most evidence first."""
-    quantities = crashes.residuals(ends)[1]
+    """Peaks at ends of searches and those that are known, each once, the one of most evidence first."""
+    quantities = crashes.residuals(ends.u)[1]
     turns = turns_of(crashes, quantities)
     every = [
         Peak(
             u,
-            float(_potential(u[None], residuals[i : i + 1])[0]),
-            residuals[i],
-            slopes[i],
+            float(_potential(u[None], ends.residuals[i : i + 1])[0]),
+            ends.residuals[i],
+            ends.slopes[i],
             {name: values[i] for name, values in quantities.items()},
             {v: int(count[i]) for v, count in turns.items()},
         )
-        for i, u in enumerate(ends)
+        for i, u in enumerate(ends.u)
     ]
+    every += known or []
     found: list[Peak] = []
     for peak in sorted(every, key=lambda peak: peak.potential):
         if not any(_same(crashes, peak, other, settings) for other in found):

@@ -18,7 +18,6 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.importance import disagreements
 from retrodict.inference.transforms import rest_pose
-from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import Numbers, TransformParameters
 from retrodict.models import parts
 from retrodict.models.arrays import Data
@@ -63,7 +62,7 @@ def _compared(task: Task, way: Kernel[[Data, TransformParameters, Numbers], part
     """Measurements at random taken back by a kernel, compared with the posterior."""
     posterior = task.posterior
     structure = posterior.programs.structure
-    if not transform_of(structure).by_regressions or structure.unmeasured:
+    if structure.in_deviates or structure.unmeasured:
         raise Unanswerable(
             "this method solves back from where both vehicles slid to rest, which this scene does not "
             "give: use another method"

@@ -34,14 +34,13 @@ _SWEEPS = 4  # of moves at a temperature, after which coordinates are whitened a
 # more than chance takes them after 6; tests/data/sideswipe.toml has them off by 0.2 sd then, by 0.1
 # after 18), and before each further one
 _SETTLING, _LAST = 18, 3
-# Where they come from a posterior that differs a little. (After 2, 4 and 8 rounds means of a rolling
-# crash, A's speed changed by 2 sd, agree with those of particles from nothing within 0.03 sd.)
-_SETTLING_AGAIN = 3
 # Steps far and near; the far ones go farthest in the mean, and the near ones are rarely refused.
 _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
 _WIDER = 1.15  # than the particles spread: what steps aim at has to have the heavier tails
 _ASTRAY = 3.0  # widths of the start: a posterior farther off is not one that it was spread about
+_FAR = 1.5  # standard deviations of w that particles start from
+_LEAST = 1e-12  # variance
 _NOWHERE = -1e12  # log density where there is none
 
 Points = Float[np.ndarray, "chains particles w"]
@@ -59,22 +58,6 @@ def draw(task: Task) -> Draws:
         Interrupted: stopped before any draws were kept.
     """
     return _tempered(task, _Populations.spread(task, min(_PARTICLES, task.draws)))
-
-
-def draw_again(task: Task, before: Posterior, w: Points) -> Draws:
-    """Draw from a posterior by populations that were drawn from one that differs a little.
-
-    Tempered from that posterior instead of from a wide normal: as a rule in a few stages.
-
-    Args:
-        task: what is asked for.
-        before: the other posterior, in coordinates of the same number.
-        w: its draws, a population for each chain.
-
-    Raises:
-        Interrupted: stopped before any draws were kept.
-    """
-    return _tempered(task, _Populations.of(task, before, w))
 
 
 def _tempered(task: Task, populations: _Populations) -> Draws:
@@ -104,7 +87,7 @@ def _kept(task: Task, populations: _Populations, times: int) -> Draws:
             f"{populations.temperature:.2g} of its density"
         )
     w = populations.draws(min(times, 2) * task.draws)
-    astray = np.max(np.abs(w.mean(axis=(0, 1))) / task.posterior.reach)
+    astray = np.max(np.abs(w.mean(axis=(0, 1))) / _FAR)
     if astray > _ASTRAY:
         faults.append(
             f"the posterior lies {astray:.1f} widths from the middle of where it was sought, more than "
@@ -147,15 +130,13 @@ class _Populations:
     their steps are made by: more particles determine a covariance better.
 
     Args:
-        posterior: in coordinates that start about zero, as wide as `Posterior.reach` says.
+        posterior: in coordinates that start about zero, as wide as `_FAR` says.
         rng: of all that is random.
         progress: called as the work goes on.
         w: where they are.
         height: log density of the posterior there.
         log_evidence: of the posterior by each population, once the temperature is one.
         transform: coordinates in which they have no correlation.
-        before: the posterior that they start from; None for a normal.
-        settling: rounds of moves before the first draw that is kept.
         temperature: power of the density over that of the start.
         evaluations: of the density.
         kept: where they were at the posterior, after each round of moves.
@@ -168,8 +149,6 @@ class _Populations:
     height: Values
     log_evidence: Float[np.ndarray, " chains"]
     transform: _Whitened
-    before: Posterior | None = None
-    settling: int = _SETTLING
     temperature: float = 0.0
     evaluations: int = 0
     kept: list[Points] = field(default_factory=list)
@@ -178,24 +157,10 @@ class _Populations:
     def spread(cls, task: Task, count: int) -> _Populations:
         """Populations of so many particles, as they start."""
         rng = np.random.default_rng([task.seed, task.chains, count])
-        wide = task.posterior.reach
-        w = rng.standard_normal((task.chains, count, len(wide))) * wide
-        transform, none = _Whitened(np.zeros(len(wide)), np.diag(wide)), np.zeros(task.chains)
+        n = task.posterior.size
+        w = _FAR * rng.standard_normal((task.chains, count, n))
+        transform, none = _Whitened(np.zeros(n), _FAR * np.eye(n)), np.zeros(task.chains)
         self = cls(task.posterior, rng, task.progress, w, np.zeros(w.shape[:2]), none, transform)
-        self.height = self._density(w)
-        return self
-
-    @classmethod
-    def of(cls, task: Task, before: Posterior, w: Points) -> _Populations:
-        """Populations of another posterior."""
-        rng = np.random.default_rng([task.seed, *w.shape[:2]])
-        even = np.full(w.shape[0] * w.shape[1], 1 / (w.shape[0] * w.shape[1]))
-        transform = _Whitened.by(w.reshape(-1, w.shape[2]), even, task.posterior.reach)
-        none = np.zeros(len(w))
-        self = cls(
-            task.posterior, rng, task.progress, w.copy(), np.zeros(w.shape[:2]), none, transform,
-            before, _SETTLING_AGAIN,
-        )  # fmt: skip
         self.height = self._density(w)
         return self
 
@@ -212,7 +177,7 @@ class _Populations:
         """Move the particles until so many draws of each chain are kept in all."""
         rounds = ceil(count / self.w.shape[1])
         while len(self.kept) < rounds:
-            for _ in range(_LAST if self.kept else self.settling):
+            for _ in range(_LAST if self.kept else _SETTLING):
                 self._move()
             self.kept.append(self.w)
             self._tell(0.8 + 0.2 * len(self.kept) / rounds)
@@ -224,21 +189,13 @@ class _Populations:
         return last.reshape(chains, -1, n)[:, :count]
 
     def _density(self, w: Points) -> Values:
-        return self._density_of(self.posterior, w)
-
-    def _density_of(self, posterior: Posterior, w: Points) -> Values:
         self.evaluations += w.shape[0] * w.shape[1]
-        found = posterior.log_density(w.reshape(-1, w.shape[2])).reshape(w.shape[:2])
+        found = self.posterior.log_density(w.reshape(-1, w.shape[2])).reshape(w.shape[:2])
         return np.where(np.isfinite(found), found, _NOWHERE)
 
     def _start(self, w: Points) -> Values:
         """Log density of what particles start from; of no account at the posterior."""
-        if self.before is not None:
-            return (
-                self._density_of(self.before, w) if self.temperature < 1 else np.zeros(w.shape[:2])
-            )
-        wide = self.posterior.reach
-        return -np.sum((w / wide) ** 2 / 2 + np.log(wide) + np.log(2 * np.pi) / 2, axis=2)
+        return -np.sum((w / _FAR) ** 2 / 2 + np.log(_FAR) + np.log(2 * np.pi) / 2, axis=2)
 
     def _step(self) -> None:
         """Raise the temperature as far as each population stays effective, and resample them."""
@@ -266,7 +223,7 @@ class _Populations:
 
     def _whitened(self, w: Points, weights: Values) -> _Whitened:
         n = w.shape[-1]
-        return _Whitened.by(w.reshape(-1, n), weights.ravel() / weights.sum(), self.posterior.reach)
+        return _Whitened.by(w.reshape(-1, n), weights.ravel() / weights.sum())
 
     def _move(self) -> None:
         """Move the particles, in coordinates that they are then whitened by anew."""
@@ -316,15 +273,14 @@ class _Whitened:
         cls,
         w: Float[np.ndarray, "points w"],
         weights: Float[np.ndarray, " points"],
-        wide: Float[np.ndarray, " w"],
     ) -> _Whitened:
         """By weighted points; without correlations as far as they are too few for these."""
         mean = weights @ w
         covariance = (w - mean).T @ ((w - mean) * weights[:, None])
         worth = effective(weights)
         share = worth / (worth + w.shape[1])
-        own = np.diag(covariance) + 1e-12 * wide**2
-        covariance = share * covariance + (1 - share) * np.diag(own) + 1e-12 * np.diag(wide**2)
+        own = np.diag(covariance) + _LEAST
+        covariance = share * covariance + (1 - share) * np.diag(own) + _LEAST * np.eye(w.shape[1])
         return cls(mean, _WIDER * np.linalg.cholesky(covariance[::-1, ::-1]))
 
     def at(self, z: Points) -> Points:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from enum import Enum
 
-from retrodict.inference.transforms.offset import Offset
 from retrodict.inference.transforms.protocol import Transform
 from retrodict.inference.transforms.rest_pose import RestPose
 from retrodict.inference.transforms.standard import Standard
@@ -13,7 +12,6 @@ from retrodict.models.arrays import Structure, TransformName
 _TRANSFORMS: dict[TransformName, Transform] = {
     "rest-pose": RestPose(),
     "standard": Standard(),
-    "offset": Offset(),
 }
 
 
@@ -23,7 +21,6 @@ class Coordinates(Enum):
     PINNED = "rest poses where they cover the posterior; else deviates"
     DEVIATES = "standard normal deviates, a part about each mode"
     SOLVED_BACK = "rest poses, even where they do not cover the posterior"
-    GUESSED = "velocities by regressions, or by the measured way, of vehicles that roll"
 
 
 def transform_of(structure: Structure) -> Transform:

@@ -91,22 +91,6 @@ class ResponseSurface(NamedTuple):
         return self.surface(jnp.concatenate([off, shape]))
 
 
-class Guess(NamedTuple):
-    """Velocities after the impact of each vehicle that rolls, as the way to where it was found has them.
-
-    Args:
-        taken: whether the vehicle's coordinates are offsets from it, not its regression's; shape (2,).
-        off: by what they may be off: the logarithm of the speed, the course, rad, and the yaw rate,
-            rad/s, shape (2, 3).
-        spun: whether the last coordinate of B is by what its yaw rate before the impact is off what was
-            measured, in standard deviations.
-    """
-
-    taken: Float[Numbers, "2"]
-    off: Float[Numbers, "2 3"]
-    spun: Float[Numbers, ""]
-
-
 class Flattening(NamedTuple):
     """The bijection v -> deviates: a shear of the directions that evidence pins, then axes.
 
@@ -154,7 +138,6 @@ class TransformParameters(NamedTuple):
         spread: q's change per w, shape (q, w); no column changes what is held, to first order.
         log_volume: log |det| of the spread and the directions of what is held together.
         responses: of each of `rest_pose.with_response_surface`.
-        guess: of the velocities from which coordinates are offsets, where they are.
         flattening: of standard normal deviates, where these are coordinates.
     """
 
@@ -164,7 +147,6 @@ class TransformParameters(NamedTuple):
     spread: Float[Numbers, "q w"]
     log_volume: Float[Numbers, ""]
     responses: tuple[ResponseSurface, ...]
-    guess: Guess | None = None
     flattening: Flattening | None = None
 
 

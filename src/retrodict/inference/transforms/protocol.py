@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -17,17 +16,7 @@ Located = tuple[parts.Values, Float[Array, ""], Q]
 
 
 class Transform(ABC):
-    """A bijection w -> q -> unknowns; a structure says which one, and parameters hold its numbers.
-
-    Args:
-        exact_gradient: whether run-outs are differentiated, and none has a surrogate.
-        refit_to_draws: whether whitening at the mode is not enough, and is done again by draws.
-        by_regressions: whether rest poses are coordinates, so that run-outs are fitted first.
-    """
-
-    exact_gradient: ClassVar[bool]
-    refit_to_draws: ClassVar[bool]
-    by_regressions: ClassVar[bool]
+    """A bijection w -> q -> unknowns; a structure says which one, and parameters hold its numbers."""
 
     @abstractmethod
     def length(self, structure: Structure) -> int:

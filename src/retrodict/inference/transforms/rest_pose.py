@@ -447,10 +447,6 @@ def example_regressions(structure: Structure) -> tuple[Quadratic, Quadratic]:
 class RestPose(Transform):
     """Rest poses determine the motion: they are coordinates, with surrogates for run-outs."""
 
-    exact_gradient = False
-    refit_to_draws = False
-    by_regressions = True
-
     def length(self, structure: Structure) -> int:
         """Number of entries of q."""
         return length_for_regressions(structure) + samples_sliding(structure)

@@ -36,10 +36,6 @@ def unbent(peak: Float[np.ndarray, " n"], axes: Float[np.ndarray, "n n"], items:
 class Standard(Transform):
     """Standard normal deviates are coordinates; q is v of a `Flattening`."""
 
-    exact_gradient = True
-    refit_to_draws = True
-    by_regressions = False
-
     def length(self, structure: Structure) -> int:
         """Number of entries of q."""
         return structure.deviates
