@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import retrodict as rd
-from retrodict.inference.warm import WarmPoints
+from retrodict.inference.warm import Warm
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENE = EXAMPLES / "brach-1977" / "scene.toml"
@@ -75,13 +75,13 @@ def test_coordinates_that_no_longer_do_are_fitted_anew(
 ) -> None:
     """A rest pose forty standard deviations off."""
     fitted: list[rd.Scene] = []
-    whole = WarmPoints.__init__
+    whole = Warm.__init__
 
-    def counted(self: WarmPoints, scene: rd.Scene, *others: object) -> None:
+    def counted(self: Warm, scene: rd.Scene, *others: object) -> None:
         fitted.append(scene)
         whole(self, scene, *others)
 
-    monkeypatch.setattr(WarmPoints, "__init__", counted)
+    monkeypatch.setattr(Warm, "__init__", counted)
     answer = session.update({"vehicles.B.rest.position": ["12.0 ± 0.15 m", "-16.0 ± 0.15 m"]})
     assert fitted == [answer.scene]
     assert answer.estimate.refitted

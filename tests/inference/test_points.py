@@ -6,7 +6,7 @@ import numpy as np
 
 from retrodict.inference.diagnostics import MIN_ESS
 from retrodict.inference.points import answer
-from retrodict.inference.warm import WarmPoints
+from retrodict.inference.warm import Warm
 from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.records import Measured
 from tests.shared.scenes import collision
@@ -18,7 +18,7 @@ def test_an_answer_is_that_of_a_session() -> None:
     """By other proposals and points; means within four standard errors of both."""
     found, kept = (
         answer(SCENE, DEFAULT_RUNG, seed=3),
-        WarmPoints(SCENE, DEFAULT_RUNG).estimate(SCENE),
+        Warm(SCENE, DEFAULT_RUNG).estimate(SCENE),
     )
     assert found.checks.passed, found.checks.reasons
     assert min(found.checks.min_ess_bulk, found.checks.min_ess_tail) >= MIN_ESS

@@ -39,7 +39,9 @@ def reconstruct(
     model: ModelName = "auto",
     method: Annotated[
         AutoChoice,
-        typer.Option(help="how to draw; auto: nuts, and smc where some wheel rolls or nuts fails"),
+        typer.Option(
+            help="how to draw; auto: nuts, or importance where some wheel rolls or nuts fails"
+        ),
     ] = AutoChoice.auto,
     chains: Annotated[int, typer.Option(min=1, max=64, help="chains, or replicates")] = 4,
     draws: Annotated[

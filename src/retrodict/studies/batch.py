@@ -150,8 +150,6 @@ def answer(scene: Scene, model: str, seed: int) -> Answered:
 
 def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
     """The answer by importance sampling; None where that does not do."""
-    if scene.rolling:
-        return None
     compile_search(scene, model)
     try:
         found = points.answer(scene, model, seed)
@@ -163,8 +161,9 @@ def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
 
 
 def _by_draws(scene: Scene, model: str, seed: int) -> Answered:
-    method = "smc" if scene.rolling else "importance"  # where this fails, another stands in
-    found = reconstruct(scene, RunOptions(model=model, method=method, seed=seed), pictured=False)
+    # where importance sampling fails here too, another method stands in
+    options = RunOptions(model=model, method="importance", seed=seed)
+    found = reconstruct(scene, options, pictured=False)
     if not found.complete:
         raise KeyboardInterrupt
     return _answered(model, str(found.settings["method"]), found.checks, partial(of_draws, found))

@@ -15,8 +15,8 @@ from retrodict.inference.samplers import Draws, Task, smc
 SIZE = 6
 
 
-def drawn(density: Callable[[np.ndarray], np.ndarray], reach: float = 1.5, **changes) -> Draws:
-    posterior = SimpleNamespace(log_density=density, size=SIZE, reach=np.full(SIZE, reach))
+def drawn(density: Callable[[np.ndarray], np.ndarray], **changes) -> Draws:
+    posterior = SimpleNamespace(log_density=density, size=SIZE)
     task = {"chains": 4, "draws": 512, "warmup": 0, "seed": 1, "progress": lambda *_: None}
     return smc.draw(Task(posterior, **(task | changes)))  # type: ignore[arg-type]
 
@@ -54,7 +54,7 @@ def test_a_ridge_that_bends_is_followed() -> None:
         constrained = stats.norm.logpdf(w[:, 1], w[:, 0] ** 2, 0.1)
         return constrained + stats.norm.logpdf(np.delete(w, 1, axis=1)).sum(axis=1)
 
-    w = drawn(density, reach=3.0).w
+    w = 2 * drawn(lambda half: density(2 * half)).w  # starts twice as wide
     assert w[..., 0].std() == pytest.approx(1, abs=0.15)
     assert w[..., 1].mean() == pytest.approx(1, abs=0.25)
 
@@ -69,7 +69,7 @@ def test_where_there_is_no_density_no_draw_lies() -> None:
 
 
 def test_a_posterior_far_from_where_it_was_sought_is_a_fault() -> None:
-    found = drawn(lambda w: stats.norm.logpdf(w, 4.0, 0.3).sum(axis=1), reach=1.0)
+    found = drawn(lambda w: stats.norm.logpdf(w, 6.0, 0.3).sum(axis=1))
     assert any("widths from the middle" in fault for fault in found.faults)
 
 
