@@ -90,10 +90,10 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
         previous = np.where(worse[..., None], previous, V)
         cost_before = np.where(worse, cost_before, cost)
         V = V_next
-    for v, missed in zip(VEHICLES, np.sqrt(best), strict=True):
-        if missed > _REACHES and v not in programs.structure.inverted:
+    for vehicle, missed in zip(VEHICLES, np.sqrt(best), strict=True):
+        if missed > _REACHES and vehicle not in programs.structure.inverted:
             raise Unanswerable(
-                f"vehicle {v.upper()}: no velocities after the impact bring it to its measured rest "
+                f"vehicle {vehicle.upper()}: no velocities after the impact bring it to its measured rest "
                 f"(the nearest run-out misses by {missed:.1f} standard deviations); "
                 "check its rest position, heading and rotation, and the friction"
             )
