@@ -132,9 +132,7 @@ class Rung:
         parts.record_skids(structure, x, after)
 
 
-_NO_MOMENTUM = (
-    "goes by momentum alone, and a barrier takes up any: what it took shows in no motion of it"
-)
+_NO_MOMENTUM = "uses conservation of momentum only, which a fixed barrier does not obey"
 _NO_DIRECTION = (
     describe("direction_b")[0],
     "uniform over the circle",

@@ -273,7 +273,7 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
             friction = x[f"friction_{road}"] * x[f"grip_{v}"] * slowing
             held = friction * normal + upward
             initial = jnp.sqrt(square + 2 * GRAVITY * held * x[f"skid_{v}"])
-        numpyro.deterministic(f"initial_speed_{v}", initial)
+        numpyro.deterministic(f"travelling_speed_{v}", initial)
 
 
 def record_motion(after: Float[Array, " separation"], delta_v: Float[Array, "vehicles 2"]) -> None:

@@ -72,7 +72,7 @@ def test_check_accepts_the_example() -> None:
     done = run("check", SCENE)
     assert done.returncode == 0, done.stderr
     assert "fine" in done.stdout
-    assert "It asks for speed of B before impact, restitution e" in done.stdout
+    assert "It asks for impact speed of B, restitution e" in done.stdout
     assert "warning" not in done.stdout
 
 
@@ -247,7 +247,7 @@ def test_ctrl_c_leaves_a_finished_result_alone(tmp_path: Path) -> None:
     (out / "summary.json").write_text(json.dumps(finished))
     (out / "report.html").write_text("finished")
     asked = ("reconstruct", SCENE, "--model", "planar-moment+spin", "--out", out, "--draws")
-    assert "is that of the run before, which was finished; --resume" in interrupted(*asked)
+    assert "is from the previous, completed run; --resume" in interrupted(*asked)
     assert {p.name for p in out.iterdir()} == {"summary.json", "report.html", "chains.npz"}
     assert (out / "report.html").read_text() == "finished"
 

@@ -9,6 +9,7 @@ import pytest
 
 import retrodict as rd
 from retrodict.inference.warm import Warm
+from retrodict.studies.probability import Probability
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENE = EXAMPLES / "brach-1977" / "scene.toml"
@@ -42,10 +43,13 @@ def test_the_summary_is_in_the_units_asked_for(session: rd.Session) -> None:
     assert si.loc["e", "sd"] == pytest.approx(us.loc["e", "sd"])
     assert (si["as_many_draws"] > 1000).all()
     assert (si["checks"] == "passed").all()
-    probability, error = answer.probability("speed_b > 43 mph")
+    found = answer.probability("speed_b > 43 mph").numbers
+    assert isinstance(found, Probability)
     share = np.mean(answer.draws["speed_b"] > 43 * 0.44704)
-    assert probability == pytest.approx(share, abs=4 * np.sqrt(0.25 / answer.draws["speed_b"].size))
-    assert 0 < error < 0.02
+    assert found.value == pytest.approx(share, abs=4 * np.sqrt(0.25 / answer.draws["speed_b"].size))
+    assert found.error is not None
+    assert 0 < found.error < 0.02
+    assert found.at_least < found.value < found.at_most
     with pytest.raises(ValueError, match="speed_c"):
         answer.probability("speed_c > 3 mph")
 

@@ -279,16 +279,15 @@ RUN_OUT = RunOut(
             "the way is the straight lines from the impact through the marks of its centre of gravity "
             "to rest, as measured; another velocity makes it longer and turns it; marks count as that "
             "way, and not as evidence besides",
-            "what this misses is an input of three parts: by which the speed, course and yaw rate after "
-            "the impact are off those of the way; their standard deviations are those by which it "
-            "missed run-outs on wheels that were simulated, so of grade B",
+            "the model error enters as three inputs: errors of the speed, course and yaw rate after the "
+            "impact; their standard deviations come from simulated run-outs (grade B)",
             "wheels keep their state from impact to rest; a vehicle whose wheels are all locked skids "
             "as a rigid body",
             NORMAL_ERRORS,
         ),
         left_out=(
-            "how the motion turns into the course, and the curve of a car that rolls steered, beyond "
-            "those errors; steering or braking in between; load transfer, pitch and roll; slopes",
+            "curvature of the path of a steered, rolling car, beyond these errors; steering or braking "
+            "in between; load transfer, pitch and roll; slopes",
         ),
     ),
     rests=("x", "y", "heading"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from contextlib import ExitStack
 from dataclasses import replace
@@ -123,7 +124,7 @@ def reconstruct(
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: stopped before any draw was kept.
     """
-    scene = as_scene(scene)
+    begin, scene = time.perf_counter(), as_scene(scene)
     asked = RunOptions(model, method, chains, draws, warmup, seed)
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
@@ -140,7 +141,7 @@ def reconstruct(
             scene, seed=seed, progress=progress, search=search, keep=keep
         )
         if model in kept:
-            return Result(replace(kept[model], asked=asked), comparison)
+            return _timed(replace(kept[model], asked=asked), comparison, begin)
         search.unload_others(model)
     outcome = _reconstruct(
         scene,
@@ -150,7 +151,13 @@ def reconstruct(
         resume=resume,
         search=search,
     )
-    return Result(outcome, comparison)
+    return _timed(outcome, comparison, begin)
+
+
+def _timed(outcome: Outcome, comparison: Ladder | None, begin: float) -> Result:
+    """The result, whose total is the time that the user waited, the comparison of models included."""
+    seconds = outcome.seconds | {"total": time.perf_counter() - begin}
+    return Result(replace(outcome, seconds=seconds), comparison)
 
 
 @shown_in_notebooks

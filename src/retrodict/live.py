@@ -30,6 +30,8 @@ from retrodict.studies.short import of_points
 if TYPE_CHECKING:
     import pandas as pd
 
+    from retrodict.findings.questions import Answered
+
 _INEFFICIENT = (
     0.2  # effective share of the points below which coordinates are fitted anew, meanwhile
 )
@@ -91,25 +93,21 @@ class Answer:
             rows[name] = {"unit": unit.symbol, **scaled, "as_many_draws": same, "checks": verdict}
         return pd.DataFrame.from_dict(rows, orient="index")
 
-    def probability(self, proposition: str) -> tuple[float, float]:
-        """How probable a proposition about a reported quantity is, and the Monte Carlo error of that.
+    def probability(self, proposition: str) -> Answered:
+        """How probable a proposition about a reported quantity is, given the evidence.
 
         Args:
             proposition: such as "speed_b > 45 mph", as of `Result.probability`.
 
         Returns:
-            NaN twice where the checks failed.
+            As of `Result.probability`.
 
         Raises:
-            ValueError: it is no such text, or the model has no such quantity.
+            ValueError: it is no such text.
         """
-        asked = read_proposition(proposition)
-        if asked.name not in self.estimate.quantities:
-            raise ValueError(f"the model {self.model} has no {asked.name}")
-        if not self.checks.passed:
-            return np.nan, np.nan
-        values = self.estimate.quantities[asked.name]
-        return self.estimate.weighted.mean(asked.holds(values).astype(float))
+        from retrodict.findings.questions import probability_by_points
+
+        return probability_by_points(self.estimate, read_proposition(proposition))
 
     def __repr__(self) -> str:
         verdict = "passed" if self.checks.passed else "FAILED"

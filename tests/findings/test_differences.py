@@ -55,7 +55,7 @@ def test_differences_are_in_deviations_and_in_errors(one):
     assert row["difference_in_errors"] == pytest.approx(sd / (math.sqrt(2) * error))
     assert differences(other, one).table().loc["speed_b", "difference_in_sd"] == pytest.approx(-1)
     verdict = differences(one, other).verdict
-    assert "The answers differ: speed of B before impact, 19.2 ± 0.9 → 20.1 ± 0.9 m/s, " in verdict
+    assert "The answers differ: impact speed of B, 19.2 ± 0.9 → 20.1 ± 0.9 m/s, " in verdict
     assert "by 1.00 of its standard deviation" in verdict
 
 
@@ -68,7 +68,7 @@ def test_other_draws_of_the_same_agree_within_their_error(one):
 def test_a_wider_answer_differs_even_where_its_mean_does_not(one):
     speed = make_outcome().idata["posterior"]["speed_b"]
     other = compute(with_draws(make_outcome(), speed_b=speed + 0.5 * (speed - speed.mean())))
-    assert "The answers differ: speed of B" in differences(one, other).verdict
+    assert "The answers differ: impact speed of B" in differences(one, other).verdict
 
 
 def test_angles_differ_by_the_shorter_way_round(one):

@@ -15,6 +15,7 @@ from retrodict.report import figures
 from retrodict.report.figures import FIGURES
 from retrodict.report.terminal import print_summary
 from retrodict.result import Result
+from retrodict.scene.quantities import SPEEDS
 
 ARVIZ = ("hdi", "ess", "rhat", "mcse")
 RECORD = ("conflicts", "input_rows", "assumptions", "correlations", "answer", "verdict")
@@ -80,7 +81,7 @@ def test_each_statistic_is_computed_once(name, request, calls, tmp_path):
         asked = Counter(key[1] for key in calls if key[0] == function)
         assert asked == dict.fromkeys(quantities, times)
     assert {key[0] for key in calls} >= {"conflicts", "input_rows", "assumptions", "correlations"}
-    speeds = [name for name in quantities if name in ("speed_a", "speed_b")]
+    speeds = [name for name in quantities if name in SPEEDS]
     sought = speeds if outcome.checks.passed else []
     assert [key[1] for key in calls if key[0] == "narrowing"] == sought
 

@@ -23,12 +23,36 @@ def test_a_probability_is_printed_to_its_error(asked):
     first, never, *_ = answers(asked, "probability")
     share = float((asked.idata["posterior"]["speed_b"] > 45 * 0.44704).mean())
     assert first.title == (
-        "Probability that the speed of B before impact is above 20.12 m/s (72.42 km/h; 45 mph)"
+        "Probability that the impact speed of B is above 20.12 m/s (72.42 km/h; 45 mph)"
     )
     value, error = map(float, re.findall(r"([\d.]+) %", first.sentences[0]))
     assert value == pytest.approx(100 * share, abs=error)
     assert error == pytest.approx(100 * first.numbers.error, rel=0.5)
-    assert "hardly a draw holds it: the probability is below" in never.sentences[0]
+    assert "the probability is below" in never.sentences[0]
+
+
+def test_the_speed_of_a_car_that_skidded_is_asked_before_its_skid_unless_by_name(sparse):
+    texts = ("speed_b > 20 m/s", "travelling_speed_b > 20 m/s", "impact_speed_b > 20 m/s")
+    questions = Questions(probabilities=tuple(map(read_proposition, texts)))
+    made = replace(sparse, scene=replace(sparse.scene, questions=questions))
+    either, travelling, impact = answers(made, "probability")
+    draws = sparse.idata["posterior"]
+    assert either.numbers.value == travelling.numbers.value
+    assert travelling.numbers.value == float((draws["travelling_speed_b"] > 20).mean())
+    assert impact.numbers.value == float((draws["speed_b"] > 20).mean())
+    assert "before its skid" in either.title
+    assert impact.title.startswith("Probability that the impact speed of B")
+    (beside,) = either.sentences[-1:]
+    assert "which a speed limit is about" in beside
+    assert f"{100 * impact.numbers.value:.0f}"[:2] in beside
+    assert len(travelling.sentences) == len(impact.sentences) == len(either.sentences) - 1
+
+
+def test_of_a_car_that_did_not_skid_the_speeds_are_one(outcome):
+    texts = ("speed_b > 19 m/s", "travelling_speed_b > 19 m/s", "impact_speed_b > 19 m/s")
+    questions = Questions(probabilities=tuple(map(read_proposition, texts)))
+    made = replace(outcome, scene=replace(outcome.scene, questions=questions))
+    assert len({each.numbers.value for each in answers(made, "probability")}) == 1
 
 
 @pytest.mark.parametrize(
@@ -71,10 +95,10 @@ def test_a_question_that_cannot_be_answered_says_what_to_write(outcome, asked):
     assert found.numbers is None
     assert found.sentences[0].startswith("Not answered: ")
     assert "seen_time" in found.sentences[0]
-    momentum = Questions(probabilities=(read_proposition("initial_speed_a > 3 m/s"),))
+    momentum = Questions(probabilities=(read_proposition("pdof_a > 3 deg"),))
     made = replace(outcome, scene=replace(outcome.scene, questions=momentum))
     (found,) = answers(made, "probability")
-    assert "has no initial_speed_a" in found.sentences[0]
+    assert "has no pdof_a" in found.sentences[0]
 
 
 def test_a_withheld_result_answers_no_question(asked):

@@ -26,6 +26,33 @@ def test_poses_between_rows_are_interpolated_and_rest_stays(outcome):
     assert motion.pose_at("b", motion.lasts + 1) == pytest.approx(pose[-1])
 
 
+def test_a_vehicle_slows_down_along_its_skid(outcome):
+    """From 14 to 10 m/s in 5 m, which take 2 · 5 / 24 s; 14 m/s before."""
+    (motion,) = motions(outcome, 1)
+    east = {v: np.array([10.0, 0.0]) for v in motion.before}
+    motion = replace(motion, before=east, speed=dict.fromkeys(east, 10.0), skid={"a": (14.0, 5.0)})
+    skidding = 2 * 5 / 24
+    time = np.array([0.0, -skidding / 2, -skidding, -1.0])
+    x, y, heading = (motion.poses("a", time) - motion.pose["a"][0]).T
+    slowing = 4 / skidding
+    half = 10 * skidding / 2 + slowing * (skidding / 2) ** 2 / 2
+    assert x == pytest.approx([0, -half, -5, -5 - 14 * (1 - skidding)])
+    assert y == pytest.approx(0)
+    assert heading == pytest.approx(0)
+    assert motion.poses("b", time)[:, 0] - motion.pose["b"][0, 0] == pytest.approx(10 * time)
+
+
+def test_the_skid_of_a_motion_is_that_of_its_draw(sparse):
+    draws = sparse.idata["posterior"]
+    for motion in motions(sparse, 3):
+        off = np.abs(np.ravel(draws["speed_b"]) - motion.speed["b"])
+        travelling, length = motion.skid["b"]
+        assert set(motion.skid) == {"b"}
+        assert travelling in np.ravel(draws["travelling_speed_b"])
+        assert length in np.ravel(draws["skid_b"])
+        assert off.min() < 1.0
+
+
 def test_a_run_out_that_is_not_finite_is_left_out(outcome):
     tree = outcome.idata.copy()
     data = tree["trajectories"].to_dataset().copy(deep=True)

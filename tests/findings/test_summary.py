@@ -61,7 +61,7 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
 def test_a_known_speed_is_no_result_and_an_unknown_one_is(outcome, sparse):
     assert "speed_a" in outcome.idata["posterior"]  # among the inputs
     assert "speed_a" not in summarise(found_of(outcome))["parameters"]
-    speeds = ["speed_a", "speed_b", "initial_speed_b"]
+    speeds = ["speed_a", "travelling_speed_b", "speed_b"]
     assert list(summarise(found_of(sparse))["parameters"]) == speeds + NAMES[1:]
     assert [row.name for row in result_rows(found_of(sparse), "si")] == speeds + NAMES[1:]
 

@@ -135,11 +135,11 @@ def test_momentum_alone_is_no_model_of_a_barrier() -> None:
     scene = against_wall()
     for name, rung in RUNGS.items():
         if name.startswith("momentum"):
-            assert rung.refusal(scene).startswith("goes by momentum alone")
+            assert rung.refusal(scene).startswith("uses conservation of momentum only")
             assert not rung.refusal(collision()).startswith("goes by momentum")
         elif not name.endswith("roll"):
             assert not rung.refusal(scene)
-    with pytest.raises(Unanswerable, match=r"the model momentum\+spin goes by momentum alone"):
+    with pytest.raises(Unanswerable, match=r"momentum\+spin uses conservation of momentum only"):
         reconstruct(scene, RunOptions(model="momentum+spin"))
 
 
@@ -151,4 +151,4 @@ def test_a_model_is_described_without_a_vehicle_b(name: str) -> None:
     )
     for word in ("vehicle B", "of B", "B's", "_b", "both vehicles"):
         assert word not in every
-    assert said.priors[0][0] == "speed of A before impact"
+    assert said.priors[0][0] == "impact speed of A"

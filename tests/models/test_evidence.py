@@ -241,8 +241,8 @@ def test_a_skid_to_impact_adds_its_energy() -> None:
     trace = trace_of(replace(scene, approach=scene.approach | {"b": b}))
     friction = float(parts.from_standard(*RUNG.of_scene(scene), jnp.zeros(3))["friction_road"])
     expected = np.sqrt(19.0**2 + 2 * 9.80665 * friction * 12.0)
-    assert float(trace["initial_speed_b"]["value"]) == pytest.approx(expected)
-    assert "initial_speed_a" not in trace
+    assert float(trace["travelling_speed_b"]["value"]) == pytest.approx(expected)
+    assert "travelling_speed_a" not in trace
 
 
 def test_a_rung_without_yaw_explains_no_yaw() -> None:

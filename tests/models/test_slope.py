@@ -89,7 +89,7 @@ def test_a_skid_up_to_the_impact(turn: float) -> None:
     theta, f = math.atan(0.06), x["friction_road"] * x["grip_a"]
     held = f * math.cos(theta) + math.cos(turn) * math.sin(theta)
     expected = math.sqrt(v**2 + 2 * GRAVITY * held * x["skid_a"])
-    assert float(trace["initial_speed_a"]["value"]) == pytest.approx(expected)
+    assert float(trace["travelling_speed_a"]["value"]) == pytest.approx(expected)
 
 
 def simulated(uphill: float) -> Scene:

@@ -37,9 +37,11 @@ CHAINS, DRAWS = 4, 500
 DEGREE = np.pi / 180
 
 QUESTIONS = {
-    "exceeds": ["speed_b > 45 mph", "speed_b > 100 m/s", "delta_v_a > 30 mph"],
-    "between": "40 mph < speed_b < 45 mph",
-    "likelihood_ratio": [{"first": "speed_b at most 40 mph", "second": "speed_b at least 45 mph"}],
+    "exceeds": ["impact_speed_b > 45 mph", "impact_speed_b > 100 m/s", "delta_v_a > 30 mph"],
+    "between": "40 mph < impact_speed_b < 45 mph",
+    "likelihood_ratio": [
+        {"first": "impact_speed_b at most 40 mph", "second": "impact_speed_b at least 45 mph"}
+    ],
     "avoidable": [
         {
             "vehicle": "B",
@@ -218,7 +220,9 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
             posterior["speed_a"] = normal(20.3, 0.7)
             prior["speed_a"] = np.abs(normal(0, 30, 500, 1))
         if approach.skid is not None:
-            posterior[f"initial_speed_{v}"] = np.sqrt(posterior[f"speed_{v}"] ** 2 + 118.0)
+            posterior[f"travelling_speed_{v}"] = np.sqrt(posterior[f"speed_{v}"] ** 2 + 118.0)
+            if f"speed_{v}" in prior:
+                prior[f"travelling_speed_{v}"] = np.sqrt(prior[f"speed_{v}"] ** 2 + 118.0)
     evidence = scene.evidence()
     shift = dict(zip(evidence, cycle((0.2, -0.4, 0.1, 0.6, 1.7, -0.2)), strict=False))
     predictive = {

@@ -131,8 +131,8 @@ def test_impossible_rows_are_refused_and_named(calibration, tmp_path, column, va
 def test_a_line_leaves_its_band_where_the_verdict_says_so(calibration) -> None:
     figure = calibration_figure(calibration)
     drawn = {axes.get_title(loc="left"): axes for axes in figure.axes if axes.lines}
-    assert set(drawn) == {"speed of B", "e"}
-    for axes, inside in ((drawn["speed of B"], True), (drawn["e"], False)):
+    assert set(drawn) == {"impact speed of B", "e"}
+    for axes, inside in ((drawn["impact speed of B"], True), (drawn["e"], False)):
         assert (axes.lines[0].get_linestyle() == "-") is inside  # seen without colour too
 
 

@@ -72,7 +72,7 @@ def test_every_figure_draws_where_rests_are_missing(sparse, name):
 
 
 def test_unknown_speeds_of_both_stand_side_by_side(outcome, sparse):
-    for name, label in (("posterior", "Speed of A before impact"), ("pair", "speed of A (m/s)")):
+    for name, label in (("posterior", "Impact speed of A"), ("pair", "impact speed of A (m/s)")):
         assert label in words(drawn(name, sparse, "si"))
         assert label not in words(drawn(name, outcome, "si"))
 
@@ -135,9 +135,9 @@ def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
     text = words(drawn(name, outcome, units))
     symbols = {"scene": ("x (m)", "x (ft)"), "delta_v": ("along (m/s)", "along (mph)"),
                "posterior": ("m/s", "mph"),
-               "pair": ("speed of B (m/s)", "speed of B (mph)"),
+               "pair": ("impact speed of B (m/s)", "impact speed of B (mph)"),
                "predictive": ("20.10 ± 0.50 m/s", "45.0 ± 1.1 mph"),
-               "tornado": ("before impact (m/s)", "before impact (mph)")}  # fmt: skip
+               "tornado": ("impact speed of B (m/s)", "impact speed of B (mph)")}  # fmt: skip
     wanted, other = symbols[name] if units == "si" else symbols[name][::-1]
     assert wanted in text
     assert other not in text

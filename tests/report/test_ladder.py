@@ -41,14 +41,14 @@ def test_table_lists_every_rung_in_the_units_asked_for(ladder) -> None:
     assert "± 2.0│" in printed(ladder, "us")
     assert "…" not in printed(ladder)  # nothing is cut on a narrow terminal
     assert "│ low    │ 21.00 ± 0.90 │" in printed(ladder, width=140)
-    assert "middle is the lowest rung" in printed(ladder)
-    assert "full moves the speed of B" in printed(ladder)
+    assert "middle is the simplest model" in printed(ladder)
+    assert "full shifts the impact speed of B" in printed(ladder)
 
 
 def test_the_summary_of_a_run_says_who_chose_its_model(ladder) -> None:
     out = io.StringIO()
     print_summary(findings.compute(make_outcome(make_scene()), ladder), Console(file=out, width=80))
-    assert "model: middle is the lowest rung" in out.getvalue()
+    assert "model: middle is the simplest model" in out.getvalue()
 
 
 def test_a_stranger_s_text_is_neither_markup_nor_an_escape_sequence(ladder) -> None:

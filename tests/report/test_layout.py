@@ -10,7 +10,7 @@ from rich.text import Text
 from retrodict.report.layout import print_table
 
 CELLS = [
-    "speed of B before impact, m/s",
+    "impact speed of B, m/s",
     "19.0",
     "50 %: 18.6 to 19.8\n90 %: 17.6 to 20.5",
     "43\n/ 23",

@@ -22,7 +22,7 @@ def line_of(text, start):
     ("units", "expected"), [("si", "19.2 ± 0.9"), ("us", "42.9 ± 2.0")]
 )  # fmt: skip
 def test_results_are_printed_in_the_units_asked_for(outcome, units, expected):
-    line = line_of(printed(outcome, units), "speed of B before impact")
+    line = line_of(printed(outcome, units), "impact speed of B")
     assert expected in line
     assert "1613 / 1783" in line
 
@@ -37,7 +37,7 @@ def test_a_good_run_says_that_its_checks_passed(outcome):
 def test_a_failed_run_is_marked_and_gives_its_reasons(failing):
     text = printed(failing)
     assert "NOT TO BE RELIED ON" in text
-    assert "19.2 ± 0.9†" in line_of(text, "speed of B before impact")
+    assert "19.2 ± 0.9†" in line_of(text, "impact speed of B")
     assert "R-hat of e_m is 1.050" in text
     line = line_of(text, "impact moment coefficient")
     assert line.count("withheld") == 5
@@ -54,9 +54,9 @@ def test_every_interval_fits_on_a_narrow_terminal(outcome):
 
 def test_unknown_speeds_of_both_and_before_a_skid_are_printed(outcome, sparse):
     text = printed(sparse)
-    line_of(text, "speed of A before impact, m/s")
-    line_of(text, "speed of B before impact, m/s")
-    line_of(text, "speed of B before its skid to impact, m/s")
+    line_of(text, "impact speed of A, m/s")
+    line_of(text, "impact speed of B, m/s")
+    line_of(text, "travelling speed of B before its skid, m/s")
     narrow = printed(sparse, width=80)
     assert max(map(len, narrow.splitlines())) <= 80
     assert "…" not in narrow
@@ -79,7 +79,7 @@ def test_texts_of_the_scene_are_neither_markup_nor_escape_sequences(outcome):
 
 def test_what_was_asked_is_answered_below_the_answer(asked):
     text = " ".join(printed(asked).split())
-    assert "Probability that the speed of B before impact is above 20.12 m/s" in text
+    assert "Probability that the impact speed of B is above 20.12 m/s" in text
     assert "with a Monte Carlo error of" in text
     assert "Would the impact have been avoided" in text
     assert "Effect of each measurement" not in text  # that nobody asked for it, a report has it

@@ -68,7 +68,7 @@ def test_coverage_is_that_of_answers_that_count(validation):
 def test_what_would_narrow_an_answer_is_printed_next_to_its_sd(validation):
     said = "\n".join(remark_lines(validation))
     assert (
-        "one: the sd of the speed of A before impact is 9.5 %; known exactly, the yaw rate of B after "
+        "one: the sd of the impact speed of A is 9.5 %; known exactly, the yaw rate of B after "
         "impact would leave 5.0 %, the mass of A 8.0 %."
     ) in said
 

@@ -75,19 +75,19 @@ ASKED = 'reaction = "1 s", deceleration = "7 m/s^2", seen_time = "2 s"'
         ('kind = "wall"', 'kind = "pole"', 'barrier.diameter: missing; write diameter = "0.3 m"'),
         ('kind = "wall"', 'kind = "wall"\ndiameter = "1 m"', "barrier.diameter: a wall has none"),
         ('kind = "wall"', 'kind = "fence"', 'barrier.kind: not what is expected here; write kind ='),
-        ("[barrier]", 'question = ["speed_b"]\n[barrier]', 'question: a barrier stands still'),
+        ("[barrier]", 'question = ["speed_b"]\n[barrier]', 'question: a scene with a barrier'),
         ("[impact]", '[priors.speed_b]\nscale = "9 m/s"\nsource = "s"\n[impact]', "priors.speed_b: a"),
         ("[impact]", '[questions]\nexceeds = "Vbx > 9 m/s"\n[impact]', "questions.exceeds: a barrier"),
         (
             "[impact]",
             '[questions]\nbetween = "1 m/s < delta_v_b < 9 m/s"\n[impact]',
-            "questions.between: a barrier stands still",
+            "questions.between: a scene with a barrier has no vehicle B",
         ),
         ("[impact]", "[questions]\ncorners = true\n[impact]", "questions.corners: corners are of"),
         (
             "[impact]",
             f'[questions]\navoidable = [{{ vehicle = "B", limit = "9 m/s", {ASKED} }}]\n[impact]',
-            'questions.avoidable: a barrier stands still',
+            'questions.avoidable: a scene with a barrier has no vehicle B',
         ),
         (
             "[impact]",

@@ -102,7 +102,7 @@ def test_a_time_stands_for_the_distance_at_the_actual_speed():
 
 def test_without_either_the_driver_saw_the_hazard_a_reaction_time_before_the_skid():
     before = np.sqrt(SPEED**2 + 2 * 7.0 * 10.0)
-    made = crossing(10.0, initial_speed_b=constant(before))
+    made = crossing(10.0, travelling_speed_b=constant(before))
     found = avoidability(made, asked())
     assert found.distance == pytest.approx((before * REACTION + 10.0,) * 3)
 
@@ -140,7 +140,7 @@ def test_a_share_is_the_probability_that_the_stopping_distance_is_short_enough()
 
 def test_distances_before_the_impact_are_those_of_the_motion():
     before = np.sqrt(SPEED**2 + 2 * 7.0 * 10.0)
-    found = time_distance(crossing(10.0, initial_speed_b=constant(before)), 3.0)
+    found = time_distance(crossing(10.0, travelling_speed_b=constant(before)), 3.0)
     assert found.times == pytest.approx(np.linspace(3, 0, 7))
     skidding = (before - SPEED) / 7.0
     for time, a, b, speed in zip(

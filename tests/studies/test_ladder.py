@@ -35,9 +35,9 @@ def test_the_lowest_rung_that_answers_alike_is_chosen() -> None:
 @pytest.mark.parametrize(
     ("wrong", "word"),
     [
-        ({"median": 19.0 + 1.01 * SHARE}, "moves"),
-        ({"median": 19.0, "sd": 1.01 * FACTOR}, "wide"),
-        ({"median": 19.0, "sd": 0.99 / FACTOR}, "wide"),
+        ({"median": 19.0 + 1.01 * SHARE}, "shifts"),
+        ({"median": 19.0, "sd": 1.01 * FACTOR}, "uncertainty"),
+        ({"median": 19.0, "sd": 0.99 / FACTOR}, "uncertainty"),
         ({"median": 19.0, "probability": 0.009}, "does not fit"),
         ({"median": 19.0, "reasons": ("R-hat",)}, "not to be relied on"),
     ],
@@ -81,9 +81,9 @@ def test_a_fuller_rung_that_is_not_enough_itself_does_not_speak() -> None:
         (step("low", 19.0), step("middle", 19.5), step("full", 19.0)), ASKED
     )
     assert choice == "low"
-    assert judged[1].verdict.startswith("not enough: full moves")
+    assert judged[1].verdict.startswith("not enough: full shifts")
     assert [s.enough for s in judged] == [True, False, True]
-    assert "the most is that full moves" in reason
+    assert "The largest change: full shifts" in reason
 
 
 def test_rungs_side_by_side_do_not_speak_of_each_other() -> None:

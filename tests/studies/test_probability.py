@@ -178,10 +178,12 @@ def test_the_prior_before_a_skid_is_that_of_the_speed_and_of_what_the_skid_took(
     rng = np.random.default_rng(1)
     skid = replace(scene.approach["b"], skid=Measured(12.0, 1.0, "lognormal"))
     v, K = np.abs(rng.normal(0, 30, (1, 500))), rng.normal(120, 8, (1, 500))
-    made = outcome(speed_b=speed_draws(), initial_speed_b=np.sqrt(speed_draws() ** 2 + 120))
+    made = outcome(speed_b=speed_draws(), travelling_speed_b=np.sqrt(speed_draws() ** 2 + 120))
     made.idata["prior"] = _prior(v, K)
     made = replace(made, scene=replace(scene, approach=scene.approach | {"b": skid}))
-    pair = [read_proposition(t) for t in ("initial_speed_b < 22 m/s", "initial_speed_b > 23 m/s")]
+    pair = [
+        read_proposition(t) for t in ("travelling_speed_b < 22 m/s", "travelling_speed_b > 23 m/s")
+    ]
     found = likelihood_ratio(made, Comparison(*pair))
     many = np.sqrt(rng.normal(0, 30, 400_000) ** 2 + rng.normal(120, 8, 400_000))
     assert found.prior_first == pytest.approx((many < 22).mean(), abs=0.004)
@@ -193,7 +195,7 @@ def _prior(v, K):
         xr.Dataset(
             {
                 "speed_b": (("chain", "draw"), v),
-                "initial_speed_b": (("chain", "draw"), np.sqrt(v**2 + K)),
+                "travelling_speed_b": (("chain", "draw"), np.sqrt(v**2 + K)),
             }
         )
     )

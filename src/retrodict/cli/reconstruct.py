@@ -123,7 +123,7 @@ def reconstruct(
     print_path(folder / "report.html", console)
     if stays:
         again = "; --resume goes on with this one" if result.outcome.unfinished else ""
-        console.print(f"It is that of the run before, which was finished{again}.")
+        console.print(f"This report is from the previous, completed run{again}.")
     if not result.outcome.complete:
         raise typer.Exit(INTERRUPTED)
 

@@ -66,7 +66,7 @@ def require_rung(model: str, *, auto: bool) -> None:
 def output_folder(out: Path | None, name: str) -> Path:
     """Where results go; found out before the work whether they can go there."""
     if out is None and name.strip(". ") == "":
-        fail("the scene file's name gives results no name: choose a folder with --out")
+        fail("cannot name the output folder after this scene file: choose one with --out")
     if out == Path():  # an empty option, rarely meant as the current folder
         fail("--out is empty, or the current folder: name a folder for the results")
     folder = Path("out") / name if out is None else out

@@ -13,7 +13,7 @@ from retrodict.findings.rounding import format_range, format_value
 from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON, WITHHELD
 from retrodict.inference.digits import decimals_of
 from retrodict.report.drawing import density
-from retrodict.scene.quantities import UNKNOWNS, Units, describe, label_and_unit
+from retrodict.scene.quantities import SHORT, Units, describe, label_and_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -123,7 +123,7 @@ def drawn(answer: Answer) -> tuple[str, ...]:
     names = answer.scene.reported()
     return tuple(
         name
-        for name in UNKNOWNS
+        for name in SHORT
         if name in names and name in answer.draws and name not in answer.checks.failed
     )
 

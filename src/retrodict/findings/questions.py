@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 from retrodict.findings.rounding import NOTHING, format_value, format_with_sd
 from retrodict.inference.digits import decimals_of
-from retrodict.scene.quantities import Unit, describe, label_and_unit, unit_of
-from retrodict.scene.records import VEHICLES
+from retrodict.scene.quantities import SPEEDS, Unit, describe, label_and_unit, unit_of
 from retrodict.studies.avoidability import (
     Avoidability,
     Share,
@@ -30,6 +29,7 @@ from retrodict.studies.probability import (
     CONFIDENCE,
     LikelihoodRatio,
     Probability,
+    bounded,
     likelihood_ratio,
     probability,
 )
@@ -37,6 +37,7 @@ from retrodict.studies.probability import (
 if TYPE_CHECKING:
     from retrodict.findings.statistics import Quantity
     from retrodict.inference.outcome import Outcome
+    from retrodict.inference.points import Estimate
     from retrodict.scene.asked import Avoidance, Comparison, Proposition, Questions
     from retrodict.scene.measured import Measured
     from retrodict.studies.conflict import LeftOut
@@ -121,7 +122,8 @@ def answers_to(
     """
     answer = partial(_answer, outcome, quantities)
     found = [probability_of(outcome, quantities, each) for each in questions.probabilities]
-    for comparison in questions.comparisons:
+    for written in questions.comparisons:
+        comparison = written.meant(outcome.scene.skidded)
         name = comparison.first.name
         title = f"Likelihood ratio of two propositions about the {describe(name)[0]}"
         blank = Answered("likelihood_ratio", title, quantity=name)
@@ -142,7 +144,7 @@ def answers_to(
         blank = Answered("corners", title, quantity="speed_b")
         found.append(answer(blank, partial(_corners, outcome, quantities["speed_b"])))
     if questions.one_at_a_time:
-        for name in [f"speed_{v}" for v in VEHICLES if f"speed_{v}" in quantities]:
+        for name in [name for name in SPEEDS if name in quantities and not _follows(outcome, name)]:
             title = f"Effect of each measurement on the {describe(name)[0]}"
             blank = Answered("one_at_a_time", title, figure="tornado", quantity=name)
             found.append(answer(blank, partial(_one_at_a_time, outcome, name)))
@@ -150,6 +152,11 @@ def answers_to(
         blank = Answered("checks", "Named checks: measured against predicted")
         found.append(answer(blank, partial(_checks, outcome, left_out)))
     return tuple(found)
+
+
+def _follows(outcome: Outcome, name: str) -> bool:
+    """Whether a speed is that at the impact of a vehicle whose speed before its skid is asked."""
+    return name in [f"speed_{v}" for v in outcome.scene.skidded]
 
 
 def probability_of(
@@ -165,9 +172,43 @@ def probability_of(
     Returns:
         The answer, or why there is none; `numbers` is a `Probability`.
     """
-    title = f"Probability that the {_in_words(proposition)}"
-    blank = Answered("probability", title, quantity=proposition.name)
-    return _answer(outcome, quantities, blank, partial(_probability, outcome, proposition))
+    meant = proposition.meant(outcome.scene.skidded)
+    blank = Answered("probability", f"Probability that the {_in_words(meant)}", quantity=meant.name)
+    found = _answer(outcome, quantities, blank, partial(_probability, outcome, meant))
+    if found.numbers is None or meant.name != f"travelling_{proposition.name}":
+        return found
+    # whoever writes speed_a may mean either: say which was answered, and the other beside it
+    at_impact = probability(outcome, proposition)
+    v = proposition.name[-1]
+    beside = (
+        f"This is the speed at which {v.upper()} travelled before it skidded, which a speed limit is "
+        f"about. Of its impact speed (impact_speed_{v}) {_share_in_words(at_impact)}."
+    )
+    return replace(found, sentences=(*found.sentences, beside))
+
+
+def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answered:
+    """How probable a proposition is by the weighted points of a session, in words.
+
+    Args:
+        estimate: the points.
+        proposition: about a quantity that they have.
+
+    Returns:
+        As of `probability_of`.
+    """
+    meant = proposition.meant(estimate.scene.skidded)
+    blank = Answered("probability", f"Probability that the {_in_words(meant)}", quantity=meant.name)
+    if not estimate.checks.passed:
+        return replace(blank, sentences=(WITHHELD,))
+    if meant.name not in estimate.quantities:
+        return replace(blank, sentences=(f"Not answered: the model has no {meant.name}.",))
+    holds = meant.holds(estimate.quantities[meant.name]).astype(float)
+    value, error = estimate.weighted.mean(holds)
+    effective = value * (1 - value) / error**2 if error > 0 else estimate.checks.min_ess_bulk
+    found = bounded(meant, value, error if error > 0 else None, effective, estimate.checks.pareto_k)
+    said = f"Given the model and the inputs, {_share_in_words(found)}."
+    return replace(blank, sentences=(said,), numbers=found)
 
 
 def _answer(
@@ -208,9 +249,9 @@ def _share_in_words(found: Probability) -> str:
     sure = f"with {_SURE} confidence, by {draws} effective draws"
     if found.value < 0.5:
         most = format_value(100 * found.at_most, decimals_of(found.at_most * 100, digits=1))
-        return f"hardly a draw holds it: the probability is below {most} % {sure}"
+        return f"the probability is below {most} % {sure}"
     least = format_value(100 * found.at_least, decimals_of(100 * (1 - found.at_least), digits=1))
-    return f"nearly every draw holds it: the probability is above {least} % {sure}"
+    return f"the probability is above {least} % {sure}"
 
 
 def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered) -> Answered:
@@ -303,7 +344,7 @@ def _avoidability(outcome: Outcome, asked: Avoidance, blank: Answered) -> Answer
         _quantile_row("distance to stop at the limit", found.stopping, "length"),
     ]
     if not barrier:
-        way = f"way of {other} from the impact until clear"
+        way = f"distance that {other} still had to travel to be clear"
         rows.append(_quantile_row(way, found.clear, "length"))
     if found.speed:
         rows.append(_quantile_row("speed at an impact not avoided", found.speed, "speed"))

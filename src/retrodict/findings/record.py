@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from retrodict.findings.inputs import InputRow, input_rows
 from retrodict.findings.questions import Answered, answers_to
-from retrodict.findings.sentences import answer, assumptions, question, verdict
+from retrodict.findings.sentences import (
+    answer,
+    assumptions,
+    question,
+    simplifications,
+    verdict,
+)
 from retrodict.findings.severity import hours
 from retrodict.findings.statistics import (
     DERIVED,
@@ -19,7 +25,7 @@ from retrodict.findings.statistics import (
     statistics,
 )
 from retrodict.options import RunOptions
-from retrodict.scene.quantities import Units
+from retrodict.scene.quantities import SPEEDS, Units
 from retrodict.scene.records import VEHICLES
 from retrodict.scene.write import SceneText, scene_text
 from retrodict.studies.conflict import LeftOut, conflicts
@@ -69,6 +75,7 @@ class Findings:
             checks failed.
         causes: the measured quantities that each speed is uncertain by most; likewise.
         assumptions: what is taken for granted, one line each.
+        simplifications: what of the scene is left out, or taken for granted though nobody wrote it.
         checks: the verdict on the draws.
         verdict: the same, in a line.
         question: what was asked, in words.
@@ -107,6 +114,7 @@ class Findings:
     complete: bool
     notes: tuple[str, ...]
     ladder: Ladder | None = None
+    simplifications: tuple[str, ...] = ()
     schema: Literal[1] = SCHEMA
 
     def __repr__(self) -> str:
@@ -159,6 +167,7 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         complete=bool(outcome.complete),
         notes=outcome.notes,
         ladder=ladder,
+        simplifications=simplifications(outcome),
     )
 
 
@@ -167,7 +176,7 @@ def _narrowing(
 ) -> dict[str, tuple[Narrowed, ...]]:
     if not outcome.checks.passed:
         return {}
-    sought = [name for name in quantities if name in ("speed_a", "speed_b")]
+    sought = [name for name in quantities if name in SPEEDS]
     found = {name: narrowing(outcome, name) for name in sought}
     return {name: known for name, known in found.items() if known}
 

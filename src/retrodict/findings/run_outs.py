@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import Float
 
 from retrodict.scene.names import vehicle_of
+from retrodict.studies.draws import draws_of
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -28,6 +30,8 @@ class Motion:
         speed: its size.
         time: after the impact, shape (steps,), ascending from 0.
         pose: x, y and heading at these times, shape (steps, 3); the last is the rest.
+        skid: of vehicles that skidded up to the impact, the speed before the skid, m/s, and its
+            length, m.
     """
 
     number: int
@@ -35,6 +39,7 @@ class Motion:
     speed: dict[str, float]
     time: dict[str, np.ndarray]
     pose: dict[str, np.ndarray]
+    skid: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def lasts(self) -> float:
@@ -49,13 +54,23 @@ class Motion:
     def poses(self, v: str, time: np.ndarray) -> np.ndarray:
         """Poses of a vehicle, shape (n, 3), at times (n,) after the impact, negative ones before it.
 
-        Before the impact it moves at constant velocity, with its heading at impact.
+        Before the impact it moves straight, with its heading at impact: at constant speed, and along
+        its skid slowing down evenly.
         """
         poses = np.stack(
             [np.interp(time, self.time[v], column) for column in self.pose[v].T], axis=1
         )
-        poses[:, :2] += np.minimum(time, 0.0)[:, None] * self.before[v]
+        poses[:, :2] -= self._back(v, -np.minimum(time, 0.0))[:, None] * self.before[v]
         return poses
+
+    def _back(self, v: str, time: np.ndarray) -> np.ndarray:
+        """How far back a vehicle was at times before the impact, over its speed at the impact; s."""
+        speed = self.speed[v]
+        if v not in self.skid or speed <= 0:
+            return time
+        from retrodict.mechanics.avoidance import Approach, distance_before  # imports jax
+
+        return np.asarray(distance_before(Approach(speed, *self.skid[v]), time)) / speed
 
 
 def motions(outcome: Outcome, count: int | None = None) -> tuple[Motion, ...]:
@@ -85,6 +100,7 @@ def motions(outcome: Outcome, count: int | None = None) -> tuple[Motion, ...]:
     ranked = whole[np.argsort(speed[whole, sought], kind="stable")]
     count = len(ranked) if count is None else min(count, len(ranked))
     shares = (np.arange(count) + 0.5) / max(count, 1)
+    skids = _skids(outcome, speed)
     return tuple(
         Motion(
             number=int(run) + 1,
@@ -92,9 +108,31 @@ def motions(outcome: Outcome, count: int | None = None) -> tuple[Motion, ...]:
             speed={v: float(speed[run, i]) for i, v in enumerate(vehicles)},
             time={v: time[run, i] for i, v in enumerate(vehicles)},
             pose={v: pose[run, i] for i, v in enumerate(vehicles)},
+            skid={v: (float(own[run, 0]), float(own[run, 1])) for v, own in skids.items()},
         )
         for run in ranked[(shares * len(ranked)).astype(int)]
     )
+
+
+def _skids(
+    outcome: Outcome, speed: Float[np.ndarray, "runs vehicles"]
+) -> dict[str, Float[np.ndarray, "runs 2"]]:
+    """Speed before the skid and its length in the draw of each run, of vehicles that skidded."""
+    if not outcome.scene.skidded or "posterior" not in outcome.idata.children:
+        return {}
+    draws = outcome.idata["posterior"]
+    off = np.zeros((len(speed), draws.sizes["chain"] * draws.sizes["draw"]))
+    for own, v in zip(speed.T, outcome.scene.vehicles, strict=True):
+        if f"speed_{v}" in draws.data_vars:
+            off += np.abs(own[:, None] - draws_of(outcome, f"speed_{v}").ravel())
+    place = np.argmin(off, axis=1)
+    found = {}
+    for v in outcome.scene.skidded:
+        if f"travelling_speed_{v}" in draws.data_vars:
+            length = draws_of(outcome, f"skid_{v}").ravel()
+            travelling = draws_of(outcome, f"travelling_speed_{v}").ravel()
+            found[v] = np.stack([travelling[place], length[place]], axis=1)
+    return found
 
 
 def motion_of(found: tuple[Motion, ...], which: str | int) -> Motion:

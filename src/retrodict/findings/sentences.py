@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from retrodict.findings.rounding import format_value
 from retrodict.findings.statistics import Quantity, scaled
 from retrodict.inference.digits import decimals_of, rhat_text
+from retrodict.inference.misfit import UNEXPLAINED
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import Unit, Units, unit_of
@@ -69,17 +70,48 @@ def answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units) -
         One sentence or two, that of A first.
     """
     sought = outcome.scene.reported()
-    return " ".join(
-        _answer(outcome, quantities.get(f"speed_{v}"), units, v)
+    said = [
+        _answer(outcome, quantities, units, v)
         for v in VEHICLES
-        if f"speed_{v}" in sought
-    )
+        if f"speed_{v}" in sought or f"travelling_speed_{v}" in sought
+    ]
+    if any(UNEXPLAINED in flag for flag in outcome.checks.flags):
+        said.append(
+            f"But {UNEXPLAINED}: one of them, or the model, is wrong, and the speeds may be off by more "
+            "than these intervals say."
+        )
+    return " ".join(said)
 
 
-def _answer(outcome: Outcome, found: Quantity | None, units: Units, v: str) -> str:
+def _answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units, v: str) -> str:
+    """What a vehicle's speed was: before its skid, if it skidded, and at the impact."""
     who = f"Vehicle {v.upper()} ({outcome.scene.vehicles[v].name})"
+    given = "given the model and the inputs below, with 95 % probability between"
+    impact = _in_units(outcome, quantities.get(f"speed_{v}"), units)
+    if v not in outcome.scene.skidded:
+        if impact is None:
+            return (
+                f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
+            )
+        about, between = impact
+        return f"{who} was travelling at about {about} before impact; {given} {between}."
+    travelling = _in_units(outcome, quantities.get(f"travelling_speed_{v}"), units)
+    if travelling is None:
+        return (
+            f"{who}: its speed before its skid is {WITHHELD}, because checks of the draws failed."
+        )
+    about, between = travelling
+    said = f"{who} was travelling at about {about} before it skidded; {given} {between}."
+    if impact is not None and f"speed_{v}" in outcome.scene.reported():
+        about, between = impact
+        said += f" It struck at about {about}, with 95 % probability between {between}."
+    return said
+
+
+def _in_units(outcome: Outcome, found: Quantity | None, units: Units) -> tuple[str, str] | None:
+    """A speed's median and the limits of its interval in all units; None where it is withheld."""
     if found is None or not (outcome.checks.passed and found.passed):
-        return f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
+        return None
     # a court outside the United States reads km/h, which is no unit of the tables
     metric = [Unit("m/s", 1.0), Unit("km/h", 1 / 3.6)]
     us = [unit_of("speed", "us")]
@@ -87,17 +119,19 @@ def _answer(outcome: Outcome, found: Quantity | None, units: Units, v: str) -> s
     for unit in us + metric if units == "us" else metric + us:
         # one digit of the uncertainty: a sentence is quoted without its table
         sd, median = scaled(found.sd, unit.worth), scaled(found.median, unit.worth)
-        decimals = decimals_of(sd, digits=1, error=scaled(found.error, unit.worth))
-        of_limits = decimals_of(sd, digits=1, error=scaled(found.errors[95], unit.worth))
+        decimals = _whole(decimals_of(sd, digits=1, error=scaled(found.error, unit.worth)))
+        of_limits = _whole(decimals_of(sd, digits=1, error=scaled(found.errors[95], unit.worth)))
         low, high = (
             format_value(scaled(bound, unit.worth), of_limits) for bound in found.intervals[95]
         )
         middle.append(f"{format_value(median, decimals)} {unit.symbol}")
         between.append(f"{low} and {high} {unit.symbol}")
-    return (
-        f"{who} was travelling at about {_first_and_rest(middle)} before impact; given the model "
-        f"and the inputs below, with 95 % probability between {_first_and_rest(between)}."
-    )
+    return _first_and_rest(middle), _first_and_rest(between)
+
+
+def _whole(decimals: int | None) -> int | None:
+    """No speed is rounded to tens: 27 mph would read 30 beside 43 km/h."""
+    return None if decimals is None else max(decimals, 0)
 
 
 def _first_and_rest(texts: list[str]) -> str:
@@ -151,6 +185,34 @@ def of_class(scene: Scene) -> tuple[str, ...]:
                 f"of vehicle {v.upper()} these were not measured, but are those of the library's "
                 f"{vehicle.kind}, with the spread among such vehicles: {_and(names)}"
             )
+    return tuple(found)
+
+
+def simplifications(outcome: Outcome) -> tuple[str, ...]:
+    """What of the scene the answer leaves out, or takes for granted though nobody wrote it.
+
+    Args:
+        outcome: the reconstruction.
+    """
+    from retrodict.models import RUNGS  # brings JAX
+
+    scene, found = outcome.scene, []
+    seen = RUNGS[outcome.description.name].run_out.seen(scene)
+    kept = {surface.name for surface in seen.surfaces}
+    ignored = [surface.name for surface in scene.surfaces if surface.name not in kept]
+    if ignored:
+        found.append(
+            f"The model takes the friction of the {scene.surfaces[0].name} everywhere: it leaves out "
+            f"the {_and(ignored)}."
+        )
+    if scene.slope is not None and seen.slope is None:
+        found.append("The model takes the ground as level: it leaves out the slope.")
+    locked = [v.upper() for v in scene.vehicles if v not in scene.rolling and v in scene.rest]
+    if locked:
+        found.append(
+            f"All wheels of {_and(locked)} are taken as locked after the impact, as none was written to "
+            "roll."
+        )
     return tuple(found)
 
 

@@ -234,7 +234,7 @@ class Sampling:
         lacking = [*checks.reasons[len(self.where.faults) :]]
         if checks.imprecise:
             names = ", ".join(describe(name)[0] for name in checks.imprecise)
-            lacking.append(f"not one digit of the 95 % limits was sure of {names}")
+            lacking.append(f"the 95 % limits of {names} had no reliable digit")
         return lacking
 
     @contextmanager

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
+from retrodict.inference.misfit import MIN_PROBABILITY, UNEXPLAINED, misfit
 from retrodict.inference.outcome import Checks
 from retrodict.inference.prior_check import Reference, refuted
 from retrodict.inference.samplers.psis import effective
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 MAX_RHAT = 1.01
 MIN_ESS = 400.0
 MIN_BFMI = 0.3
+_BEYOND = 2.5  # scales of the prior of e, beyond which the tests that it is from have nothing
+_CENTRAL = 1.96  # scales of a half-normal that hold 95 %
 _SURPRISE = 2.5  # standard deviations from what was measured
 _LITTLE = 0.1  # share of the prior's crashes that weakly informative evidence leaves at least
 _OFTEN = 0.01  # share of draws from which on an unusual outcome is flagged
@@ -145,6 +148,8 @@ def flags(
     predicted: Mapping[Any, Any],
     scene: Scene,
     weights: np.ndarray = _NONE,
+    *,
+    noise: bool = True,
 ) -> tuple[str, ...]:
     """Findings about the scene: implausible values, odd physics, and what disagrees with the rest.
 
@@ -153,12 +158,28 @@ def flags(
         predicted: draws of what each item of evidence would be measured as, by name.
         scene: what was measured.
         weights: of crashes of the prior by the evidence; none where they were not drawn.
+        noise: whether predictions have the measurement's own error on them.
     """
 
     def draws(name: str) -> np.ndarray:
         return np.asarray(posterior[name])
 
     found = [*plausibility_warnings(scene)]
+    off = misfit(posterior, predicted, scene, noise=noise)
+    if off.probability < MIN_PROBABILITY:
+        found.append(
+            f"{UNEXPLAINED}: the probability of so large a misfit is {off.probability:.1g} "
+            f"(chi-square {off.chi_square:.0f}, {off.freedom:.0f} degrees of freedom)"
+        )
+    if {"e", "closing_speed"} <= set(posterior) and not scene.priors["e"].overridden:
+        fast, slow, over = scene.priors["e"].numbers
+        scale = fast + (slow - fast) * np.exp(-draws("closing_speed") / over)
+        if np.median(draws("e") / scale) > _BEYOND:
+            found.append(
+                f"restitution e of about {np.median(draws('e')):.2f} is beyond what tests at this "
+                f"closing speed support (95 % of its prior below {_CENTRAL * np.median(scale):.2f}): "
+                "the measurements may not belong to one impact, or one of them is wrong"
+            )
     if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
         found.append(
             f"the post-impact measurements are weakly informative: they leave {kept:.0%} of crashes "
@@ -173,9 +194,6 @@ def flags(
                 "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
             )
     if "energy_lost" in posterior:
-        fed = float(np.mean(draws("moment_work") > 0))
-        if fed > _OFTEN:
-            found.append(f"in {fed:.0%} of the draws the moment impulse feeds energy in")
         pulled = float(np.mean(draws("normal_impulse") < 0))
         if pulled > _OFTEN:
             found.append(

@@ -262,7 +262,7 @@ def estimated(
         passed=not reasons,
         reasons=reasons,
         failed=tuple(_reported(scene, quantities)) if reasons else (),
-        flags=diagnostics.flags(draws, predicted, scene),
+        flags=diagnostics.flags(draws, predicted, scene, noise=False),
         pareto_k=pareto_k,
         imprecise=precise.imprecise,
     )

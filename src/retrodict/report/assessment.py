@@ -40,8 +40,8 @@ def sensitivity(findings: Findings, units: Units, pictures: Mapping[str, list[Pi
 def _narrowed(findings: Findings, units: Units) -> Iterable[Block]:
     yield Paragraph(
         "How sure each speed would be, were one more quantity known exactly: to first order, from the "
-        "same draws. Of what was not measured some could be, by recorders, marks or witnesses. Two "
-        "quantities together may do more than either alone."
+        "same draws. Some unmeasured quantities could be obtained from recorders, marks or witnesses. "
+        "Two quantities together may do more than either alone."
     )
     speed = unit_of("speed", units)
     for sought, known in findings.narrowing.items():

@@ -21,7 +21,7 @@ from matplotlib.image import imsave
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from retrodict.scene import quantities
-from retrodict.scene.quantities import REPORTED, UNKNOWNS, Unit, Units, unit_of
+from retrodict.scene.quantities import REPORTED, Unit, Units, unit_of
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -147,8 +147,8 @@ IMAGES: dict[str, Callable[[Figure], bytes]] = {".png": to_png, ".svg": to_svg, 
 
 
 def shown(findings: Findings) -> tuple[str, ...]:
-    """The quantities that the figures of unknowns hold, in their order."""
-    return tuple(name for name in UNKNOWNS if name in findings.scene.reported())
+    """The quantities whose marginals are drawn, in their order."""
+    return tuple(name for name in SHORT if name in findings.scene.reported())
 
 
 def axis_label(name: str, units: Units) -> str:

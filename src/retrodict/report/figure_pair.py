@@ -14,7 +14,7 @@ from retrodict.findings.rounding import format_value
 from retrodict.findings.statistics import finite_draws
 from retrodict.report import drawing
 from retrodict.report.results import marked
-from retrodict.scene.quantities import Units
+from retrodict.scene.quantities import UNKNOWNS, Units
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -39,7 +39,7 @@ def pair_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Fi
     Returns:
         The figure.
     """
-    names = drawing.shown(findings)
+    names = [name for name in UNKNOWNS if name in drawing.shown(findings)]
     values = {
         name: None if (v := finite_draws(outcome, "posterior", name)) is None
         else v / drawing.worth(name, units).worth

@@ -81,7 +81,7 @@ FIGURES: dict[str, Registered] = {
     "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", figure_delta_v.CAPTION),
     "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
     "pair": Registered(
-        pair_figure, "How the unknowns hang together", figure_pair.CAPTION, "sensitivity"
+        pair_figure, "Correlations between the unknowns", figure_pair.CAPTION, "sensitivity"
     ),
     "predictive": Registered(
         predictive_figure, "Fit to the evidence", figure_predictive.CAPTION, "evidence"

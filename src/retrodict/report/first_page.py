@@ -34,7 +34,7 @@ def first_page(
     ]
     if causes := tuple(_causes(findings, units)):
         blocks.append(Section("What the uncertainty comes from most", causes))
-    blocks.append(Section("Are the numbers sound?", _verdict(findings)))
+    blocks.append(Section("Did the computation converge?", _verdict(findings)))
     blocks.append(Section("Assumed rather than measured", (Paragraph(_assumed(findings)),)))
     return tuple(blocks)
 
@@ -108,7 +108,11 @@ def _verdict(findings: Findings) -> tuple[Block, ...]:
     flags = findings.checks.flags
     text = "Findings about the scene that a reader should know:"
     notes: tuple[Block, ...] = (Paragraph(text), Listing(flags)) if flags else ()
-    return (Paragraph(findings.verdict), *notes)
+    converged = (
+        "Yes: every check of the draws was passed. None of them can tell whether a measurement is wrong "
+        "or the model applies; for that see the comparison with the evidence."
+    )
+    return (Paragraph(converged if findings.checks.passed else f"No. {findings.verdict}"), *notes)
 
 
 def _assumed(findings: Findings) -> str:
@@ -121,6 +125,7 @@ def _assumed(findings: Findings) -> str:
         labels = [row.label for row in findings.measured if row.assumed == what]
         if labels:
             sentences.append(f"{words} {len(labels)}: {'; '.join(labels)}.")
+    sentences = [*findings.simplifications, *sentences]
     if not sentences:
         return "Every input and its uncertainty are stated as measured; sources are listed below."
     return " ".join((*sentences, "The sources of these figures are listed below."))

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _DRAWS = 9  # to pick from: odd, so that the median is among them
 _ROWS = 33  # of each way: between them it is straight to a centimetre or so
 _BEFORE = 1.0  # s of approach that are shown
+_LEAD = 20  # rows of it along a skid
 _GHOSTS = 4  # outlines of the still picture between impact and rest
 
 
@@ -96,14 +97,15 @@ def _data(found: tuple[Motion, ...], view: View, scale: float, worth: float, sym
     def rows(motion: Motion, v: str) -> list[list[float]]:
         pick = np.linspace(0, len(motion.time[v]) - 1, _ROWS).round().astype(int)
         time, (x, y, heading) = motion.time[v][pick], motion.pose[v][pick].T
-        x0, y0 = (motion.pose[v][0, :2] - _BEFORE * motion.before[v]).tolist()
-        # one row before the impact: a vehicle comes in straight, at its speed and heading at impact
-        x, y = np.append(x0, x), np.append(y0, y)
+        # a vehicle comes in straight, and slows down along its skid
+        lead = np.linspace(-_BEFORE, 0.0, _LEAD if v in motion.skid else 1, endpoint=False)
+        x0, y0, heading0 = motion.poses(v, lead).T
+        x, y, heading = np.append(x0, x), np.append(y0, y), np.append(heading0, heading)
         columns = (
-            np.append(-_BEFORE, time).round(3),
+            np.append(lead, time).round(3),
             ((x - view[0]) * scale).round(1),
             ((view[3] - y) * scale).round(1),
-            np.degrees(-np.append(heading[0], heading)).round(1),
+            np.degrees(-heading).round(1),
         )
         return [column.tolist() for column in columns]
 
@@ -138,7 +140,7 @@ def _view(scene: Scene, found: tuple[Motion, ...]) -> View:
             points += [m.pose[v][:, :2], outline(scene.vehicles[v], m.pose_at(v, m.lasts))]
         # half of the approach: all of it would shrink the rest of the picture
         median = found[len(found) // 2]
-        points.append(median.pose[v][:1, :2] - _BEFORE / 2 * median.before[v])
+        points.append(median.poses(v, np.array([-_BEFORE / 2]))[:, :2])
     both = np.concatenate(points)
     low, high = both.min(axis=0) - 1.0, both.max(axis=0) + 1.0
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])

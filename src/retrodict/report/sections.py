@@ -150,9 +150,8 @@ def _fit(
     yield _measured_table(findings, units, rows, "Predicted ± sd")
     if any(row.measured.model_sd for row in rows):
         yield Paragraph(
-            "Behind “run-out” stands how far the run-out is taken to miss a real car there, by the "
-            "assumptions listed under The model. Likelihood and shift take it together with the "
-            "measurement's own error.",
+            "The number after “run-out” is the assumed model error of the run-out at that point, listed "
+            "under The model. Likelihood and shift use it together with the measurement's own error.",
             "quiet",
         )
     if marks := _marks(findings, units):

@@ -7,20 +7,22 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from retrodict.scene import units
 from retrodict.scene.measured import Measured
-from retrodict.scene.quantities import DERIVED, REPORTED, describe
+from retrodict.scene.quantities import DERIVED, REPORTED, SPEEDS, describe
 from retrodict.scene.units import QuantityError, read_quantity
 
 if TYPE_CHECKING:
     import numpy as np
 
 
-ASKABLE = tuple(dict.fromkeys((*REPORTED, *DERIVED)))
-BEFORE = ("speed_a", "speed_b", "initial_speed_a", "initial_speed_b")
+_AT_IMPACT = {"impact_speed_a": "speed_a", "impact_speed_b": "speed_b"}
+ASKABLE = tuple(dict.fromkeys((*REPORTED, *_AT_IMPACT, *DERIVED)))
+BEFORE = (*SPEEDS, *_AT_IMPACT)
 
 _DIMENSIONS = {
     "speed": units.SPEED,
@@ -43,7 +45,7 @@ class Proposition:
     """That a quantity lies between two values (SI units, radians); one of them may be infinite.
 
     Args:
-        name: flat name of the quantity.
+        name: flat name of the quantity; as it was written, until it is what is `meant`.
         low: it is above this.
         high: it is below this.
         text: as it was written.
@@ -53,6 +55,22 @@ class Proposition:
     low: float
     high: float
     text: str
+
+    def meant(self, skidded: Collection[str]) -> Proposition:
+        """The same about the quantity that its name stands for in a scene.
+
+        A speed limit is about the speed at which a vehicle travelled. Where it skidded to the impact,
+        that is the speed before its skid, unless the impact speed is asked for by name.
+
+        Args:
+            skidded: vehicles of which a skid up to the impact was measured.
+        """
+        v = self.name[-1]
+        if self.name in _AT_IMPACT:
+            return replace(self, name=_AT_IMPACT[self.name])
+        if self.name in (f"speed_{v}", f"travelling_speed_{v}"):
+            return replace(self, name=f"travelling_speed_{v}" if v in skidded else f"speed_{v}")
+        return self
 
     def holds(self, draws: np.ndarray) -> np.ndarray:
         """In which draws of the quantity it holds; in none that is no number."""
@@ -65,6 +83,10 @@ class Comparison:
 
     first: Proposition
     second: Proposition
+
+    def meant(self, skidded: Collection[str]) -> Comparison:
+        """The same about the speed that its name stands for; as of `Proposition.meant`."""
+        return Comparison(self.first.meant(skidded), self.second.meant(skidded))
 
 
 @dataclass(frozen=True, slots=True)

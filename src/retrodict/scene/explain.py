@@ -75,7 +75,27 @@ def _unknown_key(parts: list[Any], root: type[BaseModel]) -> str:
     near = near or difflib.get_close_matches(key, keys, 1)
     if near:
         return f'unknown key; did you mean "{near[0]}"?'
-    return f"unknown key; leave it out (known here: {', '.join(keys)})"
+    known = f"known here: {', '.join(keys)}"
+    if places := _places(root, key):
+        where = " or ".join(places[:3])
+        return f"unknown key here; it belongs in {where} ({known})"
+    return f"unknown key; leave it out ({known})"
+
+
+def _places(model: type[BaseModel], key: str, at: str = "") -> list[str]:
+    """The tables in which a key stands, by their paths: of each vehicle, of any surface."""
+    found = []
+    for name, field in _fields(model).items():
+        if name == key:
+            found.append(f"[{at}]" if at else "the file itself, above all tables")
+        if (inner := _model_in(field.annotation)) is None:
+            continue
+        if name.lower() == "b" or (len(name) == 1 and name.islower()):  # as of vehicle A
+            continue
+        own = f"{at}.{name}" if at else name
+        own += ".NAME" if get_origin(field.annotation) is dict else ""
+        found += _places(inner, key, own)
+    return list(dict.fromkeys(found))
 
 
 def _assignment(parts: list[Any], root: type[BaseModel]) -> str:

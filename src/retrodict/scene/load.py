@@ -181,15 +181,27 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
     except ValueError as error:  # TOMLDecodeError, or a number of more digits than Python reads
         said = re.fullmatch(r"(.*) \(at (line (\d+), column \d+)\)", str(error), re.DOTALL)
         reason, place, line = said.group(1, 2, 3) if said else (str(error), "", "")
-        again = "declare" in reason or "overwrite" in reason
-        fix = (
-            "write every table and key once"
-            if again
-            else 'text and quantities stand in quotes, like mass = "1857 ± 37 kg"'
-        )
         value = shown(lines[int(line) - 1].strip()) if line else ""
+        fix = _fix_of(reason, lines[int(line) - 1] if line else "")
         problem = Problem(place, value, f"not valid TOML ({shown(reason)[1:-1]}); {fix}")
         raise SceneError(file, [problem]) from None
+
+
+def _fix_of(reason: str, line: str) -> str:
+    """What to write in the place of a line that is not TOML."""
+    if "declare" in reason or "overwrite" in reason:
+        return "write every table and key once"
+    if re.search("[“”„«»‘]", line):
+        return 'these are typographic quotes; write straight ones: "'
+    if re.search(r"=\s*[+-]?[0-9]+,[0-9]", line):
+        return "write a decimal point, no comma"
+    if re.search("[\u00a0\u2007\u202f\u200b\ufeff]", line.partition('"')[0]):
+        return (
+            "the line has a space that is no plain one (as word processors write it); type it anew"
+        )
+    if re.search(r"=\s*[–—−]", line):
+        return "this is a dash; write a minus sign: -"
+    return 'text and quantities stand in quotes, like mass = "1857 ± 37 kg"'
 
 
 # a text is not read again at each change of its scene; whoever asks alters nothing in it

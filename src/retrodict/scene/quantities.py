@@ -42,10 +42,10 @@ _SI_SYMBOLS = {
 
 # what is unknown and reported, in the order it is reported: name -> (label, dimension)
 REPORTED: dict[str, tuple[str, str]] = {
-    "speed_a": ("speed of A before impact", "speed"),
-    "initial_speed_a": ("speed of A before its skid to impact", "speed"),
-    "speed_b": ("speed of B before impact", "speed"),
-    "initial_speed_b": ("speed of B before its skid to impact", "speed"),
+    "travelling_speed_a": ("travelling speed of A before its skid", "speed"),
+    "speed_a": ("impact speed of A", "speed"),
+    "travelling_speed_b": ("travelling speed of B before its skid", "speed"),
+    "speed_b": ("impact speed of B", "speed"),
     "e": ("restitution e", "number"),
     "e_m": ("impact moment coefficient e_m", "number"),
     "mu": ("equivalent friction μ", "number"),
@@ -53,15 +53,20 @@ REPORTED: dict[str, tuple[str, str]] = {
     "vby": ("velocity of B before impact, y", "speed"),
     "omega_b": ("yaw rate of B before impact", "yaw rate"),
 }
-# those that a scene may ask and figures show, in this order: name -> short label
+# those that figures show, in this order: name -> short label
 SHORT: dict[str, str] = {
-    "speed_a": "speed of A",
-    "speed_b": "speed of B",
+    "travelling_speed_a": "travelling speed of A",
+    "speed_a": "impact speed of A",
+    "travelling_speed_b": "travelling speed of B",
+    "speed_b": "impact speed of B",
     "e": "e",
     "e_m": "e_m",
     "mu": "μ",
 }
-UNKNOWNS = tuple(SHORT)
+# those that a scene may ask, in this order
+UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")
+
+SPEEDS = tuple(name for name in REPORTED if "speed_" in name)
 
 # what follows from the same draws and is reported with the unknowns
 DERIVED = (
@@ -120,7 +125,8 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "roll_course": ("direction of {} after impact less that of its way", "angle"),
     "roll_yaw_rate": ("yaw rate of {} after impact less that by its rotation", "yaw rate"),
     "heading": ("heading of {} at impact", "angle"),
-    "speed": ("speed of {} before impact", "speed"),
+    "speed": ("impact speed of {}", "speed"),
+    "impact_speed": ("impact speed of {}", "speed"),
     "direction": ("direction of travel of {} before impact", "angle"),
     "omega": ("yaw rate of {} before impact", "yaw rate"),
     "Omega": ("yaw rate of {} after impact", "yaw rate"),
@@ -179,8 +185,15 @@ def describe(name: str) -> tuple[str, str]:
 
 
 def unit_of(dimension: str, units: Units = "si") -> Unit:
-    """The unit that a dimension is reported in ("si" or "us" customary)."""
-    return _UNITS[dimension][units]
+    """The unit that a dimension is reported in ("si" or "us" customary).
+
+    Raises:
+        ValueError: `units` is neither.
+    """
+    by_system = _UNITS[dimension]
+    if units not in by_system:
+        raise ValueError(f'units are "si" or "us"; not {units!r}')
+    return by_system[units]
 
 
 def label_and_unit(name: str, units: Units) -> tuple[str, Unit]:

@@ -365,8 +365,13 @@ class Scene:
 
     @property
     def sought(self) -> Literal["speed_a", "speed_b"]:
-        """The speed that studies follow: that of B, or of A where it struck a barrier."""
-        return "speed_a" if self.barrier else "speed_b"
+        """The impact speed that studies follow: of those asked, one that was not measured; B's first."""
+        if self.barrier:
+            return "speed_a"
+        unknown = {v for v in self.vehicles if self.approach[v].speed is None}
+        if "speed_a" in self.question and "a" in unknown and "b" not in unknown:
+            return "speed_a"
+        return "speed_b"
 
     def inputs(self) -> dict[str, Measured]:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
@@ -459,11 +464,16 @@ class Scene:
             self.contact.y.value - lever * math.sin(angle),
         )
 
+    @property
+    def skidded(self) -> tuple[str, ...]:
+        """Vehicles of which a skid up to the impact was measured."""
+        return tuple(v for v in self.vehicles if self.approach[v].skid is not None)
+
     def reported(self) -> tuple[str, ...]:
         """Which of `REPORTED` its results contain, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
         left_out = {"speed_a"} if known else set()
-        left_out |= {f"initial_speed_{v}" for v in self.vehicles if self.approach[v].skid is None}
+        left_out |= {f"travelling_speed_{v}" for v in self.vehicles if v not in self.skidded}
         if self.barrier:
             left_out |= {name for name in REPORTED if vehicle_of(name) == "b"}
         return tuple(name for name in REPORTED if name not in left_out)

@@ -736,7 +736,7 @@ class SceneEntry(_Table):
     def _a_barrier_is_asked_nothing(self) -> SceneEntry:
         if self.barrier is None:
             return self
-        still = "a barrier stands still, so that nothing is to be found of a vehicle B"
+        still = "a scene with a barrier has no vehicle B"
         if "speed_b" in self.question:
             raise fault(f'{still}; write question = ["speed_a"]', "question")
         for prior in ("speed_b", "omega_b"):
@@ -755,7 +755,7 @@ class SceneEntry(_Table):
         if any(each.clear for each in asked.avoidable):
             raise fault("a barrier never clears the way; leave clear out", "questions.avoidable")
         if asked.corners:
-            fix = "corners are of the speed of a vehicle B, and a barrier stands still; leave them out"
+            fix = "the corner range is of B's speed, and a scene with a barrier has no B; leave it out"
             raise fault(fix, "questions.corners")
         return self
 

@@ -105,6 +105,16 @@ _QUANTITY = re.compile(rf"{_NUMBER} ?{_UNIT}(?: ?(?:±|\+/-|\+-) ?{_NUMBER} ?(%)
 # all of a unit that pint is given: names with powers up to 4, multiplied or divided
 _POWER = r"(?:(?:\^|\*\*)?-?[1-4])?"
 _SAFE_UNIT = re.compile(rf"(?:1 ?/ ?)?[A-Za-z]+{_POWER}(?: ?[*/ ] ?[A-Za-z]+{_POWER})*")
+# how people write units that pint knows otherwise (to it a kmph is a kilo-mph), or not at all
+_ALIASES = {
+    "kmph": "km/h", "kph": "km/h", "kmh": "km/h", "km/hr": "km/h", "mi/h": "mph", "mi/hr": "mph",
+    "fps": "ft/s", "mps": "m/s", "lbs": "lb", "feet": "ft", "inches": "in",
+}  # fmt: skip
+_FEET_INCHES = re.compile(
+    r"(?P<feet>[0-9]+(?:\.[0-9]*)?) ?(?:'|′|’|ft) ?-? ?"
+    r"(?P<inches>[0-9]+(?:\.[0-9]*)?) ?(?:\"|″|”|''|in)(?P<rest>(?: .*|±.*)?)"
+)
+_RANGE = re.compile(rf"{_NUMBER} ?{_UNIT} ?(?:to|–|—) ?{_NUMBER} ?{_UNIT}")
 _SPELLINGS = ((r"°", "deg"), (r"²", "^2"), (r"³", "^3"), (r"[·⋅]", "*"))
 _HINTS = {"lbf": ' (pounds of mass are "lb")', "kgf": ' (kilograms of mass are "kg")'}
 
@@ -113,8 +123,9 @@ def read_quantity(raw: object, dimension: Dimension, example: str) -> Reading:
     """A quantity from a TOML value.
 
     Args:
-        raw: text ("45 ± 2 mph", "1857 kg ± 2 %"), a table with value, sd, unit and source, or a
-            bare number for a dimensionless quantity. ± is one standard deviation.
+        raw: text ("45 ± 2 mph", "1857 kg ± 2 %", "5' 1.5\"", "21 to 24 mph"), a table with value, sd,
+            unit and source, or a bare number for a dimensionless quantity. ± is one standard deviation;
+            a range is its middle with the standard deviation of what is uniform between its ends.
         dimension: what it has to measure.
         example: how it could be written, for messages.
 
@@ -161,6 +172,8 @@ def factor(unit: str, dimension: Dimension) -> float:
         text = re.sub(pattern, spelling, text)
     text = re.sub(r"(?<=[A-Za-z0-9])-(?=[A-Za-z])", "*", text)  # lb-ft-s^2
     text = re.sub(r"([A-Za-z])(-?[0-9])", r"\1^\2", text)  # m2, s-1
+    text = _ALIASES.get(text.lower(), text)
+    text = next((name for name in dimension.units if name.lower() == text.lower()), text)
     if text in dimension.units:
         return _WORTH[text]
     worth = _base(text)
@@ -196,11 +209,16 @@ def in_unit_of(raw: object, value: float, dimension: Dimension) -> str:
 def _parsed(raw: str) -> tuple[str, re.Match[str] | None]:
     """A text in plain spaces and signs, and its value, unit, sd, percent sign and unit of the sd."""
     text = " ".join(raw[: _TEXT_LENGTH + 1].split()).replace("\N{MINUS SIGN}", "-")
+    if match := _FEET_INCHES.fullmatch(text):
+        text = f"{float(match['feet']) + float(match['inches']) / 12:.12g} ft{match['rest']}"
+    text = re.sub(r"^\N{EN DASH}(?=[0-9.])", "-", text)
     return text, _QUANTITY.fullmatch(text) if len(raw) <= _TEXT_LENGTH else None
 
 
 def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
     text, match = _parsed(raw)
+    if ends := _RANGE.fullmatch(text):
+        return _read_range(ends, dimension)
     if match is None:
         comma = " with a decimal point, no comma" if re.search(r"[0-9],[0-9]", text) else ""
         raise QuantityError(f'not a quantity; write it{comma} like "{example}"')
@@ -216,6 +234,21 @@ def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
     if sd is None:
         return Reading(si, None, "")
     return Reading(si, abs(si) * float(sd) / 100 if percent else float(sd) * worth_sd, "")
+
+
+def _read_range(found: re.Match[str], dimension: Dimension) -> Reading:
+    text, (low, low_unit, high, high_unit) = found[0], found.groups()
+    low_unit, high_unit = low_unit or high_unit, high_unit or low_unit
+    if low_unit is None and dimension.units:
+        raise QuantityError(_no_unit(dimension, text))
+    ends = [
+        float(end) * (factor(unit, dimension) if unit else 1.0)
+        for end, unit in ((low, low_unit), (high, high_unit))
+    ]
+    if not ends[0] < ends[1]:
+        raise QuantityError("a range begins with its smaller end")
+    source = f"{text}, read as uniform in between: its middle ± half its width over √3"
+    return Reading(sum(ends) / 2, (ends[1] - ends[0]) / math.sqrt(12), source)
 
 
 def _read_table(raw: dict[str, object], dimension: Dimension) -> Reading:

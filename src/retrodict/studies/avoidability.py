@@ -175,7 +175,9 @@ def _approach(outcome: Outcome, v: str) -> Approach:
     speed = draws_of(outcome, f"speed_{v}")
     if outcome.scene.approach[v].skid is None:
         return Approach(speed, speed, np.zeros_like(speed))
-    return Approach(speed, draws_of(outcome, f"initial_speed_{v}"), draws_of(outcome, f"skid_{v}"))
+    return Approach(
+        speed, draws_of(outcome, f"travelling_speed_{v}"), draws_of(outcome, f"skid_{v}")
+    )
 
 
 def _way_to_clear(outcome: Outcome, other: str, v: str) -> np.ndarray:

@@ -35,7 +35,7 @@ from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import RunOutError, Scene
 from retrodict.studies.engine import engine
 
-_FOLLOWS = ("initial_speed_a", "initial_speed_b")  # from what is ranked or measured
+_FOLLOWS = ("travelling_speed_a", "travelling_speed_b")  # from what is ranked or measured
 QUANTITIES = (*(name for name in REPORTED if name not in _FOLLOWS), "log_likelihood")
 EXACT = tuple(name for name, method in METHODS.items() if method.exact)
 DRAWS = 99  # that a truth is ranked among: few enough to be independent where the gate was passed

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from retrodict.inference.misfit import MIN_PROBABILITY
 from retrodict.scene.records import Scene
 from retrodict.studies.fit import Fit, Summary
 
-MIN_PROBABILITY = 0.01  # of so large a chi-square; below it a rung does not fit
 SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
 FACTOR = 1.25  # by which it may widen or narrow it
 

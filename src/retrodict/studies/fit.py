@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.scene.records import FREEDOM
+from retrodict.inference.misfit import misfit
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
-    from retrodict.scene.records import Measured
 
 LEVELS = (50, 90, 95)  # per cent
 
@@ -38,17 +37,9 @@ class Item:
 class Fit:
     """How a rung explains the evidence it uses and the measured inputs, together.
 
-    At the posterior mean every measurement, of evidence and of inputs, has a residual in its
-    standard deviations; of a linear model with normal errors their squares add up to a chi-square.
-    Each measurement brings one degree of freedom, less the share of its variance that the
-    posterior still has (its leverage; Spiegelhalter et al. 2002 count parameters likewise). Inputs
-    count because a wrong rung fits its evidence by pushing them away from what was measured.
-
     Args:
         items: of the evidence, used or not.
-        chi_square: sum of the squared residuals.
-        freedom: its degrees of freedom, at least one.
-        probability: of so large a chi-square or a larger one, were the rung true.
+        chi_square, freedom, probability: as of `Misfit`.
     """
 
     items: tuple[Item, ...]
@@ -59,40 +50,20 @@ class Fit:
 
 def fit(outcome: Outcome) -> Fit:
     """How a reconstruction explains what was measured: see `Fit`."""
-    from scipy.special import chdtrc, logit, ndtri, stdtr
-
-    tree, robust = outcome.idata, outcome.scene.robust
-    noise = FREEDOM / (FREEDOM - 2) if robust else 1.0  # variance, of a prediction's own error
+    tree, items = outcome.idata, []
+    predicted = tree["posterior_predictive"].data_vars
     used = set(tree["log_likelihood"].data_vars)
-    items, squares, freedom = [], 0.0, 0.0
-
-    def standardised(group: str, name: str, measured: Measured) -> np.ndarray:
-        return (np.asarray(tree[group][name]).ravel() - measured.value) / measured.sd
-
     for name, measured in outcome.scene.evidence().items():
-        if name not in tree["posterior_predictive"].data_vars:
+        if name not in predicted:
             items.append(Item(name, used=False))
             continue
-        z = standardised("posterior_predictive", name, measured)
+        z = (np.asarray(predicted[name]).ravel() - measured.value) / measured.sd
         below = float(np.mean(z < 0))
         items.append(Item(name, name in used, -float(z.mean()), 2 * min(below, 1 - below)))
-        if name in used:
-            residual = abs(z.mean())
-            if robust:  # the normal residual that is as improbable
-                residual = -ndtri(stdtr(FREEDOM, -residual))
-            squares += residual**2
-            freedom += 1 - (z.var() - noise)  # predictions have the measurement's error on them
-    for name, measured in outcome.scene.inputs().items():
-        if measured.sd > 0 and name in tree["posterior"].data_vars:
-            if measured.law == "logitnormal":  # of a wide share only the logit is normal
-                m, scale = measured.value, measured.sd / (measured.value * (1 - measured.value))
-                z = (logit(np.asarray(tree["posterior"][name]).ravel()) - logit(m)) / scale
-            else:
-                z = standardised("posterior", name, measured)
-            squares += z.mean() ** 2
-            freedom += 1 - z.var()
-    freedom = max(1.0, float(freedom))  # fewer would reject a rung that fits everything
-    return Fit(tuple(items), float(squares), freedom, float(chdtrc(freedom, squares)))
+    of_used = {name: predicted[name] for name in predicted if name in used}
+    return Fit(
+        tuple(items), *misfit(tree["posterior"].data_vars, of_used, outcome.scene, noise=True)
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -234,9 +234,8 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
     along = [name for name in left if RUNGS[name].run_out is roll.RUN_OUT]
     if along:  # wheels that roll: the others take long, and would be moved by these
         kept = {along[0], along[-1], left[-1]}
-        stand = (
-            f"takes long where wheels roll; {', '.join(n for n in left if n in kept)} stand for it"
-        )
+        by = ", ".join(name for name in left if name in kept)
+        stand = f"skipped: slow for rolling wheels; represented by {by}"
         why |= {name: stand for name in left if name not in kept}
     return why
 
@@ -304,12 +303,14 @@ def chosen(
     else:
         fit, worst = enough[-1].fit, most[choice]
         assert fit is not None, "only a rung that ran is enough"
-        compared = f"the most is that {worst}" if worst else "none stands above it that is enough"
-        reason = (
-            f"{choice} is the lowest rung that fits the evidence (p = {fit.probability:.2g}) and whose "
-            f"answer no fuller rung that is enough itself moves by more than {share:g} of its standard "
-            f"deviation or makes wider or narrower by more than {factor:g} times: {compared}."
+        compared = (
+            f"and agrees with every more complete model that does, within {share:g} standard deviations "
+            f"and a factor of {factor:g} in width. The largest change: {worst}."
+            if worst
+            else "and no more complete model does."
         )
+        fits = f"fits the evidence (p = {fit.probability:.2g})"
+        reason = f"{choice} is the simplest model that {fits} {compared}"
     return judged, choice, reason
 
 
@@ -328,8 +329,8 @@ class _Move:
 
     def __str__(self) -> str:
         return (
-            f"{self.rung} moves the {REPORTED[self.quantity][0]} by {self.shift:.2f} of its standard "
-            f"deviation and makes it {self.width:.2f} times as wide"
+            f"{self.rung} shifts the {REPORTED[self.quantity][0]} by {self.shift:.2f} standard "
+            f"deviations, and its uncertainty is {self.width:.2f} times as large"
         )
 
 

@@ -92,8 +92,6 @@ def probability(outcome: Outcome, proposition: Proposition) -> Probability:
 
 
 def _probability(outcome: Outcome, proposition: Proposition, draws: np.ndarray) -> Probability:
-    from scipy.stats import beta  # slow to import
-
     holds = proposition.holds(draws).astype(float)
     value, error = float(holds.mean()), None
     if min(holds.sum(), (1 - holds).sum()) >= _FEW:
@@ -105,13 +103,26 @@ def _probability(outcome: Outcome, proposition: Proposition, draws: np.ndarray) 
             effective = math.inf
         if 0 < value < 1:
             error = math.sqrt(value * (1 - value) / effective)
+    return bounded(proposition, value, error, effective, outcome.checks.pareto_k)
+
+
+def bounded(
+    proposition: Proposition,
+    value: float,
+    error: float | None,
+    effective: float,
+    pareto_k: float | None,
+) -> Probability:
+    """A share of draws with its bounds, by so many independent ones; arguments as of `Probability`."""
+    from scipy.stats import beta  # slow to import
+
     if math.isinf(effective):
         low = high = value
     else:
         count = value * effective
         low = float(beta.ppf(1 - CONFIDENCE, count, effective - count + 1)) if value > 0 else 0.0
         high = float(beta.ppf(CONFIDENCE, count + 1, effective - count)) if value < 1 else 1.0
-    return Probability(proposition, value, error, low, high, effective, outcome.checks.pareto_k)
+    return Probability(proposition, value, error, low, high, effective, pareto_k)
 
 
 def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRatio:
@@ -171,7 +182,7 @@ def _prior(outcome: Outcome, name: str) -> tuple[Callable[[Proposition], float],
     """Prior probability of propositions about a speed, and the prior in words."""
     from scipy import stats  # slow to import
 
-    speed = name.removeprefix("initial_")
+    speed = name.removeprefix("travelling_")
     scene = outcome.scene
     measured = scene.inputs().get(speed)
     if measured is None:

@@ -93,8 +93,8 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
     for vehicle, missed in zip(VEHICLES, np.sqrt(best), strict=True):
         if missed > _REACHES and vehicle not in programs.structure.inverted:
             raise Unanswerable(
-                f"vehicle {vehicle.upper()}: no velocities after the impact bring it to its measured rest "
-                f"(the nearest run-out misses by {missed:.1f} standard deviations); "
+                f"vehicle {vehicle.upper()}: no velocities after the impact bring it to its measured "
+                f"rest (the nearest run-out misses by {missed:.1f} standard deviations); "
                 "check its rest position, heading and rotation, and the friction"
             )
     return found.ravel()
