@@ -55,8 +55,8 @@ def test_share_and_factor_are_the_reader_s() -> None:
     assert chosen(steps, ASKED)[1] == "full"
     _, choice, reason = chosen(steps, ASKED, share=0.3, factor=1.5)
     assert choice == "low"
-    assert "0.3 of its standard deviation" in reason
-    assert "1.5 times" in reason
+    assert "within 0.3 standard deviations" in reason
+    assert "a factor of 1.5 in width" in reason
 
 
 @pytest.mark.parametrize("wrong", [{"share": 0.0}, {"factor": 1.0}, {"share": np.nan}])
