@@ -103,7 +103,12 @@ def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path)
 def test_the_default_model_is_the_one_that_the_ladder_chooses(monkeypatch) -> None:
     ladder = ladder_of(step("low", 19.0), step("full", 19.1))
     ran = []
-    monkeypatch.setattr(api, "_reconstruct", lambda scene, options, **_: ran.append(options.model))
+
+    def reconstructed(scene, options, **_):
+        ran.append(options.model)
+        return make_outcome()
+
+    monkeypatch.setattr(api, "_reconstruct", reconstructed)
     monkeypatch.setattr(study, "ladder", lambda scene, **_: ladder)
     monkeypatch.setattr(study, "allowed", lambda scene: ["low", "full"])
     assert api.reconstruct(ladder.scene).ladder is ladder
