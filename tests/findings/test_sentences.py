@@ -9,7 +9,7 @@ from retrodict.findings.sentences import WITHHELD, assumptions, simplifications
 from retrodict.findings.summary import (
     summarise,
 )
-from retrodict.inference.misfit import UNEXPLAINED
+from retrodict.inference.misfit import UNEXPLAINED, UNSUPPORTED
 from tests.report.conftest import found_of
 
 
@@ -85,6 +85,9 @@ def test_a_misfit_stands_beside_the_answer(outcome):
     off = replace(outcome, checks=replace(outcome.checks, flags=(flag,)))
     assert f"But {UNEXPLAINED}" in found_of(off).answers["si"]
     assert UNEXPLAINED not in found_of(outcome).answers["si"]
+    flag = f"restitution e of about 0.90 {UNSUPPORTED}: one of them is wrong"
+    off = replace(outcome, checks=replace(outcome.checks, flags=(flag,)))
+    assert found_of(off).answers["si"].endswith(f"But {flag}.")
 
 
 def test_each_speed_is_withheld_by_its_own_checks(sparse):

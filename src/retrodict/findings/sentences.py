@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from retrodict.findings.rounding import format_value
 from retrodict.findings.statistics import Quantity, scaled
 from retrodict.inference.digits import decimals_of, rhat_text
-from retrodict.inference.misfit import UNEXPLAINED
+from retrodict.inference.misfit import UNEXPLAINED, UNSUPPORTED
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import Unit, Units, unit_of
@@ -80,6 +80,7 @@ def answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units) -
             f"But {UNEXPLAINED}: one of them, or the model, is wrong, and the speeds may be off by more "
             "than these intervals say."
         )
+    said += [f"But {flag}." for flag in outcome.checks.flags if UNSUPPORTED in flag]
     return " ".join(said)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
-from retrodict.inference.misfit import MIN_PROBABILITY, UNEXPLAINED, misfit
+from retrodict.inference.misfit import MIN_PROBABILITY, UNEXPLAINED, UNSUPPORTED, misfit
 from retrodict.inference.outcome import Checks
 from retrodict.inference.prior_check import Reference, refuted
 from retrodict.inference.samplers.psis import effective
@@ -176,9 +176,9 @@ def flags(
         scale = fast + (slow - fast) * np.exp(-draws("closing_speed") / over)
         if np.median(draws("e") / scale) > _BEYOND:
             found.append(
-                f"restitution e of about {np.median(draws('e')):.2f} is beyond what tests at this "
-                f"closing speed support (95 % of its prior below {_CENTRAL * np.median(scale):.2f}): "
-                "the measurements may not belong to one impact, or one of them is wrong"
+                f"restitution e of about {np.median(draws('e')):.2f} {UNSUPPORTED} (95 % of its prior "
+                f"below {_CENTRAL * np.median(scale):.2f}): the measurements may not belong to one "
+                "impact, or one of them is wrong"
             )
     if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
         found.append(

@@ -10,6 +10,7 @@ import numpy as np
 from retrodict.scene.records import FREEDOM, Measured, Scene
 
 UNEXPLAINED = "the model does not explain the measurements together"
+UNSUPPORTED = "is beyond what tests at this closing speed support"
 MIN_PROBABILITY = 0.01  # of so large a misfit; below it a model does not explain the measurements
 
 
