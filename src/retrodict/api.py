@@ -129,7 +129,7 @@ def reconstruct(
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
     comparison, search = None, ModeSearch(scene, seed)
-    # what the ladder draws of scenes in which wheels roll takes longest, and is kept
+    # where wheels roll the ladder draws as the run would, so that its draws are kept
     kept: dict[str, Outcome] = {}
     keeps = False
     if method == AUTO:

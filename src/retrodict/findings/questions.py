@@ -173,7 +173,7 @@ def probability_of(
         The answer, or why there is none; `numbers` is a `Probability`.
     """
     meant = proposition.meant(outcome.scene.skidded)
-    blank = Answered("probability", f"Probability that the {_in_words(meant)}", quantity=meant.name)
+    blank = _of_probability(meant)
     found = _answer(outcome, quantities, blank, partial(_probability, outcome, meant))
     if found.numbers is None or meant.name != f"travelling_{proposition.name}":
         return found
@@ -187,6 +187,11 @@ def probability_of(
     return replace(found, sentences=(*found.sentences, beside))
 
 
+def _of_probability(meant: Proposition) -> Answered:
+    """A question about a proposition, without its answer."""
+    return Answered("probability", f"Probability that the {_in_words(meant)}", quantity=meant.name)
+
+
 def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answered:
     """How probable a proposition is by the weighted points of a session, in words.
 
@@ -198,7 +203,7 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
         As of `probability_of`.
     """
     meant = proposition.meant(estimate.scene.skidded)
-    blank = Answered("probability", f"Probability that the {_in_words(meant)}", quantity=meant.name)
+    blank = _of_probability(meant)
     if not estimate.checks.passed:
         return replace(blank, sentences=(WITHHELD,))
     if meant.name not in estimate.quantities:

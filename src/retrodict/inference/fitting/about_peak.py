@@ -24,7 +24,7 @@ from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.flattening import flattened
 from retrodict.inference.fitting.optimise import spread
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
-from retrodict.inference.fitting.search import Peak, peaks
+from retrodict.inference.fitting.search import Counted, Peak, counted, peaks
 from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import Coordinates, transform_of
@@ -161,8 +161,8 @@ def plainest(
 def _by_turns(sought: list[Peak]) -> list[list[Peak]]:
     """Peaks in groups of the same numbers of turns."""
 
-    def order(peak: Peak) -> list[tuple[str, int]]:
-        return sorted(peak.turns.items())
+    def order(peak: Peak) -> Counted:
+        return counted(peak.turns)
 
     return [list(own) for _, own in groupby(sorted(sought, key=order), order)]
 

@@ -48,10 +48,6 @@ class Crashes:
         """Number of deviates."""
         return self.programs.structure.deviates
 
-    def expect(self) -> None:
-        """Have the program loaded, or compiled in the background."""
-        self.programs.expect(CRASHES, self.data, np.zeros((ROWS, self.size)))
-
     def at(self, u: Deviates) -> tuple[Float[np.ndarray, " crashes"], Quantities]:
         """Log likelihood of crashes, minus infinity where there is none, and their quantities."""
         data = self._on_device

@@ -17,6 +17,9 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.deviates import Crashes, Quantities, Turns
 from retrodict.scene.names import parsed
 
+Counted = tuple[tuple[str, int], ...]
+"""Numbers of turns by vehicle, in the order of the vehicles."""
+
 
 @dataclass(frozen=True)
 class Search:
@@ -124,7 +127,7 @@ def peaks(
             "vehicles came together at all"
         )
     found = _distinct(_descended(crashes, first[chosen], settings), crashes, settings)
-    asked = {_key(peak.turns) for peak in found}
+    asked = {counted(peak.turns) for peak in found}
     while beside := _turned_once_more(found, asked, settings):
         asked |= beside.keys()
         starts = np.stack([peak.u for peak in beside.values()])
@@ -134,23 +137,24 @@ def peaks(
     return _of_likely_turns(found, settings)
 
 
-def _key(turns: dict[str, int]) -> tuple[tuple[str, int], ...]:
+def counted(turns: dict[str, int]) -> Counted:
+    """Numbers of turns by vehicle as a key, by which peaks can be grouped."""
     return tuple(sorted(turns.items()))
 
 
 def _turned_once_more(
-    found: list[Peak], asked: set[tuple[tuple[str, int], ...]], settings: Search
-) -> dict[tuple[tuple[str, int], ...], Peak]:
+    found: list[Peak], asked: set[Counted], settings: Search
+) -> dict[Counted, Peak]:
     """Numbers of turns that were not asked, one from those of a peak, which is where to begin.
 
     Few of them lie near a crash of the prior, and a step from one to the next is short.
     """
-    beside: dict[tuple[tuple[str, int], ...], Peak] = {}
+    beside: dict[Counted, Peak] = {}
     least = found[0].log_evidence - settings.few_turned
     for peak in (peak for peak in found if peak.log_evidence > least):
         for v, count in peak.turns.items():
             for more in (-1, 1):
-                key = _key(peak.turns | {v: count + more})
+                key = counted(peak.turns | {v: count + more})
                 if key not in asked:
                     beside.setdefault(key, peak)
     return beside
@@ -158,14 +162,14 @@ def _turned_once_more(
 
 def _of_likely_turns(found: list[Peak], settings: Search) -> list[Peak]:
     """Peaks of the numbers of turns that have all but a little of the evidence."""
-    share: dict[tuple[tuple[str, int], ...], float] = {}
+    share: dict[Counted, float] = {}
     for peak in found:
         relative = float(np.exp(peak.log_evidence - found[0].log_evidence))
-        share[_key(peak.turns)] = share.get(_key(peak.turns), 0.0) + relative
+        share[counted(peak.turns)] = share.get(counted(peak.turns), 0.0) + relative
     likely = sorted(share, key=lambda key: -share[key])
     so_far = np.cumsum([share[key] for key in likely])
     count = int(np.searchsorted(so_far, (1 - settings.uncounted) * so_far[-1])) + 1
-    return [peak for peak in found if _key(peak.turns) in likely[:count]]
+    return [peak for peak in found if counted(peak.turns) in likely[:count]]
 
 
 def turns_of(crashes: Crashes, quantities: Quantities) -> dict[str, np.ndarray]:
@@ -224,8 +228,8 @@ def _descended(
         step = np.linalg.solve(normal, downhill[..., None])[..., 0]
         length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
         moved = own + step * np.minimum(1, settings.stride / length)
-        counted = turns and {v: own[under_way] for v, own in turns.items()}
-        there, slopes_there = crashes.linearised(moved, counted)
+        asked = turns and {v: own[under_way] for v, own in turns.items()}
+        there, slopes_there = crashes.linearised(moved, asked)
         lower = potential[under_way] - _potential(moved, there)
         taken = lower > 0
         damping[under_way] = np.where(
