@@ -16,6 +16,7 @@ class Description:
         assumptions: one line each.
         left_out: effects that the model neglects, one line each.
         priors: (quantity, prior, reason) for each unknown that the scene does not measure.
+        ignores: what of the scene the model does not use, one sentence each.
     """
 
     name: str
@@ -24,3 +25,4 @@ class Description:
     assumptions: tuple[str, ...]
     left_out: tuple[str, ...]
     priors: tuple[tuple[str, str, str], ...] = ()
+    ignores: tuple[str, ...] = ()

@@ -5,6 +5,7 @@ A new impact or run-out is one file and one name in `_IMPACTS` or `_RUN_OUTS`.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import jax
@@ -74,6 +75,7 @@ class Rung:
             assumptions=one.assumptions + two.assumptions,
             left_out=one.left_out + two.left_out,
             priors=tuple(priors),
+            ignores=tuple(_ignored(scene, self.run_out.seen(scene))),
         )
 
     def of_scene(self, scene: Scene) -> tuple[Structure, Data]:
@@ -130,6 +132,18 @@ class Rung:
             rests = self.run_out.rest_poses(structure, data, *at)
         evidence.observe(structure, data, x, after, rests, paths, surrogate)
         parts.record_skids(structure, x, after)
+
+
+def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
+    """What a run-out does not see of a scene, in sentences."""
+    kept = {surface.name for surface in seen.surfaces}
+    if ignored := [surface.name for surface in scene.surfaces if surface.name not in kept]:
+        yield (
+            f"The model takes the friction of the {scene.surfaces[0].name} everywhere: it leaves out "
+            f"the {' and the '.join(ignored)}."
+        )
+    if scene.slope is not None and seen.slope is None:
+        yield "The model takes the ground as level: it leaves out the slope."
 
 
 _NO_MOMENTUM = "uses conservation of momentum only, which a fixed barrier does not obey"

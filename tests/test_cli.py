@@ -302,7 +302,7 @@ def test_the_current_folder_is_not_written_to(tmp_path: Path, out: str, said: st
     (tmp_path / "...toml").write_text(SCENE.read_text())
     done = run("reconstruct", "...toml", folder=tmp_path)
     assert done.returncode == 2
-    assert "choose a folder with --out" in done.stderr
+    assert "choose one with --out" in done.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["...toml"]
 
 

@@ -77,13 +77,13 @@ ASKED = 'reaction = "1 s", deceleration = "7 m/s^2", seen_time = "2 s"'
         ('kind = "wall"', 'kind = "fence"', 'barrier.kind: not what is expected here; write kind ='),
         ("[barrier]", 'question = ["speed_b"]\n[barrier]', 'question: a scene with a barrier'),
         ("[impact]", '[priors.speed_b]\nscale = "9 m/s"\nsource = "s"\n[impact]', "priors.speed_b: a"),
-        ("[impact]", '[questions]\nexceeds = "Vbx > 9 m/s"\n[impact]', "questions.exceeds: a barrier"),
+        ("[impact]", '[questions]\nexceeds = "Vbx > 9 m/s"\n[impact]', "questions.exceeds: a scene with"),
         (
             "[impact]",
             '[questions]\nbetween = "1 m/s < delta_v_b < 9 m/s"\n[impact]',
             "questions.between: a scene with a barrier has no vehicle B",
         ),
-        ("[impact]", "[questions]\ncorners = true\n[impact]", "questions.corners: corners are of"),
+        ("[impact]", "[questions]\ncorners = true\n[impact]", "questions.corners: the corner range"),
         (
             "[impact]",
             f'[questions]\navoidable = [{{ vehicle = "B", limit = "9 m/s", {ASKED} }}]\n[impact]',

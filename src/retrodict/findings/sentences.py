@@ -195,19 +195,8 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
     Args:
         outcome: the reconstruction.
     """
-    from retrodict.models import RUNGS  # brings JAX
-
-    scene, found = outcome.scene, []
-    seen = RUNGS[outcome.description.name].run_out.seen(scene)
-    kept = {surface.name for surface in seen.surfaces}
-    ignored = [surface.name for surface in scene.surfaces if surface.name not in kept]
-    if ignored:
-        found.append(
-            f"The model takes the friction of the {scene.surfaces[0].name} everywhere: it leaves out "
-            f"the {_and(ignored)}."
-        )
-    if scene.slope is not None and seen.slope is None:
-        found.append("The model takes the ground as level: it leaves out the slope.")
+    scene = outcome.scene
+    found = list(outcome.description.ignores)
     locked = [v.upper() for v in scene.vehicles if v not in scene.rolling and v in scene.rest]
     if locked:
         found.append(
