@@ -77,7 +77,7 @@ ASKED = 'reaction = "1 s", deceleration = "7 m/s^2", seen_time = "2 s"'
         ('kind = "wall"', 'kind = "fence"', 'barrier.kind: not what is expected here; write kind ='),
         ("[barrier]", 'question = ["speed_b"]\n[barrier]', 'question: a scene with a barrier'),
         ("[impact]", '[priors.speed_b]\nscale = "9 m/s"\nsource = "s"\n[impact]', "priors.speed_b: a"),
-        ("[impact]", '[questions]\nexceeds = "Vbx > 9 m/s"\n[impact]', "questions.exceeds: a scene with"),
+        ("[impact]", '[questions]\nexceeds = "Vbx > 9 m/s"\n[impact]', "questions.exceeds: a scene"),
         (
             "[impact]",
             '[questions]\nbetween = "1 m/s < delta_v_b < 9 m/s"\n[impact]',
