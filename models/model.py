@@ -66,8 +66,11 @@ class Rung:
             if name not in known and not (scene.barrier and vehicle_of(name) == "b")
             for p in [scene.priors[name]]
         ]
-        if "direction_b" not in known and not scene.barrier:
-            priors.append(_NO_DIRECTION)
+        priors += [
+            (describe(f"direction_{v}")[0], "uniform over the circle", "it may have slid any way")
+            for v in scene.vehicles
+            if f"direction_{v}" not in known
+        ]
         return Description(
             name=self.name,
             title=f"{one.title[0].upper()}{one.title[1:]}, then {two.title}",
@@ -147,11 +150,6 @@ def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
 
 
 _NO_MOMENTUM = "uses conservation of momentum only, which a fixed barrier does not obey"
-_NO_DIRECTION = (
-    describe("direction_b")[0],
-    "uniform over the circle",
-    "none is favoured unless measured",
-)
 _IMPACTS = (momentum.IMPACT, *planar.IMPACTS)
 _RUN_OUTS = (slide.RUN_OUT, spin.RUN_OUT, roll.RUN_OUT, wheels.RUN_OUT)
 

@@ -37,6 +37,12 @@ def of_scene(
     if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
         uncertain.append(("speed_a", "halfnormal"))
         numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
+    if "direction_a" not in inputs:  # so too where A slid
+        uncertain.append(("direction_a", "uniform"))
+        numbers["direction_a"] = np.array([scene.vehicles["a"].heading.value, np.pi])
+    if "omega_a" not in inputs:
+        uncertain.append(("omega_a", "normal"))
+        numbers["omega_a"] = np.array([0.0, *scene.priors["omega_a"].numbers])
     records = {v: own.record for v, own in scene.approach.items() if own.record is not None}
     for v, record in records.items():
         uncertain.append((f"time_zero_{v}", "uniform"))
@@ -91,8 +97,14 @@ def of_scene(
         ways=ways,
         records={v: np.array(record.within) for v, record in records.items()},
     )
-    # one vehicle's rest pose determines fewer velocities than an impact has unknowns
-    if loose or structure.barrier or structure.unmeasured == structure.rest_components:
+    # one vehicle's rest pose determines fewer velocities than an impact has unknowns; regressions over
+    # inputs do not reach around a circle
+    if (
+        "direction_a" not in inputs
+        or loose
+        or structure.barrier
+        or structure.unmeasured == structure.rest_components
+    ):
         structure = replace(structure, transform="standard")
     # a path by steps that are an argument has as many rows, whatever their number
     if structure.followed and not structure.paced:

@@ -346,10 +346,12 @@ def _vehicle(i: int, plan: Plan, written: Cars, rng: np.random.Generator) -> str
     if i == 0 and plan.recorder:
         lines.append(f'approach.speed = "{rng.uniform(8, 25):.2f} m/s ± 4 %"')
     if i == 0:
-        lines.append(f'approach.direction = "{heading} ± 1 deg"')
+        lines += [f'approach.direction = "{heading} ± 1 deg"', 'approach.yaw_rate = "0 ± 2 deg/s"']
     elif plan.course:
         course = _degrees(written.heading[1] + rng.normal(0, 0.2))
         lines += [f'approach.direction = "{course} ± 3 deg"', 'approach.yaw_rate = "0 ± 2 deg/s"']
+    else:
+        lines.append('approach.direction = "unknown"')
     return "\n" + "\n".join(lines) + "\n"
 
 

@@ -238,7 +238,7 @@ def _variant(name: str, title: str, *free: str) -> Impact:
         answers=("speed_a", "speed_b", "e", *free),
         levels=(E, E_M if "e_m" in free else NO_MOMENT, SLIDING if "mu" in free else NO_SLIP),
         unknowns=partial(unknowns, free),
-        priors=("speed_a", "speed_b", "omega_b", "e", *free),
+        priors=("speed_a", "speed_b", "omega_a", "omega_b", "e", *free),
         nesting=frozenset({"contact", *free}),
         against_barrier=replace(
             description,

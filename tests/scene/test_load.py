@@ -143,13 +143,15 @@ def test_missing_uncertainties_and_values_are_assumed_and_say_so():
         "impact_distance_b": (1.76, 0.10, "sd", "0.1 m"),
         "impact_angle_b": (60 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
         "heading_b": (8 * DEGREE, 3 * DEGREE, "sd", "3 deg"),
-        "direction_a": (math.pi, 0, "value", "heading at impact"),
+        "direction_a": (math.pi, math.hypot(2, 3) * DEGREE, "value", "heading at impact"),
+        "direction_b": (8 * DEGREE, math.hypot(3, 3) * DEGREE, "value", "± 3 deg"),
         "grip_b": (1, 0.05, "value", "5 % (grade B"),
         "drag_front_right_a": (0.014 / 0.75, 0.007 / 0.75, "value", "0.014 of the load (grade B"),
         "drag_factor_a": (1, 0.3, "value", "30 % (grade B"),
         "steer_a": (0, 0, "value", "straight ahead"),
         "friction_road": (0.75, 0.07, "value", "dry asphalt: 0.75 ± 0.07 (grade B"),
-        "omega_a": (0, 2 * DEGREE, "value", "2 deg/s"),
+        "omega_a": (0, 5 * DEGREE, "value", "5 deg/s"),
+        "omega_b": (0, 5 * DEGREE, "value", "5 deg/s"),
         "speed_dependence_road": (0, 0, "value", "does not depend"),
         "speed_dependence_berm": (0, 0, "value", "does not depend"),
         "rest_x_b": (6.1, 0.15, "sd", "0.15 m"),
@@ -253,16 +255,41 @@ def test_friction_of_a_kind_covers_what_was_published(kind, low, high):
     assert high <= friction.value + 2 * friction.sd
 
 
-def test_nothing_is_known_of_the_approach_of_b_unless_written():
-    b = parse_scene(SCENE, "bend").approach["b"]
-    assert (b.speed, b.direction, b.yaw_rate) == (None, None, None)
-    text = SCENE + '[vehicles.B.approach]\ndirection = "-11 ± 5 deg"\nyaw_rate = "-15 ± 9 deg/s"\n'
-    b = parse_scene(text, "bend").approach["b"]
-    assert b.speed is None
-    assert b.direction is not None
-    assert b.yaw_rate is not None
-    assert close(b.direction, -11 * DEGREE, 5 * DEGREE)
-    assert close(b.yaw_rate, -15 * DEGREE, 9 * DEGREE)
+SLID = (None, None)
+ALONG = ((8, math.hypot(3, 3)), (0, 5))
+
+
+@pytest.mark.parametrize("letter", "AB")
+@pytest.mark.parametrize(
+    ("written", "direction", "yaw_rate"),
+    [
+        ("", *ALONG),
+        ('direction = "unknown"', *SLID),
+        ('direction = "unknown"\nyaw_rate = "30 ± 9 deg/s"', None, (30, 9)),
+        ('direction = "16 ± 2 deg"', (16, 2), (0, 5)),
+        ('direction = "-22 ± 2 deg"', (-22, 2), None),
+        ('direction = "-22 ± 2 deg"\nyaw_rate = "0 ± 2 deg/s"', (-22, 2), (0, 2)),
+        ('yaw_rate = "unknown"', ALONG[0], None),
+        ('yaw_rate = "25 deg/s"', ALONG[0], (25, 5)),
+    ],
+)
+def test_both_vehicles_travel_along_their_headings_unless_they_slid(
+    letter: str, written: str, direction: tuple | None, yaw_rate: tuple | None
+):
+    text = without("direction", "yaw_rate", "rotation") + "\n"
+    text = text.replace('heading = "180 ± 2 deg"', 'heading = "8 deg"')
+    of_a = "[vehicles.A.approach]\n"
+    text = text.replace(of_a, f"{of_a}{written}\n") if letter == "A" else text
+    text += f"[vehicles.B.approach]\n{written}\n" if letter == "B" else ""
+    approach = parse_scene(text, "bend").approach
+    for v, own in approach.items():
+        expected = (direction, yaw_rate) if v == letter.lower() else ALONG
+        for measured, numbers in zip((own.direction, own.yaw_rate), expected, strict=True):
+            if numbers is None:
+                assert measured is None
+            else:
+                assert measured is not None
+                assert close(measured, *(number * DEGREE for number in numbers))
 
 
 @pytest.mark.parametrize(

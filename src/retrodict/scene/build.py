@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -47,6 +47,7 @@ from retrodict.scene.schema import (
 from retrodict.scene.units import ANGLE, GRADE, LENGTH, Dimension
 from retrodict.scene.vehicle_library import VehicleClass, find
 
+_SLIDES = math.radians(15)  # off its heading a vehicle slides: tyres that roll slip by some 10 deg
 _SURE = 2  # standard deviations by which friction has to exceed a slope
 
 
@@ -102,10 +103,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         text=text,
         vehicles={v.lower(): _vehicle(v, entries[v], friction, complain) for v in entries},
         approach={
-            v.lower(): _approach_b(each.approach)
-            if v == "B"
-            else _approach_a(each.approach, each.impact.heading)
-            for v, each in entries.items()
+            v.lower(): _approach(each.approach, each.impact.heading) for v, each in entries.items()
         },
         rest={
             v.lower(): _rest(v, each.rest, each.impact.heading.value, complain)
@@ -348,23 +346,41 @@ def _estimated_yaw_inertia(
     return Measured(value, spread.amount(value), "lognormal", source, "value")
 
 
-def _approach_a(entry: ApproachEntry, heading: Measured) -> Approach:
-    assumed = DEFAULTS["yaw_rate"]
+def _approach(entry: ApproachEntry, heading: Measured) -> Approach:
+    """Motion before impact: along the heading and without yaw, unless the file says that it slid."""
     speed, record = _speed(entry)
-    return Approach(
-        speed=speed,
-        direction=entry.direction
-        or Measured(heading.value, source="assumed to be the heading at impact", assumed="value"),
-        yaw_rate=entry.yaw_rate
-        or Measured(0.0, assumed.amount(0.0), source=f"assumed: 0 ± {assumed}", assumed="value"),
-        skid=entry.skid,
-        record=record,
+    direction = _known(entry.direction, lambda: _along(heading))
+    # a vehicle that slides sideways has begun to yaw
+    slides = (
+        direction is None
+        or abs(math.remainder(direction.value - heading.value, math.tau)) > _SLIDES
+    )
+    yaw_rate = _known(entry.yaw_rate, lambda: None if slides else _without_yaw())
+    return Approach(speed, direction, yaw_rate, entry.skid, record)
+
+
+def _known(
+    written: Measured | str | None, assumed: Callable[[], Measured | None]
+) -> Measured | None:
+    """What was written, None where that is "unknown", and what is assumed where nothing is written."""
+    if written is None:
+        return assumed()
+    return None if isinstance(written, str) else written
+
+
+def _along(heading: Measured) -> Measured:
+    spread = DEFAULTS["course"]
+    return Measured(
+        heading.value,
+        math.hypot(heading.sd, spread.amount(heading.value)),
+        source=f"assumed: along the heading at impact, whose error is added to ± {spread}",
+        assumed="value",
     )
 
 
-def _approach_b(entry: ApproachEntry) -> Approach:
-    speed, record = _speed(entry)
-    return Approach(speed, entry.direction, entry.yaw_rate, entry.skid, record)
+def _without_yaw() -> Measured:
+    spread = DEFAULTS["yaw_rate"]
+    return Measured(0.0, spread.amount(0.0), source=f"assumed: 0 ± {spread}", assumed="value")
 
 
 def _speed(entry: ApproachEntry) -> tuple[Measured | None, SpeedRecord | None]:

@@ -137,12 +137,21 @@ DEFAULTS: dict[str, Default] = {
     ),
     "heading": Default("heading at impact", 3, "deg", "C", _HEADING),
     "direction": Default("direction of travel before impact, where given", 3, "deg", "C", _HEADING),
+    "course": Default(
+        "direction of travel before impact off the heading, where no direction is given",
+        3,
+        "deg",
+        "C",
+        "judgement: a vehicle whose wheels do not slide; for one that slid sideways write "
+        'direction = "unknown"',
+    ),
     "yaw_rate": Default(
-        "yaw rate before impact (that of vehicle A is assumed to be 0)",
-        2,
+        "yaw rate before impact (0 is assumed where none is given and the vehicle did not slide)",
+        5,
         "deg/s",
         "C",
-        "judgement: a vehicle that tracks straight or along a gentle bend",
+        "judgement: a vehicle that tracks straight or on a bend of 100 m radius at 9 m/s; one that "
+        "turns yaws at its speed over the radius: write that",
     ),
     "skid": Default(
         "skid on locked wheels up to the impact, length",

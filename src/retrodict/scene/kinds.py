@@ -12,7 +12,7 @@ from retrodict.scene import units
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.departure import ITEMS
 from retrodict.scene.energy import CLASS_STIFFNESS_ERROR
-from retrodict.scene.records import Law, Measured
+from retrodict.scene.records import UNKNOWN, Law, Measured
 
 
 def fault(fix: str, at: str = "") -> PydanticCustomError:
@@ -167,8 +167,27 @@ ImpactAngle = Annotated[
     Measured, Kind(units.ANGLE, -360, 360, "10 ± 2 deg", default="impact_angle")
 ]
 Heading = Annotated[Measured, Kind(units.ANGLE, -360, 360, "180 ± 2 deg", default="heading")]
-Direction = Annotated[Measured, Kind(units.ANGLE, -360, 360, "180 ± 2 deg", default="direction")]
-YawRate = Annotated[Measured, Kind(units.YAW_RATE, -2000, 2000, "0 ± 2 deg/s", default="yaw_rate")]
+
+
+def _or_unknown(raw: object, read: ValidatorFunctionWrapHandler) -> Measured | str:
+    if raw == UNKNOWN:
+        return UNKNOWN
+    measured: Measured = read(raw)
+    return measured
+
+
+Direction = Annotated[
+    Measured | str,
+    Kind(units.ANGLE, -360, 360, "180 ± 2 deg", default="direction"),
+    WrapValidator(_or_unknown),
+    Field(examples=['"180 ± 2 deg", or "unknown"']),
+]
+YawRate = Annotated[
+    Measured | str,
+    Kind(units.YAW_RATE, -2000, 2000, "0 ± 2 deg/s", default="yaw_rate"),
+    WrapValidator(_or_unknown),
+    Field(examples=['"0 ± 2 deg/s", or "unknown"']),
+]
 Speed = Annotated[
     Measured,
     Kind(units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required"),

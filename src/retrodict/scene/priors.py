@@ -38,7 +38,7 @@ def default_priors() -> dict[str, Prior]:
 
     Returns:
         "speed_a", "speed_b": scale of a half-normal, m/s.
-        "omega_b": sd of a normal at 0, rad/s.
+        "omega_a", "omega_b": sd of a normal at 0, rad/s.
         "e": of a half-normal with scale high + (low - high) exp(-closing speed / v): high, low, v;
             v in m/s.
         "mu": scale of a half-normal in 1 - mu / mu_critical; median friction where sliding goes on.

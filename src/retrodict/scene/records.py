@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 VEHICLES = ("a", "b")
 FREEDOM = 4.0
+UNKNOWN = "unknown"  # how a scene file says that a motion before impact is
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 
@@ -152,7 +153,8 @@ class SpeedRecord:
 class Approach:
     """Motion just before impact (m/s, rad, rad/s, m); what is None is unknown.
 
-    `direction` is that of travel, counter-clockwise from the x axis; it need not be the heading.
+    `direction` is that of travel, counter-clockwise from the x axis; it need not be the heading, but is
+    assumed to be along it where a scene file says nothing.
     `skid` is how far the vehicle skidded on the road, all wheels locked, up to the impact.
     `record` is the law of `speed` where a recorder kept it: `speed` has its mean and deviation.
     """

@@ -544,7 +544,7 @@ class SpeedPriorEntry(PriorEntry):
 
 
 class YawRatePriorEntry(PriorEntry):
-    """`[priors.omega_b]` and `[priors.Omega]`: how large a yaw rate may be."""
+    """`[priors.omega_a]`, `omega_b` and `Omega`: how large a yaw rate may be."""
 
     scale: YawRateScale
 
@@ -579,6 +579,9 @@ class PriorsEntry(_Table):
     )
     speed_b: SpeedPriorEntry | None = Field(
         default=None, examples=['{ scale = "40 m/s", source = "…" }']
+    )
+    omega_a: YawRatePriorEntry | None = Field(
+        default=None, examples=['{ scale = "1 rad/s", source = "…" }']
     )
     omega_b: YawRatePriorEntry | None = Field(
         default=None, examples=['{ scale = "1 rad/s", source = "…" }']

@@ -16,6 +16,7 @@ from retrodict.scene.load import parse_scene
 from retrodict.scene.priors import Prior, prior_keys
 from retrodict.scene.quantities import si_symbol
 from retrodict.scene.records import (
+    UNKNOWN,
     WHEELS,
     Edge,
     Mark,
@@ -41,8 +42,10 @@ _OF_AVOIDANCE = {
     "seen_distance": "m",
     "clear": "m",
 }
-_PRIOR_UNITS = {"speed_a": "m/s", "speed_b": "m/s", "omega_b": "rad/s", "impulse": "m/s"} | {
-    "Omega": "rad/s"
+_PRIOR_UNITS = {"speed_a": "m/s", "speed_b": "m/s", "impulse": "m/s"} | {
+    "omega_a": "rad/s",
+    "omega_b": "rad/s",
+    "Omega": "rad/s",
 }
 
 
@@ -228,6 +231,8 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
     for key, unit in _OF_APPROACH.items():
         if (measured := getattr(approach, key)) is not None:
             yield _line(f"approach.{key}", measured, unit)
+        elif key in ("direction", "yaw_rate"):
+            yield f'approach.{key} = "{UNKNOWN}"'
     for name, measured in scene.departure.get(v, {}).items():
         yield _line(f"departure.{name}", measured, si_symbol(ITEMS[name].dimension))
     if marks := scene.marks.get(v):
