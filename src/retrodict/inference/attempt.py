@@ -14,16 +14,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpyro.diagnostics import split_gelman_rubin
 
 from retrodict.inference import diagnostics
 from retrodict.inference.datatree import tree_of
 from retrodict.inference.density.compiled import COMPILATION, Stopwatch
+from retrodict.inference.digits import rhat_text
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.modes import (
     SLIGHT,
     PosteriorModes,
     Solution,
     mixed,
+    shares,
     weighted_by_evidence,
 )
 from retrodict.inference.outcome import Checks
@@ -189,15 +192,24 @@ class Sampling:
             partial(self.report, "sampling"),
             resume,
         )
+        run = self._by(method, task)
+        if run.failed and run.complete and self.where.standing:
+            self.where.standing.clear()  # what stood by itself may not do beside the others
+            again = self._by(method, task)
+            run = replace(again, seconds=run.seconds + again.seconds)
+        return run
+
+    def _by(self, method: str, task: Task) -> Run:
+        """Draws of every solution, those that stand included."""
         sampling = Stopwatch()
         with self._sampling(sampling):
             drawn = self._of_each(method, task)
         notes = [note for each in drawn for note in each.notes]
         short: list[Checks] = []
 
-        def more(drawn: list[Draws]) -> list[Draws]:
+        def more(_: list[Draws], times: int) -> list[Draws]:
             with self._sampling(sampling):
-                return doubled(drawn)
+                return self._of_each(method, task, times)
 
         def judge(drawn: list[Draws], times: int) -> _Judged:
             # of what was evaluated importance sampling keeps no more than twice
@@ -208,6 +220,7 @@ class Sampling:
             return may_improve(judged.checks, task, times, method)
 
         drawn, judged, times = until_enough(drawn, judge, is_short, more)
+        self._leave_standing(method, drawn)
         draws = min(times, 2) * task.draws
         complete = all(each.complete for each in drawn)
         if times > 1:
@@ -247,16 +260,45 @@ class Sampling:
         stopwatch.seconds -= COMPILATION.seconds - before
         self.report("predicting", 0, 1)
 
-    def _of_each(self, method: str, task: Task) -> list[Draws]:
-        """Draws of every solution, up to one that was interrupted."""
+    def _of_each(self, method: str, task: Task, times: int = 1) -> list[Draws]:
+        """Draws of every solution, `times` as many as at first, up to one that was interrupted."""
         drawn: list[Draws] = []
         for i, solution in enumerate(self.found):
-            progress = partial(_one_of_several, task.progress, i, len(self.found))
-            own = replace(task, posterior=solution.posterior, progress=progress)
-            drawn.append(METHODS[method].draw(own))
-            if not drawn[-1].complete:
+            if METHODS[method].weighs and i in self.where.standing:
+                drawn.append(self.where.standing[i])
+                continue
+            place = i, method, task.chains, task.draws, task.warmup, task.seed
+            known = self.where.drawn.get((*place, times))
+            if known is None or task.resume:
+                progress = partial(_one_of_several, task.progress, i, len(self.found))
+                slight = solution.mode.weight < SLIGHT
+                own = replace(task, posterior=solution.posterior, progress=progress, slight=slight)
+                fewer = self.where.drawn.get((*place, times // 2))
+                known = fewer.more() if fewer and fewer.more else METHODS[method].draw(own)
+            drawn.append(known)
+            several = METHODS[method].follows and len(self.found) > 1
+            if several and known.complete and (rhat := split_gelman_rubin(known.w).max()) > _NEARLY:
+                why = f"{solution.label()}: its chains do not mix (R-hat {rhat_text(rhat)})"
+                drawn[-1] = replace(known, faults=(*known.faults, why))
+                break  # one part that fails is enough
+            if not known.complete:
                 break
+            self.where.drawn[*place, times] = known
         return drawn
+
+    def _leave_standing(self, method: str, drawn: list[Draws]) -> None:
+        """Keep what of a method's draws is not at fault, where the others are."""
+        if not (METHODS[method].weighs and len(drawn) == len(self.found) > 1):
+            return
+        weights = shares(np.array([each.attributes["log_evidence"] for each in drawn]))
+        at_fault = [
+            bool(each.faults or not each.enough) and weight >= SLIGHT
+            for each, weight in zip(drawn, weights, strict=True)
+        ]
+        if any(at_fault) and not all(at_fault):
+            self.where.standing.update(
+                {i: replace(drawn[i], more=None) for i, bad in enumerate(at_fault) if not bad}
+            )
 
     def _judged(self, drawn: list[Draws], task: Task) -> _Judged:
         """The draws mixed, and the verdict on them."""
@@ -339,7 +381,7 @@ def until_enough[J](
     drawn: list[Draws],
     judge: Callable[[list[Draws], int], J],
     short: Callable[[J, int], bool],
-    more: Callable[[list[Draws]], list[Draws]],
+    more: Callable[[list[Draws], int], list[Draws]],
 ) -> tuple[list[Draws], J, int]:
     """Draws, doubled for as long as they are short of what more of them may improve.
 
@@ -347,19 +389,19 @@ def until_enough[J](
         drawn: of each solution.
         judge: gives a verdict on draws that are so many times those at first.
         short: whether it lacks anything that more may improve.
-        more: doubles them, as `doubled` does.
+        more: doubles them, to so many times those at first.
 
     Returns:
         The draws, the verdict on them, and how many times those at first they are.
     """
     times, verdict = 1, judge(drawn, 1)
     while all(each.complete and each.more for each in drawn) and short(verdict, times):
-        drawn, times = more(drawn), 2 * times
+        drawn, times = more(drawn, 2 * times), 2 * times
         verdict = judge(drawn, times)
     return drawn, verdict, times
 
 
-def doubled(drawn: list[Draws]) -> list[Draws]:
+def doubled(drawn: list[Draws], _: int) -> list[Draws]:
     """Twice as many draws of each solution."""
     return [each.more() for each in drawn if each.more]
 
@@ -390,14 +432,12 @@ def _missed(found: list[Solution]) -> str:
         return ""
     squares = []
     for solution in found:
-        posterior, evidence = solution.posterior, solution.scene.evidence()
-        at_mode = posterior.evaluate(np.zeros((1, posterior.size)))[1]
-        items = posterior.programs.structure.evidence
-        off = [(at_mode[f"predicted/{k}"][0] - evidence[k].value) / evidence[k].sd for k in items]
-        squares.append(float(np.square(off).sum()))
-    if not chi2.sf(min(squares), len(items)) < _REFUTED:
+        assert solution.peak is not None, "what is drawn from was sought"
+        items = solution.peak.residuals.size
+        squares.append(float(np.square(solution.peak.residuals).sum()))
+    if not chi2.sf(min(squares), items) < _REFUTED:
         return ""
     return (
         "even where the posterior is highest the model misses the evidence (chi-square "
-        f"{min(squares):.3g} of {len(items)} items)"
+        f"{min(squares):.3g} of {items} items)"
     )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,6 +29,8 @@ from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from retrodict.inference.samplers.draws import Draws
 
 # A solution of less weight can move no probability by more, and 400 effective draws leave as much open
 # (of a tail of 5 %, 1.1 %): its draws are not judged by themselves.
@@ -190,15 +192,19 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
     which = xr.DataArray(rng.choice(len(modes), shape, p=weights), dims=("chain", "draw"))
     groups = {name: tree.to_dataset() for name, tree in trees[0].children.items()}
     # a method may have no statistics of its draws
-    groups |= {name: chosen(name, which) for name in _OF_DRAWS if trees[0][name].data_vars}
+    for name in _OF_DRAWS:
+        if all(tree[name].data_vars for tree in trees):
+            groups[name] = chosen(name, which)
+        else:
+            groups[name] = xr.Dataset(attrs=groups[name].attrs)
     if "trajectories" in groups:
         runs = groups["trajectories"].sizes["run"]
         of_runs = xr.DataArray(rng.choice(len(modes), runs, p=weights), dims="run")
         groups["trajectories"] = chosen("trajectories", of_runs)
     groups["sample_stats"] = groups["sample_stats"].assign(mode=which)
-    attrs = [tree["sample_stats"].attrs for tree in trees]
-    if "pareto_k" in attrs[0]:
-        groups["sample_stats"].attrs["pareto_k"] = max(a["pareto_k"] for a in attrs)
+    stats = [tree["sample_stats"].attrs for tree, m in pairs if m.weight >= SLIGHT]
+    if shapes := [own["pareto_k"] for own in stats if "pareto_k" in own]:
+        groups["sample_stats"].attrs["pareto_k"] = max(shapes)
     return xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
 
 
@@ -209,10 +215,16 @@ class PosteriorModes:
     Args:
         found: its solutions.
         faults: for which no draws are to be relied on.
+        drawn: what was drawn of a solution, by its place, method and numbers of draws, which another
+            run on the same rung need not draw again.
+        standing: of a method some of whose draws were at fault, those that were not, by place: another
+            method that weighs solutions draws the others alone.
     """
 
     found: list[Solution]
     faults: tuple[str, ...]
+    drawn: dict[tuple[Any, ...], Draws] = field(default_factory=dict, repr=False)
+    standing: dict[int, Draws] = field(default_factory=dict, repr=False)
 
     @property
     def shared(self) -> bool:

@@ -215,7 +215,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
         scene = _measured(of.scene, structure, {k: v[i] for k, v in quantities.items()}, rng)
         truth = {k: v[i] for k, v in sites.items()}
         seed = int(rng.integers(2**31))
-        way, *_ = ways(of.method)
+        way, *_ = ways(of.method, scene)
         try:
             where = ModeSearch(scene, seed).on(of.model, way.coordinates)
         except Unanswerable as error:

@@ -25,6 +25,8 @@ class Task:
         seed: of the random numbers; same seed, same machine, same draws.
         progress: called as the work goes on.
         resume: a file of interrupted chains to go on with; None of a method without chains.
+        slight: whether so few of its draws will count, beside those of other posteriors, that points
+            for them need not be many.
     """
 
     posterior: Posterior
@@ -34,6 +36,7 @@ class Task:
     seed: int
     progress: Progress
     resume: Path | None = None
+    slight: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class Draws:
         quantities: the model's unknowns at w and what follows from them, a row for each draw; None of a
             method that has not come by them.
         unfinished: interrupted chains as a file holds them; None where there is nothing to go on with.
+        enough: whether so many of the points that they are chosen from count that no other method need
+            draw them again; of draws that are not chosen from points, always.
         more: goes on to twice as many, of draws or of the points that they are chosen from; None where
             nothing is to be had that way.
     """
@@ -63,6 +68,7 @@ class Draws:
     attributes: dict[str, float] = field(default_factory=dict)
     quantities: dict[str, np.ndarray] | None = field(default=None, repr=False)
     unfinished: bytes | None = field(default=None, repr=False)
+    enough: bool = True
     more: Callable[[], Draws] | None = field(default=None, repr=False)
 
     def known(self, posterior: Posterior) -> dict[str, np.ndarray]:

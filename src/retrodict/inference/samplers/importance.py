@@ -79,7 +79,9 @@ def draw(task: Task) -> Draws:
     """Draw from a proposal that pilots have adapted, weight by the posterior, resample."""
     rng = np.random.default_rng(task.seed)
     posterior = task.posterior
-    found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.draw(_PILOT, rng))
+    rounds = _LATER_ROUNDS if task.slight else _ROUNDS
+    first = Proposal.first(posterior.size)
+    found = adapted(posterior, first, lambda at: at.draw(_PILOT, rng), rounds)
     nothing = _Points(found.next, found.evaluations)
     return _extended(task, rng, nothing, 1)
 
@@ -129,6 +131,7 @@ def _extended(
     """
     posterior, chains, draws = task.posterior, task.chains, task.draws * kept
     most = _MOST_PACED if posterior.programs.structure.paced else _MOST
+    most = 1 if task.slight else most
     k = 0.0 if points.log_weight is None else smoothed(points.log_weight.ravel())[1]
     while True:
         if times == _ADAPTED_AGAIN and k > MAX_PARETO_K:  # more points alone would not settle it
@@ -153,6 +156,7 @@ def _extended(
     verdict["attributes"] |= {
         "log_evidence": evidence, "log_evidence_sd": error, "evaluations": float(points.evaluations)
     }  # fmt: skip
+    enough = effective(weights) >= _COUNT * chains * draws
     task.progress(1, 1)
     flat = {name: v.reshape(-1, *v.shape[2:])[index] for name, v in points.quantities.items()}
     return Draws(
@@ -161,6 +165,7 @@ def _extended(
         **verdict,
         quantities=flat,
         more=partial(_extended, task, rng, points, 2 * times, 2) if times < most else None,
+        enough=enough,
     )
 
 
