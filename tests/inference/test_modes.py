@@ -74,6 +74,7 @@ def test_the_likelier_branch_is_taken_though_the_search_begins_in_the_other() ->
     assert where.found[0].mode.weight > 0.99
 
 
+@pytest.mark.slow
 def test_parts_about_each_mode_make_up_the_posterior() -> None:
     """Simulation 6: the force alone may have turned B either way against A.
 

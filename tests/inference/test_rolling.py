@@ -26,7 +26,7 @@ UNCOUNTED = replace(
 )
 
 
-@pytest.mark.parametrize("method", ["importance", "smc"])
+@pytest.mark.parametrize("method", ["importance", pytest.param("smc", marks=pytest.mark.slow)])
 def test_draws_agree_with_weights_in_rest_pose_coordinates(method: str) -> None:
     rung = "momentum+wheels"
     found = reconstruct(ROLLING, RunOptions(model=rung, method=method, seed=2), pictured=False)
@@ -75,6 +75,7 @@ def test_a_car_that_rolled_in_a_bend_did_not_slide_with_a_spin() -> None:
     assert float(found.idata["posterior"]["Omega_a"].min()) > -1
 
 
+@pytest.mark.slow
 def test_a_session_answers_a_changed_scene_as_one_of_its_own() -> None:
     """A slower by two standard deviations: means within five standard errors."""
     free = rolls(collision(share=0.0, berm=False), "b", (0.3, 0.3, 0.1, 0.1))

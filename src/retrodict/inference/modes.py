@@ -227,6 +227,19 @@ class PosteriorModes:
     standing: dict[int, Draws] = field(default_factory=dict, repr=False)
 
     @property
+    def evidence(self) -> list[Evidence]:
+        """Of each solution, where all were drawn by importance sampling; else none."""
+        weighed = {
+            place[0]: draws for place, draws in self.drawn.items() if place[1] == "importance"
+        }
+        if len(weighed) < len(self.found):
+            return []
+        return [
+            Evidence(own.attributes["log_evidence"], own.attributes["log_evidence_sd"], own.faults)
+            for _, own in sorted(weighed.items())
+        ]
+
+    @property
     def shared(self) -> bool:
         """Whether several solutions share a density, of which chains would follow all."""
         return any(solution.posterior.basins is not None for solution in self.found)
@@ -260,13 +273,20 @@ class ModeSearch:
         Raises:
             Unanswerable: as of `prepare`.
         """
-        place = rung, self.plainest(rung, coordinates), weighted
-        if place not in self._found:
-            found, unsettled = self.solutions(*place[:2]), tuple[str, ...]()
-            if weighted and len(found) > 1:
-                evidence = [_settled(each.posterior, self.seed) for each in found]
-                found, _, unsettled = weighted_by_evidence(found, evidence)
-            self._found[place] = PosteriorModes(found, _unresolved(found) + unsettled)
+        coordinates = self.plainest(rung, coordinates)
+        place = rung, coordinates, weighted
+        if place not in self._found and not weighted:
+            found = self.solutions(rung, coordinates)
+            self._found[place] = PosteriorModes(found, _unresolved(found))
+        elif place not in self._found:
+            where = self.on(rung, coordinates, weighted=False)
+            if len(where.found) > 1:
+                evidence = where.evidence or [
+                    _settled(each.posterior, self.seed) for each in where.found
+                ]
+                found, _, unsettled = weighted_by_evidence(where.found, evidence)
+                where = PosteriorModes(found, where.faults + unsettled)
+            self._found[place] = where
         return self._found[place]
 
     def plainest(self, rung: str, coordinates: Coordinates) -> Coordinates:

@@ -1,8 +1,8 @@
 """How a posterior is to be drawn from, decided once: methods in the order of trying, and coordinates.
 
-Rest poses are the flattest coordinates of a sharp crash of unknown approach, which chains need. Importance sampling does
-without them on nearly every scene, in deviates that need one compiled program, and draws each of several
-modes by itself. Tempering takes longest.
+Chains need flat coordinates, which rest poses are of a sharp crash whose approach is unknown. Importance
+sampling does without them on nearly every scene, in deviates that need one compiled program, and draws
+each of several modes by itself. Tempering takes longest.
 """
 
 from __future__ import annotations
@@ -61,8 +61,9 @@ def _for_chains(scene: Scene) -> Coordinates:
     """Coordinates in which chains mix.
 
     Where rest poses alone tell how a vehicle came, they are. Where it is known how all came, the little
-    that their speeds leave open bends in rest poses and is nearly normal in deviates: of ten scenes of
-    users that would have had rest poses, two failed there and none in deviates, which took as long or less.
+    that their speeds leave open bends in rest poses and is nearly normal in deviates: of ten
+    scenes of users that would have had rest poses, two failed there and none in deviates, which took as
+    long or less (measured).
     """
     known = all(own.direction and own.yaw_rate for own in scene.approach.values())
     return _DEVIATES if known else _PINNED

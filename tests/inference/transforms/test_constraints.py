@@ -19,7 +19,8 @@ from tests.shared.scenes import at_rest
 
 
 # e leans on 0; e_m on 1
-@pytest.mark.parametrize("seed", [pytest.param(205, marks=pytest.mark.slow), 206])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [205, 206])
 def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: int) -> None:
     """q itself, drawn from a normal and cut off where e or e_m is out of bounds."""
     crash, _ = scene(np.random.default_rng(seed))
