@@ -188,7 +188,7 @@ def test_reconstruct_writes_everything_and_keeps_what_was_there(tmp_path: Path) 
         assert row["ess_bulk"] >= 1000
         assert row["ess_tail"] >= 1000
         if name in truth:
-            low, high = row["hdi_90"]
+            low, high = row["interval_90"]
             assert low < truth[name] < high
 
     idata = arviz.from_netcdf(out / "posterior.nc")

@@ -72,7 +72,7 @@ def run(index: int, made: Made, scene: Path) -> Row:
     for quantity in plan.asked:
         numbers = found["parameters"][quantity]
         extremes = draws[quantity].quantile([0.0005, 0.9995]).values
-        bounds = [*numbers["hdi_50"], *numbers["hdi_90"], *extremes]
+        bounds = [*numbers["interval_50"], *numbers["interval_90"], *extremes]
         values = [numbers["median"], numbers["sd"], *bounds]
         row |= {
             f"{quantity}_{name}": f"{value:.6g}"

@@ -17,7 +17,7 @@ from retrodict.report.terminal import print_summary
 from retrodict.result import Result
 from retrodict.scene.quantities import SPEEDS
 
-ARVIZ = ("hdi", "ess", "rhat", "mcse")
+ARVIZ = ("eti", "ess", "rhat", "mcse")
 RECORD = ("conflicts", "input_rows", "assumptions", "correlations", "answer", "verdict")
 
 
@@ -76,7 +76,7 @@ def test_each_statistic_is_computed_once(name, request, calls, tmp_path):
     # the digits of each quantity, in SI and in US units
     assert calls.pop(("_precision",)) == 2 * len(quantities)
     assert {key: times for key, times in calls.items() if times != 1} == {}
-    expected = Counter({"hdi": 3, "ess": 2, "rhat": 1})
+    expected = Counter({"eti": 3, "ess": 2, "rhat": 1})
     for function, times in expected.items():
         asked = Counter(key[1] for key in calls if key[0] == function)
         assert asked == dict.fromkeys(quantities, times)

@@ -40,7 +40,7 @@ def test_the_same_run_is_the_same_to_the_bit(recorded, found, outcome):
     assert {each.sameness for each in same.numbers} == {"bits"}
     assert all(same.draws.values())
     names = {each.name for each in same.numbers}
-    assert {"parameters.speed_b.mean", "derived.pdof_a.hdi_95.0", "checks.max_rhat"} <= names
+    assert {"parameters.speed_b.mean", "derived.pdof_a.interval_95.0", "checks.max_rhat"} <= names
     assert {"measured.mass_a.mean", "left_out.rest_x_a.expected", "seed"} <= names
     assert not [name for name in names if "seconds" in name]
 

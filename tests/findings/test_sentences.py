@@ -42,7 +42,7 @@ def test_answer_gives_the_speed_with_its_interval_in_both_systems(outcome):
     assert found_of(outcome).answers["si"] == (
         "Vehicle B (saloon B) was travelling at about 19.1 m/s (69 km/h; 43 mph) before impact; "
         "given the model and the inputs below, with 95 % probability between "
-        "17.5 and 21.0 m/s (63 and 76 km/h; 39 and 47 mph)."
+        "17.4 and 21.0 m/s (63 and 76 km/h; 39 and 47 mph)."
     )
     assert "about 43 mph (19.1 m/s; 69 km/h)" in found_of(outcome).answers["us"]
 

@@ -22,8 +22,9 @@ from tests.report.conftest import found_of
 
 NAMES = ["speed_b", "e", "e_m", "mu", "vbx", "vby", "omega_b"]
 STATISTICS = {
-    "unit", "label", "mean", "sd", "median", "hdi_50", "hdi_90", "hdi_95", "ess_bulk", "ess_tail",
-    "rhat", "mcse_mean", "error", "error_50", "error_90", "error_95", "passed", "withheld", "printed",
+    "unit", "label", "mean", "sd", "median", "interval_50", "interval_90", "interval_95",
+    "ess_bulk", "ess_tail", "rhat", "mcse_mean", "error", "error_50", "error_90", "error_95",
+    "passed", "withheld", "printed",
 }  # fmt: skip
 
 
@@ -71,7 +72,7 @@ def test_summary_is_strict_json_where_numbers_are_missing(outcome):
     holes = replace(holes, checks=Checks(0, float("nan"), float("inf"), 1.0, False))
     found = json.loads(json.dumps(summarise(found_of(holes)), allow_nan=False))
     assert found["parameters"]["e"]["mean"] is None
-    assert found["parameters"]["mu"]["hdi_90"] == [None, None]
+    assert found["parameters"]["mu"]["interval_90"] == [None, None]
     assert not found["parameters"]["mu"]["passed"]
     assert found["checks"]["max_rhat"] is None
     assert found["checks"]["min_ess_bulk"] is None
@@ -88,8 +89,8 @@ def test_frame_has_numbers_in_the_units_asked_for(outcome):
     assert {"delta_v_a", "delta_v_b", "pdof_a", "pdof_b"} < set(si.index)
     assert us.loc["pdof_a", "unit"] == "deg"
     assert us.loc["speed_b", "unit"] == "mph"
-    assert us.loc["speed_b", "hdi_95_high"] * 0.44704 == pytest.approx(
-        si.loc["speed_b", "hdi_95_high"]
+    assert us.loc["speed_b", "interval_95_high"] * 0.44704 == pytest.approx(
+        si.loc["speed_b", "interval_95_high"]
     )
     assert us.loc["speed_b", "rhat"] == si.loc["speed_b", "rhat"]
     assert set(si["checks"]) == {"passed"}
@@ -98,7 +99,11 @@ def test_frame_has_numbers_in_the_units_asked_for(outcome):
 def test_frame_of_a_failed_run_says_so_and_hides_what_failed(failing):
     frame = summary_frame(found_of(failing))
     assert frame.loc["e_m", "checks"] == "failed"
-    assert frame.loc["e_m", ["mean", "sd", "median", "hdi_50_low", "hdi_95_high"]].isna().all()
+    assert (
+        frame.loc["e_m", ["mean", "sd", "median", "interval_50_low", "interval_95_high"]]
+        .isna()
+        .all()
+    )
     assert frame.loc["e_m", "rhat"] > 0
     assert frame.loc["speed_b", "checks"] == "NOT TO BE RELIED ON"
     assert frame.loc["delta_v_b", "checks"] == "failed"  # follows from what failed

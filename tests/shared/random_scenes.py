@@ -43,7 +43,9 @@ _audit, _contact_velocity, _critical_mu, _separation = map(
 _rest = jax.jit(rest, static_argnames="steps")
 
 
-def scene(rng: np.random.Generator, kind: str = "ordinary") -> tuple[Scene, dict[str, float]]:
+def scene(
+    rng: np.random.Generator, kind: str = "ordinary", off: float | None = None
+) -> tuple[Scene, dict[str, float]]:
     """A plausible crash at random, measured with errors, and what was true of it.
 
     Args:
@@ -51,12 +53,14 @@ def scene(rng: np.random.Generator, kind: str = "ordinary") -> tuple[Scene, dict
         kind: "ordinary"; "slow", which closes in at less than 3 m/s; "grazing", which slides along the
             contact line at four times as much or more; or "lorry", in which A or B has five to twenty
             times the mass.
+        off: angle from B's heading to its direction of travel, rad; None for one at random, of some
+            11 deg.
 
     Returns:
         The scene and the true speed_b (m/s), e, mu and e_m.
     """
     while True:
-        drawn = _crash(rng, kind)
+        drawn = _crash(rng, kind, off)
         if drawn is not None:
             return drawn
 
@@ -114,7 +118,9 @@ def cars(rng: np.random.Generator) -> Cars | None:
     return Cars(mass, front, rear, track, inertia, heading, corner, lever, normal, Gamma)
 
 
-def _crash(rng: np.random.Generator, kind: str) -> tuple[Scene, dict[str, float]] | None:
+def _crash(
+    rng: np.random.Generator, kind: str, off: float | None
+) -> tuple[Scene, dict[str, float]] | None:
     truth: dict[str, float] = {}
 
     def measure(value: float, sd: float, law: str = "normal") -> Measured:
@@ -131,7 +137,7 @@ def _crash(rng: np.random.Generator, kind: str) -> tuple[Scene, dict[str, float]
         heavier = np.where(np.arange(2) == rng.integers(2), rng.uniform(5, 20), 1.0)
         mass, inertia = mass * heavier, inertia * heavier
     speed_a, speed_b = rng.uniform(8, 25), rng.uniform(3, 30)
-    course = heading[1] + rng.normal(0, 0.2)
+    course = heading[1] + (rng.normal(0, 0.2) if off is None else off)
     approach = jnp.array(
         [-speed_a, 0.0, 0.0, speed_b * np.cos(course), speed_b * np.sin(course), 0.0]
     )

@@ -158,7 +158,7 @@ def _sameness(
     return "error" if within else "no"
 
 
-_OF_LEVEL = {f"hdi_{level}": level for level in LEVELS}
+_OF_LEVEL = {f"interval_{level}": level for level in LEVELS}
 
 
 def _rounded(value: float) -> str:

@@ -35,7 +35,7 @@ class PrecisionEntry(TypedDict):
 class QuantityEntry(TypedDict):
     """Statistics of the posterior draws of a quantity, in `unit`.
 
-    hdi: shortest intervals; mcse_mean, error (of mean and median, the larger) and error_50, _90, _95
+    interval: central intervals; mcse_mean, error (of mean and median, the larger) and error_50, _90, _95
     (of the limits, the larger): Monte Carlo standard errors; passed: it has numbers and no check of its
     own failed; withheld: its numbers are not printed; printed: how they are, in SI and US units.
     """
@@ -45,9 +45,9 @@ class QuantityEntry(TypedDict):
     mean: Number
     sd: Number
     median: Number
-    hdi_50: _Limits
-    hdi_90: _Limits
-    hdi_95: _Limits
+    interval_50: _Limits
+    interval_90: _Limits
+    interval_95: _Limits
     ess_bulk: Number
     ess_tail: Number
     rhat: Number

@@ -54,7 +54,8 @@ class Quantity:
         label: in words.
         unit: symbol of the SI unit that its numbers are in.
         mean, sd, median: of the draws.
-        intervals: the shortest that hold so many per cent of the draws, by level.
+        intervals: the central ones of so many per cent of the draws, by level: as many draws lie
+            below as above.
         ess_bulk, ess_tail, rhat: diagnostics.
         mcse_mean: Monte Carlo standard error of the mean.
         error: Monte Carlo standard error of mean and median, the larger.
@@ -118,7 +119,7 @@ def posterior_of(outcome: Outcome) -> xr.Dataset:
 
 
 def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
-    """Mean, sd, median, shortest intervals, diagnostics and digits of quantities.
+    """Mean, sd, median, central intervals, diagnostics and digits of quantities.
 
     Args:
         outcome: the reconstruction.
@@ -128,7 +129,7 @@ def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
         One record a name, whether there are draws of it or not.
     """
     # arviz_stats takes a while to import, and findings are not always asked for
-    from arviz_stats import ess, hdi, mcse, rhat
+    from arviz_stats import ess, eti, mcse, rhat
 
     names, posterior, checks = tuple(names), posterior_of(outcome), outcome.checks
     data = posterior[[name for name in names if name in posterior.data_vars]]
@@ -147,7 +148,7 @@ def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
                 "error": monte_carlo_error(data, 0, of_mean),
                 **{f"error_{level}": monte_carlo_error(data, level / 100) for level in LEVELS},
             }
-            intervals = {level: hdi(data, prob=level / 100, method="nearest") for level in LEVELS}
+            intervals = {level: eti(data, prob=level / 100) for level in LEVELS}
 
     def number(measure: str, name: str) -> float | None:
         return finite(measures[measure][name]) if name in data else None

@@ -110,9 +110,9 @@ def _quantity(found: Quantity) -> QuantityEntry:
         "mean": found.mean,
         "sd": found.sd,
         "median": found.median,
-        "hdi_50": list(found.intervals[low]),
-        "hdi_90": list(found.intervals[middle]),
-        "hdi_95": list(found.intervals[high]),
+        "interval_50": list(found.intervals[low]),
+        "interval_90": list(found.intervals[middle]),
+        "interval_95": list(found.intervals[high]),
         "ess_bulk": found.ess_bulk,
         "ess_tail": found.ess_tail,
         "rhat": found.rhat,
@@ -274,7 +274,7 @@ def summary_frame(findings: Findings, units: Units = "si") -> pd.DataFrame:
             row[key] = scaled(getattr(found, key), unit.worth)
         for level, bounds in found.intervals.items():
             low, high = scaled_interval(bounds, unit.worth)
-            row |= {f"hdi_{level}_low": low, f"hdi_{level}_high": high}
+            row |= {f"interval_{level}_low": low, f"interval_{level}_high": high}
         row["mcse_mean"] = scaled(found.mcse_mean, unit.worth)
         if not usable:
             row = dict.fromkeys(row) | {"unit": unit.symbol}

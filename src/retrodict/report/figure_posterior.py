@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 CAPTION = (
     "Posterior densities of the unknowns (shaded; smoothed from all draws, no smoothing past a "
     "bound) with the prior's density (dashed). Below each: the median (white dot) with the "
-    "shortest intervals that hold 50 % (thick bar) and 90 % (thin bar) of the draws. The window "
+    "central intervals of 50 % (thick bar) and 90 % (thin bar) of the draws. The window "
     "is the posterior's; a prior may reach far beyond it."
 )
 

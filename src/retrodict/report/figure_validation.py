@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from retrodict.studies.validation import Validation
 
 CAPTION = (
-    "A row is a speed before impact. The bars are its shortest 95, 90 and 50 % intervals, thicker as "
+    "A row is a speed before impact. The bars are its central 95, 90 and 50 % intervals, thicker as "
     "they narrow; the white line is the median. The diamond is the speed that was measured, and "
     "triangles are what others reconstructed. Where an answer is withheld, none is drawn."
 )

@@ -45,7 +45,8 @@ def results(findings: Findings, units: Units, pictures: Mapping[str, list[Pictur
         (
             *_result_tables(findings, units, findings.quantities),
             Paragraph(
-                "Intervals are the shortest that hold the stated share of the posterior draws. "
+                "Intervals are central: they hold the stated share of the posterior draws, with as many "
+                "draws below as above. "
                 "Numbers are rounded to two significant digits of their standard deviation (sd), or to "
                 f"fewer where the error of drawing them reaches the last of these.{warned}",
                 "quiet",

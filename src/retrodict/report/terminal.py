@@ -110,7 +110,7 @@ def _table(findings: Findings, units: Units, wide: bool) -> Table:
     title = None if findings.checks.passed else Text(f"{MARK} {NOT_TO_BE_RELIED_ON}", "bold red")
     table = Table(title=title, title_justify="left", show_lines=not wide)
     table.add_column("quantity")
-    headings = [f"{level} %" for level in LEVELS] if wide else ["shortest intervals"]
+    headings = [f"{level} %" for level in LEVELS] if wide else ["central intervals"]
     fold = " " if wide else "\n"  # a narrow table breaks its cells where the eye would
     for heading in ("median", f"mean{fold}± sd", *headings, "R-hat", f"ESS bulk{fold}/ tail"):
         table.add_column(Text(heading), justify="right", no_wrap=True)

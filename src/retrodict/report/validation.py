@@ -114,7 +114,7 @@ def print_validation(validation: Validation, console: Console, units: Units = "s
     symbol = unit_of("speed", units).symbol
     table = Table(show_lines=True, padding=0)
     table.add_column("case and speed")
-    for heading in ("true", "median\n± sd", "shortest\nintervals", "error", "sd"):
+    for heading in ("true", "median\n± sd", "central\nintervals", "error", "sd"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("model and checks")
     table.add_column("published")

@@ -349,13 +349,13 @@ def _estimated_yaw_inertia(
 def _approach(entry: ApproachEntry, heading: Measured) -> Approach:
     """Motion before impact: along the heading and without yaw, unless the file says that it slid."""
     speed, record = _speed(entry)
-    direction = _known(entry.direction, lambda: _along(heading))
+    direction = _known(entry.direction, lambda: along(heading))
     # a vehicle that slides sideways has begun to yaw
     slides = (
         direction is None
         or abs(math.remainder(direction.value - heading.value, math.tau)) > _SLIDES
     )
-    yaw_rate = _known(entry.yaw_rate, lambda: None if slides else _without_yaw())
+    yaw_rate = _known(entry.yaw_rate, lambda: None if slides else without_yaw())
     return Approach(speed, direction, yaw_rate, entry.skid, record)
 
 
@@ -368,7 +368,8 @@ def _known(
     return None if isinstance(written, str) else written
 
 
-def _along(heading: Measured) -> Measured:
+def along(heading: Measured) -> Measured:
+    """The direction of travel of a vehicle that did not slide, whose heading was measured."""
     spread = DEFAULTS["course"]
     return Measured(
         heading.value,
@@ -378,7 +379,8 @@ def _along(heading: Measured) -> Measured:
     )
 
 
-def _without_yaw() -> Measured:
+def without_yaw() -> Measured:
+    """The yaw rate of a vehicle that neither slid nor turned."""
     spread = DEFAULTS["yaw_rate"]
     return Measured(0.0, spread.amount(0.0), source=f"assumed: 0 ± {spread}", assumed="value")
 

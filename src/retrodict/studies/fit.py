@@ -72,7 +72,7 @@ class Summary:
 
     Args:
         median, sd: of the draws.
-        intervals: the shortest that hold so many per cent of the draws.
+        intervals: the central ones of so many per cent of the draws.
     """
 
     median: float
@@ -81,10 +81,10 @@ class Summary:
 
 
 def summary(draws: np.ndarray) -> Summary:
-    """Median, sd and shortest intervals of draws, shape (any,)."""
-    from arviz_stats import hdi  # slow to import
+    """Median, sd and central intervals of draws, shape (any,)."""
+    from arviz_stats import eti  # slow to import
 
-    bounds = {level: hdi(draws, prob=level / 100, method="nearest") for level in LEVELS}
+    bounds = {level: eti(draws, prob=level / 100) for level in LEVELS}
     return Summary(
         float(np.median(draws)),
         float(np.std(draws, ddof=1)),

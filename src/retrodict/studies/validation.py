@@ -67,7 +67,7 @@ class Score:
         return self.answer.median - self.truth
 
     def inside(self, level: int) -> bool:
-        """Whether the shortest interval of so many per cent holds the truth."""
+        """Whether the central interval of so many per cent holds the truth."""
         if not self.counts or self.answer is None or self.truth is None:
             return False
         low, high = self.answer.intervals[level]
@@ -113,7 +113,7 @@ class Validation:
         return f"<Validation of {self.model} by {self.method}: {counted}>"
 
     def coverage(self, level: int) -> Coverage:
-        """How many shortest intervals of so many per cent hold the truth, of answers that count."""
+        """How many central intervals of so many per cent hold the truth, of answers that count."""
         from scipy.stats import binomtest
 
         inside = [score.inside(level) for score in self.scores if score.counts]
