@@ -99,8 +99,8 @@ def exchanged(scene: Scene) -> Scene:
     """The scene with the letters of the vehicles exchanged: the speed of the other is sought."""
 
     def other(name: str) -> str:
-        is_speed = name.startswith("speed_")
-        return f"{name[:-1]}{_LETTERS[name[-1]]}" if is_speed else name
+        of_one = name.startswith(("speed_", "omega_"))
+        return f"{name[:-1]}{_LETTERS[name[-1]]}" if of_one else name
 
     sought = (scene.approach["a"], scene.approach["b"])
     assert sought[0].speed is not None
@@ -111,6 +111,8 @@ def exchanged(scene: Scene) -> Scene:
         approach={v: scene.approach[_LETTERS[v]] for v in scene.approach},
         rest={_LETTERS[v]: one for v, one in scene.rest.items()},
         departure={_LETTERS[v]: one for v, one in scene.departure.items()},
+        marks={_LETTERS[v]: ones for v, ones in scene.marks.items()},
+        end_of_rotation={_LETTERS[v]: one for v, one in scene.end_of_rotation.items()},
         question=tuple(other(name) for name in scene.question),
         priors={other(name): prior for name, prior in scene.priors.items()},
     )
