@@ -89,9 +89,11 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
 
     original = ModeSearch.on
 
-    def unsettled(self: ModeSearch, rung: str, where: Coordinates, **_: bool) -> PosteriorModes:
+    def unsettled(
+        self: ModeSearch, rung: str, where: Coordinates, *, weighted: bool = True
+    ) -> PosteriorModes:
         faults = ("a weight is not settled",) if where is Coordinates.PINNED else ()
-        return replace(original(self, rung, where), faults=faults)
+        return replace(original(self, rung, where, weighted=weighted), faults=faults)
 
     def stopped(task: Task) -> Draws:
         raise Interrupted("stopped")
