@@ -176,13 +176,15 @@ def _or_unknown(raw: object, read: ValidatorFunctionWrapHandler) -> Measured | s
     return measured
 
 
-Direction = Annotated[
+_DIRECTION = Kind(units.ANGLE, -360, 360, "180 ± 2 deg", default="direction")
+Direction = Annotated[Measured, _DIRECTION]
+ApproachDirection = Annotated[
     Measured | str,
-    Kind(units.ANGLE, -360, 360, "180 ± 2 deg", default="direction"),
+    _DIRECTION,
     WrapValidator(_or_unknown),
     Field(examples=['"180 ± 2 deg", or "unknown"']),
 ]
-YawRate = Annotated[
+ApproachYawRate = Annotated[
     Measured | str,
     Kind(units.YAW_RATE, -2000, 2000, "0 ± 2 deg/s", default="yaw_rate"),
     WrapValidator(_or_unknown),

@@ -25,12 +25,13 @@ from retrodict.scene.defaults import FRICTION
 from retrodict.scene.departure import ITEMS
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import (
+    ApproachDirection,
+    ApproachYawRate,
     AxleDistance,
     BetweenVehicles,
     ContactLine,
     Course,
     Deceleration,
-    Direction,
     DistanceBefore,
     DragFactor,
     EdgeCoordinate,
@@ -77,7 +78,6 @@ from retrodict.scene.kinds import (
     Uphill,
     Wheel,
     YawInertia,
-    YawRate,
     YawRateScale,
     fault,
     of_departure,
@@ -219,8 +219,8 @@ class ApproachEntry(_Table):
             'impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }'
         ],
     )
-    direction: Direction | None = None
-    yaw_rate: YawRate | None = None
+    direction: ApproachDirection | None = None
+    yaw_rate: ApproachYawRate | None = None
     skid: Skid | None = None
 
     @model_validator(mode="after")
