@@ -10,10 +10,15 @@ import pytest
 
 from retrodict.scene import parse_scene
 from retrodict.scene.load import load_scene
-from retrodict.scene.plausibility import _as_bearings, _bearings, plausibility_warnings
+from retrodict.scene.plausibility import (
+    _as_bearings,
+    _bearings,
+    assumed_approach,
+    plausibility_warnings,
+)
 from retrodict.scene.records import Measured, Scene
 from tests.shared import random_scenes
-from tests.shared.scene_file import changed
+from tests.shared.scene_file import changed, without
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = load_scene(EXAMPLES / "brach-1977" / "scene.toml")
@@ -104,3 +109,12 @@ def test_vehicles_within_each_other_are_flagged() -> None:
     ]
     assert len(odd) == 1
     assert odd[0].startswith("vehicles.A.impact_centre, vehicles.B.impact_centre: ")
+
+
+def test_it_is_said_whose_direction_of_travel_is_assumed():
+    text = without("direction", "yaw_rate")
+    assert assumed_approach(parse_scene(text, "bend")).startswith(
+        "A and B are taken to travel along"
+    )
+    slid = text.replace('speed = "45 ± 2 mph"', 'speed = "45 ± 2 mph"\ndirection = "unknown"')
+    assert assumed_approach(parse_scene(slid, "bend")).startswith("B is taken to travel along its")

@@ -26,7 +26,7 @@ def check(
     units: Annotated[UnitChoice, typer.Option(help="units of the drawing")] = UnitChoice.si,
 ) -> None:
     """Validate a scene file and warn of implausible values; or see that results are of one run."""
-    from retrodict.scene.plausibility import plausibility_warnings
+    from retrodict.scene.plausibility import assumed_approach, plausibility_warnings
     from retrodict.scene.quantities import describe
 
     if scene.is_dir():
@@ -43,6 +43,8 @@ def check(
         f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
     )
     typer.echo(printable(line))
+    if assumed := assumed_approach(found):
+        typer.echo(printable(f"  assumed: {assumed}"))
     for warning in plausibility_warnings(found):
         typer.echo(printable(f"  warning: {warning}"))
     if plot:

@@ -12,6 +12,7 @@ from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.inference.misfit import UNEXPLAINED, UNSUPPORTED
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.names import parsed
+from retrodict.scene.plausibility import assumed_approach
 from retrodict.scene.quantities import Unit, Units, unit_of
 from retrodict.scene.records import VEHICLES
 
@@ -197,6 +198,8 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
     """
     scene = outcome.scene
     found = list(outcome.description.ignores)
+    if along := assumed_approach(scene):
+        found.append(along)
     locked = [v.upper() for v in scene.vehicles if v not in scene.rolling and v in scene.rest]
     if locked:
         found.append(

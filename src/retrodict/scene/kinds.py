@@ -170,7 +170,9 @@ Heading = Annotated[Measured, Kind(units.ANGLE, -360, 360, "180 ± 2 deg", defau
 
 
 def _or_unknown(raw: object, read: ValidatorFunctionWrapHandler) -> Measured | str:
-    if raw == UNKNOWN:
+    if isinstance(raw, str) and not any(c.isdigit() for c in raw):
+        if raw.strip().casefold() != UNKNOWN:
+            raise fault('write a number with its unit, or "unknown" for a vehicle that slid')
         return UNKNOWN
     measured: Measured = read(raw)
     return measured

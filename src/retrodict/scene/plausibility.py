@@ -206,6 +206,23 @@ def _lifts(scene: Scene) -> list[str]:
     return found
 
 
+def assumed_approach(scene: Scene) -> str:
+    """That vehicles are taken to travel along their headings; empty where no direction is assumed."""
+    along = [
+        v.upper()
+        for v, own in scene.approach.items()
+        if own.direction is not None and own.direction.assumed == "value"
+    ]
+    if not along:
+        return ""
+    several = len(along) > 1
+    who = f"{' and '.join(along)} {'are' if several else 'is'}"
+    return (
+        f"{who} taken to travel along {'their headings' if several else 'its heading'} before the "
+        'impact, and not to yaw; of a vehicle that slid write approach.direction = "unknown".'
+    )
+
+
 def _courses(scene: Scene) -> list[str]:
     found = []
     for v in scene.vehicles:
