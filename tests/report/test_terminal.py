@@ -46,7 +46,7 @@ def test_a_failed_run_is_marked_and_gives_its_reasons(failing):
 
 def test_every_interval_fits_on_a_narrow_terminal(outcome):
     text = printed(outcome, width=80)
-    for wanted in ("50 %: 18.4 to 19.5", "90 %: 17.7 to 20.6", "95 %: 17.5 to 21.0"):
+    for wanted in ("50 %: 18.6 to 19.8", "90 %: 17.7 to 20.6", "95 %: 17.4 to 21.0"):
         assert wanted in text
     assert max(map(len, text.splitlines())) <= 80
     assert "…" not in text  # no label is cut
