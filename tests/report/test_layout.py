@@ -42,5 +42,5 @@ def test_a_table_that_fits_is_one_and_one_that_does_not_is_a_list() -> None:
     narrow = printed(40)
     assert "┃" not in narrow
     assert "  median: 19.0\n" in narrow
-    assert "  central intervals\n    50 %: 18.6 to 19.8\n" in narrow
+    assert "  shortest intervals\n    50 %: 18.6 to 19.8\n" in narrow
     assert "  ESS bulk / tail: 43 / 23\n" in narrow

@@ -17,6 +17,14 @@ _GRAVITY = 9.81  # m/s²; that of the mechanics is not to be had without JAX
 _SLOW = 5.0  # m/s: below it momentum determines no course
 # a measuring error by this factor below the run-out's adds less than 2 % to it
 _SHARPER = 5
+_HEADINGS = "vehicles.A.impact.heading, vehicles.B.impact.heading"
+_SIGN = "had the other sign (to the left of straight ahead it is positive)"
+# kg/m²: mass over the square of the wheelbase, of passenger cars from the lightest to the heaviest;
+# longer wheelbases are lorries', loaded or not
+_MASSES, _LONGEST = (100.0, 380.0), 3.4
+_POUND = 0.45359237
+# share of a push across the contact line that delta-v along one axis must show; deviations that are sure
+_MOSTLY, _SURE = 0.7, 3.0
 _RADIUS = (0.35, 0.65)  # of gyration in yaw, in wheelbases; the default's sources have 0.47 to 0.50
 
 
@@ -30,25 +38,69 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
         A line each: the key, what is odd and what to look at.
     """
     # one wrong angle may cause several of these: only the most specific is given
-    of_impact = _bearings(scene) or _sides(scene) or _overlaps(scene)
+    of_impact = _slips(scene) or _sides(scene) or _overlaps(scene)
     of_impact = of_impact or _beyond_the_wall(scene)
-    of_vehicles = (*_inertias(scene), *_lifts(scene), *_courses(scene), *_rolls(scene))
+    of_vehicles = (
+        *_masses(scene),
+        *_inertias(scene),
+        *_pushes(scene),
+        *_lifts(scene),
+        *_courses(scene),
+        *_rolls(scene),
+    )
     return (*of_impact, *of_vehicles, *_energies(scene))
 
 
-def _bearings(scene: Scene) -> list[str]:
-    """Headings that fit as compass bearings, clockwise from north, and do not as they are."""
-    as_bearings = _as_bearings(scene)
-    # a contact line that parts no vehicles, alone, may have been counted from another axis itself
-    if scene.barrier or not (_overlaps(scene) or _off_course(scene) > _ASTRAY):
+def _slips(scene: Scene) -> list[str]:
+    """Slips that would leave vehicles that do not fit together, or to their ways to rest: all tried."""
+    if scene.barrier:
         return []
-    if _sides(as_bearings) or _overlaps(as_bearings) or _off_course(as_bearings) > _ON_COURSE:
+    astray = bool(_overlaps(scene)) or _off_course(scene) > _ASTRAY
+    if not (astray or _sides(scene)):
         return []
-    return [
-        "vehicles.A.impact.heading, vehicles.B.impact.heading: the vehicles do not fit together or to "
-        "their ways to rest, and would if headings were compass bearings: write angles "
-        "counter-clockwise from the x axis"
+    both_centres = _with_centres(scene, "ab")
+    tried = [
+        (f"the angles of both impact centres {_SIGN}", both_centres),
+        (
+            "the contact line was counted from the x axis, where it is from the y axis",
+            _from_x(scene),
+        ),
     ]
+    if astray:  # a contact line alone parts nobody by where it is counted from
+        tried.append(("headings were compass bearings, clockwise from north", _as_bearings(scene)))
+    if not _fits(both_centres):
+        tried += [
+            (f"the angle of {v.upper()}'s impact centre {_SIGN}", _with_centres(scene, v))
+            for v in "ab"
+        ]
+    likely = [words for words, other in tried if _fits(other)]
+    if not likely:
+        return []
+    odd = [*_sides(scene), *_overlaps(scene), f"{_HEADINGS}: they do not fit the ways to rest"][0]
+    return [f"{odd}; all would fit if {', or if '.join(likely)}"]
+
+
+def _fits(scene: Scene) -> bool:
+    """Whether vehicles fit together, and to their ways to rest."""
+    return not (_sides(scene) or _overlaps(scene)) and _off_course(scene) <= _ON_COURSE
+
+
+def _with_centres(scene: Scene, which: str) -> Scene:
+    """The scene with the impact centre of some vehicles on the other side of their length."""
+    vehicles = {
+        v: replace(own, impact_angle=replace(own.impact_angle, value=-own.impact_angle.value))
+        if v in which
+        else own
+        for v, own in scene.vehicles.items()
+    }
+    return replace(scene, vehicles=vehicles)
+
+
+def _from_x(scene: Scene) -> Scene:
+    """The scene with a contact line whose angle was counted from the x axis."""
+    line = scene.contact.Gamma
+    turned = replace(line, value=line.value - math.pi / 2)
+    return replace(scene, contact=replace(scene.contact, Gamma=turned))
 
 
 def _as_bearings(scene: Scene) -> Scene:
@@ -65,6 +117,14 @@ def _as_bearings(scene: Scene) -> Scene:
     return replace(scene, vehicles=vehicles, approach=approach)
 
 
+def _left(scene: Scene, v: str) -> complex:
+    """The velocity with which a vehicle left the impact, if it slid straight to its rest, m/s."""
+    rest = scene.rest[v]
+    way = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
+    fast = math.sqrt(2 * scene.surfaces[0].friction.value * _GRAVITY * abs(way))
+    return cmath.rect(fast, cmath.phase(way))
+
+
 def _off_course(scene: Scene) -> float:
     """Angle between B's course, or heading, and the one by momentum; 0 where that is not determined.
 
@@ -75,10 +135,8 @@ def _off_course(scene: Scene) -> float:
         return 0.0
     ahead = scene.approach["a"].direction or scene.vehicles["a"].heading
     momentum = -cmath.rect(scene.vehicles["a"].mass.value * speed.value, ahead.value)
-    for v, rest in scene.rest.items():
-        way = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
-        fast = math.sqrt(2 * scene.surfaces[0].friction.value * _GRAVITY * abs(way))
-        momentum += scene.vehicles[v].mass.value * cmath.rect(fast, cmath.phase(way))
+    for v in scene.rest:
+        momentum += scene.vehicles[v].mass.value * _left(scene, v)
     if abs(momentum) < _SLOW * scene.vehicles["b"].mass.value:
         return 0.0
     course = scene.approach["b"].direction or scene.vehicles["b"].heading
@@ -169,6 +227,55 @@ def _beyond_the_wall(scene: Scene) -> list[str]:
         f"vehicles.A.rest.position: {abs(after):.1f} m beyond the face of the wall, which the vehicle "
         "did not pass: look at it, at impact.point and at impact.contact_line"
     ]
+
+
+def _masses(scene: Scene) -> list[str]:
+    """Masses that no car of this wheelbase has, and would have in the other unit."""
+    found = []
+    for v, vehicle in scene.vehicles.items():
+        wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
+        mass, (least, most) = vehicle.mass.value, (bound * wheelbase**2 for bound in _MASSES)
+        if wheelbase > _LONGEST or least <= mass <= most:
+            continue
+        heavy = mass > most
+        other, unit = (mass * _POUND, "pounds") if heavy else (mass / _POUND, "kilograms")
+        would = f", and {other:.0f} kg were it in {unit}" if least <= other <= most else ""
+        found.append(
+            f"vehicles.{v.upper()}.mass: {mass:.0f} kg is {'more' if heavy else 'less'} than cars with "
+            f"a wheelbase of {wheelbase:.2f} m have{would}: look at both and at their units"
+        )
+    return found
+
+
+def _pushes(scene: Scene) -> list[str]:
+    """Delta-v into the other vehicle: an impact pushes each away from where they touched."""
+    found = []
+    for v, departure in scene.departure.items():
+        vehicle = scene.vehicles[v]
+        parts = [departure.get(f"delta_v_{part}") for part in ("forward", "left")]
+        written = [part for part in parts if part is not None]
+        across = cmath.rect(1, scene.contact.Gamma.value - vehicle.heading.value)
+        centre = cmath.rect(1, vehicle.impact_angle.value)  # from the centre of gravity
+        outward = -across if (across * centre.conjugate()).real > 0 else across
+        shares = [
+            share for share, part in zip((outward.real, outward.imag), parts, strict=True) if part
+        ]
+        if not written or math.hypot(*shares) < _MOSTLY:
+            continue
+        pushed = sum(share * part.value for share, part in zip(shares, written, strict=True))
+        sd = math.hypot(*(share * part.sd for share, part in zip(shares, written, strict=True)))
+        if pushed < -_SURE * sd:
+            keys = " and ".join(
+                f"delta_v_{name}"
+                for name, part in zip(("forward", "left"), parts, strict=True)
+                if part
+            )
+            found.append(
+                f"vehicles.{v.upper()}.departure: {keys} of {abs(pushed):.1f} m/s towards the place "
+                "that was struck, where an impact pushes away from it: look at the sign (forward and "
+                "left are positive) and at the impact centre"
+            )
+    return found
 
 
 def _inertias(scene: Scene) -> list[str]:
