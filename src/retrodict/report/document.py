@@ -111,13 +111,16 @@ def write_report(
     return write_whole(path, render(document_of(findings, outcome, units, case)))
 
 
-def write_reports(document: Document, folder: Path, suffixes: Iterable[str]) -> list[Path]:
-    """Write a document as report.SUFFIX in each of several formats, once all are rendered.
+def write_reports(
+    document: Document, folder: Path, suffixes: Iterable[str], name: str = "report"
+) -> list[Path]:
+    """Write a document as NAME.SUFFIX in each of several formats, once all are rendered.
 
     Args:
         document: from `document_of`.
         folder: made where missing.
         suffixes: of `FORMATS`.
+        name: of the files.
 
     Returns:
         The files.
@@ -126,4 +129,4 @@ def write_reports(document: Document, folder: Path, suffixes: Iterable[str]) -> 
         UnknownFormat, MissingLibrary, OSError: as of `write_report`.
     """
     made = {suffix: render(document) for suffix, render in renderers(suffixes).items()}
-    return [write_whole(folder / f"report.{suffix}", each) for suffix, each in made.items()]
+    return [write_whole(folder / f"{name}.{suffix}", each) for suffix, each in made.items()]

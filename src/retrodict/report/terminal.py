@@ -11,6 +11,7 @@ from rich.text import Text
 from retrodict.findings.rounding import NOTHING
 from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import LEVELS
+from retrodict.report import blocks
 from retrodict.report.ladder import ladder_rows
 from retrodict.report.layout import print_table
 from retrodict.report.results import named, result_rows
@@ -19,6 +20,7 @@ from retrodict.scene.quantities import Units, label_and_unit
 if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.findings.questions import Answered
+    from retrodict.report.blocks import Block, Document
     from retrodict.studies.comparison import Ladder
 
 _ONLY_IN_REPORTS = ("one_at_a_time", "checks")  # long tables that nobody asked for
@@ -64,6 +66,35 @@ def _print_answer(asked: Answered, console: Console) -> None:
         for heading in asked.header:
             table.add_column(Text(heading))
         for row in asked.rows:
+            table.add_row(*map(Text, row))
+        print_table(console, table)
+
+
+def print_document(document: Document, console: Console) -> None:
+    """Print the texts and tables of a short document.
+
+    Args:
+        document: of which pictures are left out.
+        console: where to.
+    """
+    _line(console, document.title, "bold")
+    for block in document.first:
+        _print_block(block, console)
+    for section in document.sections:
+        _line(console, section.title, "bold")
+        for block in section.blocks:
+            _print_block(block, console)
+
+
+def _print_block(block: Block, console: Console) -> None:
+    if isinstance(block, blocks.Paragraph):
+        _line(console, block.text, "bold red" if block.kind == "held" else "")
+    elif isinstance(block, blocks.Table):
+        table = Table(show_lines=False)
+        for i, heading in enumerate(block.header):
+            words = i == 0 or i in block.texts
+            table.add_column(Text(heading), justify="left" if words else "right")
+        for row in block.rows:
             table.add_row(*map(Text, row))
         print_table(console, table)
 

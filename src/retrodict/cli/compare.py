@@ -1,0 +1,89 @@
+"""The command `retrodict compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from retrodict.cli.options import Quiet, UnitChoice
+from retrodict.cli.running import LOADING, WRITING, fail, output_folder, print_path, working
+
+if TYPE_CHECKING:
+    from retrodict.studies.attribution import Step
+
+
+def compare(
+    one: Annotated[Path, typer.Argument(help="folder of a result", show_default=False)],
+    other: Annotated[Path, typer.Argument(help="folder of another", show_default=False)],
+    each: Annotated[
+        bool,
+        typer.Option("--each", help="reconstruct the first with each difference alone: minutes"),
+    ] = False,
+    formats: Annotated[
+        str, typer.Option("--format", help="html, pdf, docx, or several with commas: also written")
+    ] = "",
+    units: Annotated[UnitChoice, typer.Option(help="units of the results")] = UnitChoice.si,
+    out: Annotated[Path | None, typer.Option(help="folder for documents")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Set two results beside each other: what differs, and how far it moves the answer."""
+    from retrodict.report.document import UnknownFormat, renderers, write_reports
+    from retrodict.scene import SceneError
+
+    try:
+        wanted = list(renderers(formats.split(","))) if formats else []
+    except UnknownFormat as error:
+        fail(f"--format {formats}: {error}")
+    folder = output_folder(out, f"{one.name}-{other.name}") if wanted else Path()
+    with working(quiet) as progress:
+        progress(LOADING, 0, 1)
+
+        from rich.console import Console
+
+        from retrodict.findings.differences import NothingInCommon
+        from retrodict.findings.rounding import NOTHING
+        from retrodict.findings.stored import NotStored
+        from retrodict.report.comparison import compared
+        from retrodict.report.libraries import MissingLibrary
+        from retrodict.report.pdf import NoGlyph
+        from retrodict.report.terminal import print_document
+        from retrodict.result import load
+
+        try:
+            first, second = load(one), load(other)
+            found = first.compare(second)
+        except (NotStored, SceneError, NothingInCommon) as error:
+            fail(str(error))
+        of = first.outcome.scene.sought
+        steps: tuple[Step, ...] = ()
+        if each and found.scene:
+            from retrodict.studies.attribution import each_alone
+
+            changes = {
+                key: (old, None if new == NOTHING else new)
+                for key, (old, new) in found.scene.items()
+            }
+            model, seed = first.outcome.description.name, first.outcome.seed
+            steps = each_alone(first.outcome.scene, changes, model, of, seed, progress)
+        progress(WRITING, 0, 1)
+        document = compared(
+            found,
+            (first.findings, first.outcome),
+            (second.findings, second.outcome),
+            steps,
+            of,
+            units.value,
+        )
+        try:
+            files = write_reports(document, folder, wanted, "comparison") if wanted else []
+        except (MissingLibrary, NoGlyph) as error:
+            fail(str(error), 1)
+        except OSError as error:
+            fail(f"{folder}: cannot write the documents: {error}", 1)
+        progress(WRITING, 1, 1)
+    console = Console(quiet=quiet)
+    print_document(document, console)
+    for file in files:
+        print_path(file, console)
