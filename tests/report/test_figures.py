@@ -15,7 +15,14 @@ from matplotlib.text import Text
 from retrodict.findings.run_outs import motions
 from retrodict.report import figures, files
 from retrodict.report.drawing import IMAGES, new_figure
-from retrodict.report.figure_scene import area_of, half_plane, impact_pose, outline, plan_figure
+from retrodict.report.figure_scene import (
+    area_of,
+    half_plane,
+    impact_pose,
+    outline,
+    plan_figure,
+    skid_lines,
+)
 from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
 from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
@@ -355,3 +362,18 @@ def test_the_scene_of_a_loaded_result_can_be_drawn():
         "assert Scene.plot and Scene._repr_html_"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_skid_is_drawn_as_long_as_it_was_and_in_view(sparse):
+    scene = sparse.scene
+    ((v, lines),) = skid_lines(scene)
+    assert v == "b"
+    skid = scene.approach["b"].skid.value
+    assert np.hypot(*(lines[:, 1] - lines[:, 0]).T) == pytest.approx([skid, skid])
+    assert np.hypot(*(lines[0, 1] - lines[1, 1])) == pytest.approx(scene.vehicles["b"].track.value)
+    (axes,) = drawn("scene", sparse).axes
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    assert (lines[..., 0] > left).all()
+    assert (lines[..., 0] < right).all()
+    assert (lines[..., 1] > low).all()
+    assert (lines[..., 1] < high).all()

@@ -64,14 +64,12 @@ class Picture:
         title: in a few words; it stands for the figure where that cannot be seen.
         caption: what it shows and how to read it.
         image: PNG.
-        small: whether it shares its page with other things.
     """
 
     number: str
     title: str
     caption: str
     image: bytes
-    small: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,7 @@ CAPTION = (
     "front; an outline's middle is taken to lie midway between the axles."
 )
 _THICK = 0.6  # m: of a wall, as it is drawn
+_TALLEST = 0.9  # height over width of the plan
 _ENDS = 12  # outlines drawn at the end of run-outs
 _ON_THE_WAY = 6  # outlines of one draw between impact and rest, at most
 _INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between them
@@ -92,6 +93,7 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     handles += _run_outs(axes, scene, paths, unit.worth)
     handles += _one_motion(axes, scene, outcome, unit.worth) if outcome else []
     handles += _vehicles(axes, scene, unit.worth)
+    handles += _skids(axes, scene, unit.worth)
     handles += _directions(axes, scene, unit.worth)
     handles += _marks(axes, scene, unit.worth)
     handles += _rotations(axes, scene, unit.worth)
@@ -201,6 +203,7 @@ def _view(
     points += [np.array([[m.x, m.y] for m in marks]) / worth for marks in scene.marks.values()]
     points += [np.array([[x, y]]) / worth for _, x, y, _ in _ends_of_rotation(scene)]
     points += [each / worth for each in _contact_lines(scene)]
+    points += [lines.reshape(-1, 2) / worth for _, lines in skid_lines(scene)]
     points += [barrier_outline(scene, 0.0) / worth] if scene.barrier else []
     # the odd run-out that ends far away must not shrink the rest to a dot
     for v, runs in paths.items():
@@ -212,6 +215,10 @@ def _view(
             points.append(ends + np.array([[-room], [room]]))
     both = np.concatenate(points)
     low, high = both.min(axis=0), both.max(axis=0)
+    # as wide as the paper, and no taller than a page
+    lacking = max(0.0, (high - low)[1] / _TALLEST - (high - low)[0]) / 2
+    aside = np.array([lacking, 0.0])
+    low, high = low - aside, high + aside
     margin = 0.07 * (high - low).max() + 1.0 / worth
     return low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin
 
@@ -372,6 +379,32 @@ def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth
         tx, ty, f"{v.upper()} {when}", ha="center", va="center", color=colour, size=7.5,
         weight="bold", zorder=z + 3, path_effects=_HALO,
     )  # fmt: skip
+
+
+def skid_lines(scene: Scene) -> list[tuple[str, np.ndarray]]:
+    """Where the wheels of each side of a vehicle skidded up to the impact: both ends, m, (2, 2, 2)."""
+    found = []
+    for v in scene.skidded:
+        own, vehicle = scene.approach[v], scene.vehicles[v]
+        assert own.skid is not None, "it skidded"
+        angle = (own.direction or vehicle.heading).value
+        ahead = np.array([np.cos(angle), np.sin(angle)])
+        aside = np.array([-ahead[1], ahead[0]]) * vehicle.track.value / 2
+        centre = np.array(scene.at_impact(v))
+        begin = centre - own.skid.value * ahead
+        found.append((v, np.array([[begin + side, centre + side] for side in (aside, -aside)])))
+    return found
+
+
+def _skids(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    """The measured skids up to the impact, along the direction of travel."""
+    look: dict[str, Any] = {"lw": 3.5, "alpha": 0.35, "solid_capstyle": "butt"}
+    lines = skid_lines(scene)
+    for v, sides in lines:
+        for begin, end in sides / worth:
+            axes.plot(*zip(begin, end, strict=True), color=drawing.OF_VEHICLE[v], zorder=2, **look)
+    handle = Line2D([], [], color=drawing.INK, label="skid before the impact", **look)
+    return [handle] if lines else []
 
 
 def _directions(axes: Axes, scene: Scene, worth: float) -> list[Artist]:

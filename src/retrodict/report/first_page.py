@@ -24,18 +24,19 @@ _ON_FIRST_PAGE = ("probability", "likelihood_ratio", "avoidability", "corners")
 def first_page(
     findings: Findings, units: Units, case: Case, pictures: Mapping[str, list[Picture]]
 ) -> tuple[Block, ...]:
-    """What a reader needs first: question, answer, scene, causes of uncertainty, checks, assumptions."""
+    """What a reader needs first: question, answer, causes of uncertainty, checks, assumptions, scene.
+
+    The scene comes last, so that on paper the text is the first page and the scene as wide as the next.
+    """
     asked = [Paragraph(case.instruction)] if case.instruction else []
     blocks: list[Block] = [*_case_lines(case)]
     blocks.append(Section("The question", (*asked, Paragraph(findings.question))))
     blocks.append(Section("The answer", (*_answer(findings, units), *_put(findings))))
-    blocks += [
-        replace(p, caption=_first_sentence(p.caption), small=True) for p in pictures["first page"]
-    ]
     if causes := tuple(_causes(findings, units)):
         blocks.append(Section("What the uncertainty comes from most", causes))
     blocks.append(Section("Did the computation converge?", _verdict(findings)))
     blocks.append(Section("Assumed rather than measured", (Paragraph(_assumed(findings)),)))
+    blocks += [replace(p, caption=_first_sentence(p.caption)) for p in pictures["first page"]]
     return tuple(blocks)
 
 

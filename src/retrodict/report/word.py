@@ -20,7 +20,7 @@ from retrodict.report.libraries import imported
 if TYPE_CHECKING:
     from retrodict.report.blocks import Document
 
-_WIDTH, _HEIGHT, _SMALL = 17.0, 17.0, 7.0  # cm, of a picture
+_WIDTH, _HEIGHT = 17.0, 17.0  # cm, of a picture
 _STYLES = {"answer": "Intense Quote", "held": "Intense Quote", "note": "Quote"}
 
 
@@ -139,7 +139,7 @@ def _add_picture(made: Any, block: Picture) -> None:
 
     paragraph = made.add_paragraph()
     picture = paragraph.add_run().add_picture(io.BytesIO(block.image), width=Cm(_WIDTH))
-    most = Cm(_SMALL if block.small else _HEIGHT)
+    most = Cm(_HEIGHT)
     if picture.height > most:
         picture.width, picture.height = round(picture.width * most / picture.height), most
     shown = picture._inline.docPr
