@@ -61,7 +61,8 @@ def _answer(findings: Findings, units: Units) -> list[Block]:
             Paragraph(
                 f"{NOT_TO_BE_RELIED_ON}. Checks of the draws failed{stopped}. Numbers marked {MARK} "
                 "come from these draws; those that failed checks of their own are withheld. "
-                + " ".join(checks.reasons),
+                f"{_reasons(checks.reasons)} Run it again with more draws or by another method; where "
+                "that fails too, look for measurements that contradict each other.",
                 "held",
             )
         )
@@ -130,6 +131,13 @@ def _assumed(findings: Findings) -> str:
     if not sentences:
         return "Every input and its uncertainty are stated as measured; sources are listed below."
     return " ".join((*sentences, "The sources of these figures are listed below."))
+
+
+def _reasons(reasons: tuple[str, ...]) -> str:
+    """The first of the reasons, and where the others are."""
+    first, *more = reasons or ("",)
+    others = f" ({len(more)} more are listed under numerical quality)" if more else ""
+    return f"{first[:1].upper()}{first[1:].rstrip('.')}{others}."
 
 
 def _first_sentence(text: str) -> str:
