@@ -129,19 +129,10 @@ def reconstruct(
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work
     comparison, search = None, ModeSearch(scene, seed)
-    # where wheels roll the ladder draws as the run would, so that its draws are kept
-    kept: dict[str, Outcome] = {}
-    keeps = False
     if method == AUTO:
         method = suited(scene)
-        keeps = bool(scene.rolling) and (chains, draws) == (RunOptions().chains, None)
     if model == AUTO:
-        keep = kept.__setitem__ if keeps else None
-        model, comparison = chosen_for(
-            scene, seed=seed, progress=progress, search=search, keep=keep
-        )
-        if model in kept:
-            return _timed(replace(kept[model], asked=asked), comparison, begin)
+        model, comparison = chosen_for(scene, seed=seed, progress=progress, search=search)
         search.unload_others(model)
     outcome = _reconstruct(
         scene,

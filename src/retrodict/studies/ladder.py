@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,7 +41,6 @@ def ladder(
     factor: float = FACTOR,
     progress: Progress | None = None,
     search: ModeSearch | None = None,
-    keep: Callable[[str, Outcome], None] | None = None,
 ) -> Ladder:
     """Reconstruct a scene on the rungs that it allows, and choose one.
 
@@ -61,7 +60,6 @@ def ladder(
         factor: by which it may widen or narrow it, above 1.
         progress: called with (rung, done, of all), and with the stages within each rung.
         search: as of `reconstruct`.
-        keep: called with each rung's name and outcome, which then holds what figures show.
 
     Returns:
         The ladder; when interrupted, with the rungs that were finished.
@@ -92,7 +90,7 @@ def ladder(
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
                 compile_search(scene, soon)
-            ran[name] = run_rung(scene, name, question, seed, search, within, keep)
+            ran[name] = run_rung(scene, name, question, seed, search, within)
         except (KeyboardInterrupt, Interrupted):
             complete = False
             break
@@ -116,13 +114,12 @@ def chosen_for(
     seed: int,
     progress: Progress | None = None,
     search: ModeSearch | None = None,
-    keep: Callable[[str, Outcome], None] | None = None,
 ) -> tuple[str, Ladder | None]:
     """The rung that the ladder chooses, or the fullest that the scene allows where it chooses none.
 
     Args:
         scene: what was measured.
-        seed, progress, search, keep: as of `ladder`.
+        seed, progress, search: as of `ladder`.
 
     Returns:
         Its name, and the comparison; None where the scene allows one rung only.
@@ -134,7 +131,7 @@ def chosen_for(
     rungs = allowed(scene)
     if len(rungs) == 1:
         return rungs[0], None
-    comparison = ladder(scene, seed=seed, progress=progress, search=search, keep=keep)
+    comparison = ladder(scene, seed=seed, progress=progress, search=search)
     if not comparison.complete:
         raise Interrupted("stopped before a model was chosen")
     return comparison.choice or rungs[-1], comparison
@@ -147,7 +144,6 @@ def run_rung(
     seed: int,
     search: ModeSearch | None = None,
     progress: Progress | None = None,
-    keep: Callable[[str, Outcome], None] | None = None,
 ) -> Step:
     """Reconstruct a scene on one rung, not yet compared with the others.
 
@@ -157,7 +153,6 @@ def run_rung(
         question: quantities that are asked.
         seed: of every random number.
         search, progress: as of `reconstruct`.
-        keep: as of `ladder`.
 
     Returns:
         The step; with the reason as its verdict where the rung has no posterior.
@@ -171,13 +166,11 @@ def run_rung(
             scene,
             RunOptions(model=name, method="importance", seed=seed),
             progress=progress,
-            pictured=keep is not None,
+            pictured=False,
             search=search,
         )
     except Unanswerable as error:
         return replace(step, verdict=str(error))
-    if keep is not None:
-        keep(name, outcome)
     return _with_answers(outcome, step, question)
 
 
