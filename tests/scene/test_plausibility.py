@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +10,8 @@ import pytest
 
 from retrodict.scene import parse_scene
 from retrodict.scene.load import load_scene
-from retrodict.scene.plausibility import (
-    _as_bearings,
-    _slips,
-    _with_centres,
-    assumed_approach,
-    plausibility_warnings,
-)
+from retrodict.scene.plausibility import assumed_approach, plausibility_warnings
 from retrodict.scene.records import Measured, Scene
-from tests.shared import random_scenes
 from tests.shared.scene_file import changed, without
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -29,36 +21,6 @@ SCENE = load_scene(EXAMPLES / "brach-1977" / "scene.toml")
 @pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*/scene.toml")), ids=lambda f: f.parent.name)
 def test_nothing_in_the_examples_is_flagged(file: Path) -> None:
     assert plausibility_warnings(load_scene(file)) == ()
-
-
-@cache
-def crashes() -> tuple[Scene, ...]:
-    return tuple(random_scenes.scene(np.random.default_rng(seed))[0] for seed in range(40))
-
-
-def _counted_from_x(scene: Scene) -> Scene:
-    line = scene.contact.Gamma
-    turned = replace(line, value=line.value + np.pi / 2)
-    return replace(scene, contact=replace(scene.contact, Gamma=turned))
-
-
-@pytest.mark.parametrize(
-    ("slip", "named", "share"),
-    [
-        (_as_bearings, "if headings were compass bearings", 0.5),
-        (partial(_with_centres, which="ab"), "if the angles of both impact centres had", 0.35),
-        (_counted_from_x, "contact line was counted from the x axis", 0.8),
-    ],
-    ids=["bearings", "mirrored centres", "contact line"],
-)
-def test_a_slip_is_named_where_undoing_it_makes_the_crash_fit(slip, named, share) -> None:
-    """Of so many crashes at random: of others, as of the paper's, nothing tells."""
-    warnings = [plausibility_warnings(slip(scene)) for scene in crashes()]
-    assert np.mean([any(named in each for each in own) for own in warnings]) >= share
-
-
-def test_few_crashes_without_a_slip_are_flagged() -> None:
-    assert np.mean([bool(_slips(scene)) for scene in crashes()]) < 0.05
 
 
 def test_vehicles_on_one_side_of_the_contact_line_are_flagged() -> None:
@@ -104,13 +66,18 @@ def test_a_vehicle_that_travels_backwards_is_flagged() -> None:
 def test_a_rest_far_sharper_than_a_run_out_can_follow_is_flagged() -> None:
     rolled = changed(('front_left = "locked"', 'front_left = "rolling"'))
     near, far = (rolled.replace('"-5.1 ± 0.15 m"', f'"{x} ± 0.15 m"') for x in (-15.1, -105.1))
-    assert not plausibility_warnings(parse_scene(near, "bend"))
+
+    def sharp(text: str) -> list[str]:
+        found = plausibility_warnings(parse_scene(text, "bend"))
+        return [line for line in found if line.startswith("vehicles.A.rest.position")]
+
+    assert not sharp(near)
     scene = parse_scene(far, "bend")
-    (odd,) = plausibility_warnings(scene)
+    (odd,) = sharp(far)
     missed = scene.evidence()["rest_x_a"].model_sd
     assert odd.startswith("vehicles.A.rest.position: measured to 0.15 m, but A rolled 107 m, ")
     assert f"misses it by about {missed:.2g} m" in odd
-    assert not plausibility_warnings(parse_scene(far.replace("105.1 ± 0.15", "105.1 ± 5"), "bend"))
+    assert not sharp(far.replace("105.1 ± 0.15", "105.1 ± 5"))
 
 
 def test_vehicles_within_each_other_are_flagged() -> None:

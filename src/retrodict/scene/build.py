@@ -427,7 +427,7 @@ def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -
         complain(
             f"vehicles.{letter}.rest.rotation",
             "the two headings differ by {amount} and whole turns; write a rotation (positive "
-            "counter-clockwise) within 90 deg of that",
+            "counter-clockwise) within 45 deg of that, or correct a heading",
             math.remainder(turned, math.tau),
             ANGLE,
         )
@@ -436,11 +436,11 @@ def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -
 
 
 def _contradicts(entry: RestEntry, at_impact: float) -> bool:
-    """Whether a rotation is more than a quarter turn off that by the headings, but for whole turns."""
+    """Whether a rotation is over an eighth of a turn off that by the headings, but for whole turns."""
     if not (entry.heading and entry.rotation):
         return False
     off = entry.heading.value - at_impact - entry.rotation.value
-    return abs(math.remainder(off, math.tau)) > math.pi / 2
+    return abs(math.remainder(off, math.tau)) > math.pi / 4
 
 
 def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import replace
 
 from retrodict.scene.energy import CLASS_STIFFNESS_ERROR
-from retrodict.scene.records import Measured, Scene, Vehicle
+from retrodict.scene.records import Scene, Vehicle
 
 # of the way between the centres of gravity: two cars side by side, a length apart, have two fifths
 _ACROSS = 1 / 3
-# of 300 crashes at random the course by momentum is 9 degrees off at the median, 56 at most
-_ASTRAY, _ON_COURSE = math.radians(75), math.radians(45)
-_GRAVITY = 9.81  # m/s²; that of the mechanics is not to be had without JAX
-_SLOW = 5.0  # m/s: below it momentum determines no course
 # a measuring error by this factor below the run-out's adds less than 2 % to it
 _SHARPER = 5
 _HEADINGS = "vehicles.A.impact.heading, vehicles.B.impact.heading"
-_SIGN = "had the other sign (to the left of straight ahead it is positive)"
+_NAMED = 3  # slips in one warning
 # kg/m²: mass over the square of the wheelbase, of passenger cars from the lightest to the heaviest;
 # longer wheelbases are lorries', loaded or not
 _MASSES, _LONGEST = (100.0, 380.0), 3.4
+_LIGHTEST = 80.0  # kg/m²: of those, empty
+_TRACK, _TWO_TRACKS = (0.35, 0.85), 500.0  # of the wheelbase; kg: lighter ones may be motorcycles
+_WIDE = 0.3  # sd of friction over its value
 _POUND = 0.45359237
 # share of a push across the contact line that delta-v along one axis must show; deviations that are sure
 _MOSTLY, _SURE = 0.7, 3.0
@@ -37,110 +35,48 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     Returns:
         A line each: the key, what is odd and what to look at.
     """
-    # one wrong angle may cause several of these: only the most specific is given
-    of_impact = _slips(scene) or _sides(scene) or _overlaps(scene)
-    of_impact = of_impact or _beyond_the_wall(scene)
-    of_vehicles = (
-        *_masses(scene),
-        *_inertias(scene),
-        *_pushes(scene),
+    # one wrong value may cause several of these: only the most specific is given
+    wrong = [*_masses(scene), *_inertias(scene), *_courses(scene)] or _slips(scene)
+    wrong = wrong or _sides(scene) or _beyond_the_wall(scene) or _pushes(scene)
+    return (
+        *wrong,
+        *_sizes(scene),
         *_lifts(scene),
-        *_courses(scene),
         *_rolls(scene),
+        *_frictions(scene),
+        *_energies(scene),
     )
-    return (*of_impact, *of_vehicles, *_energies(scene))
 
 
 def _slips(scene: Scene) -> list[str]:
-    """Slips that would leave vehicles that do not fit together, or to their ways to rest: all tried."""
+    """Vehicles that do not fit together, or to their motion: with the slips that would explain it."""
     if scene.barrier:
         return []
-    astray = bool(_overlaps(scene)) or _off_course(scene) > _ASTRAY
-    if not (astray or _sides(scene)):
+    from retrodict.scene import slips  # SciPy: scenes are read without
+
+    missed, odd = slips.misfit(scene), [*_sides(scene), *_overlaps(scene)]
+    if missed <= slips.CONFLICT and not odd:
         return []
-    both_centres = _with_centres(scene, "ab")
-    tried = [
-        (f"the angles of both impact centres {_SIGN}", both_centres),
-        (
-            "the contact line was counted from the x axis, where it is from the y axis",
-            _from_x(scene),
-        ),
-    ]
-    if astray:  # a contact line alone parts nobody by where it is counted from
-        tried.append(("headings were compass bearings, clockwise from north", _as_bearings(scene)))
-    if not _fits(both_centres):
-        tried += [
-            (f"the angle of {v.upper()}'s impact centre {_SIGN}", _with_centres(scene, v))
-            for v in "ab"
-        ]
-    likely = [words for words, other in tried if _fits(other)]
-    if not likely:
-        return []
-    odd = [*_sides(scene), *_overlaps(scene), f"{_HEADINGS}: they do not fit the ways to rest"][0]
-    return [f"{odd}; all would fit if {', or if '.join(likely)}"]
-
-
-def _fits(scene: Scene) -> bool:
-    """Whether vehicles fit together, and to their ways to rest."""
-    return not (_sides(scene) or _overlaps(scene)) and _off_course(scene) <= _ON_COURSE
-
-
-def _with_centres(scene: Scene, which: str) -> Scene:
-    """The scene with the impact centre of some vehicles on the other side of their length."""
-    vehicles = {
-        v: replace(own, impact_angle=replace(own.impact_angle, value=-own.impact_angle.value))
-        if v in which
-        else own
-        for v, own in scene.vehicles.items()
-    }
-    return replace(scene, vehicles=vehicles)
-
-
-def _from_x(scene: Scene) -> Scene:
-    """The scene with a contact line whose angle was counted from the x axis."""
-    line = scene.contact.Gamma
-    turned = replace(line, value=line.value - math.pi / 2)
-    return replace(scene, contact=replace(scene.contact, Gamma=turned))
-
-
-def _as_bearings(scene: Scene) -> Scene:
-    """The scene with headings at impact and courses counted clockwise from north, or back again."""
-
-    def turned(angle: Measured) -> Measured:
-        return replace(angle, value=math.pi / 2 - angle.value)
-
-    vehicles = {v: replace(own, heading=turned(own.heading)) for v, own in scene.vehicles.items()}
-    approach = {
-        v: replace(own, direction=own.direction and turned(own.direction))
-        for v, own in scene.approach.items()
-    }
-    return replace(scene, vehicles=vehicles, approach=approach)
-
-
-def _left(scene: Scene, v: str) -> complex:
-    """The velocity with which a vehicle left the impact, if it slid straight to its rest, m/s."""
-    rest = scene.rest[v]
-    way = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
-    fast = math.sqrt(2 * scene.surfaces[0].friction.value * _GRAVITY * abs(way))
-    return cmath.rect(fast, cmath.phase(way))
-
-
-def _off_course(scene: Scene) -> float:
-    """Angle between B's course, or heading, and the one by momentum; 0 where that is not determined.
-
-    Vehicles leave the impact as fast as friction stopped them on a straight line to rest.
-    """
-    speed = scene.approach["a"].speed
-    if speed is None or len(scene.rest) < 2:
-        return 0.0
-    ahead = scene.approach["a"].direction or scene.vehicles["a"].heading
-    momentum = -cmath.rect(scene.vehicles["a"].mass.value * speed.value, ahead.value)
-    for v in scene.rest:
-        momentum += scene.vehicles[v].mass.value * _left(scene, v)
-    if abs(momentum) < _SLOW * scene.vehicles["b"].mass.value:
-        return 0.0
-    course = scene.approach["b"].direction or scene.vehicles["b"].heading
-    return abs(math.remainder(cmath.phase(momentum) - course.value, math.tau))
+    fitting = sorted(
+        (left, words)
+        for words, other in slips.undone(scene)
+        if not (_sides(other) or _overlaps(other))
+        and (left := slips.misfit(other)) <= slips.CONFLICT
+        and (odd or left <= missed / 2)
+    )
+    first = (
+        odd[0]
+        if odd
+        else (
+            "approach, rest, departure: no crash of two vehicles fits them: by a rough estimate "
+            f"momentum or a rotation is off by {missed:.1f} times its error, where {slips.CONFLICT} is "
+            "the most without a slip"
+        )
+    )
+    if not fitting:
+        return odd or _pushes(scene) or [f"{first}: look at directions, signs and units"]
+    likely = ", or if ".join(words for _, words in fitting[:_NAMED])
+    return [f"{first}; all would fit{'' if odd else f' ({fitting[0][0]:.1f})'} if {likely}"]
 
 
 def _sides(scene: Scene) -> list[str]:
@@ -245,6 +181,36 @@ def _masses(scene: Scene) -> list[str]:
             f"a wheelbase of {wheelbase:.2f} m have{would}: look at both and at their units"
         )
     return found
+
+
+def _sizes(scene: Scene) -> list[str]:
+    """A track that is none of a vehicle with this wheelbase, or a wheelbase that is a length."""
+    found = []
+    for v, vehicle in scene.vehicles.items():
+        wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
+        mass, track = vehicle.mass.value, vehicle.track.value
+        if wheelbase > _LONGEST and mass < _LIGHTEST * wheelbase**2:
+            found.append(
+                f"vehicles.{v.upper()}.wheelbase: {wheelbase:.2f} m is much for a vehicle of "
+                f"{mass:.0f} kg: see that it is not the length of the vehicle"
+            )
+        share = track / wheelbase
+        if wheelbase <= _LONGEST and mass > _TWO_TRACKS and not _TRACK[0] <= share <= _TRACK[1]:
+            found.append(
+                f"vehicles.{v.upper()}.track: {track:.2f} m is {share:.2f} of the wheelbase, where cars "
+                f"have {_TRACK[0]} to {_TRACK[1]}: look at both and at their units"
+            )
+    return found
+
+
+def _frictions(scene: Scene) -> list[str]:
+    """Frictions that leave nearly every surface possible."""
+    return [
+        f"surfaces.{surface.name}.friction: ± {surface.friction.sd:.2g} is one standard deviation; of "
+        "drag sleds and skid tests it is 0.02 to 0.08: see that it is not half a range"
+        for surface in scene.surfaces
+        if surface.friction.sd > _WIDE * surface.friction.value
+    ]
 
 
 def _pushes(scene: Scene) -> list[str]:
