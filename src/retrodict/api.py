@@ -20,7 +20,7 @@ from retrodict.notebook import Scene  # with what it shows of itself
 from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.report.libraries import imported
-from retrodict.result import CHAINS, Result, load, load_result
+from retrodict.result import CHAINS, Result, load_result
 from retrodict.scene.load import as_scene
 from retrodict.scene.quantities import Units
 from retrodict.studies import calibration as _calibration
@@ -47,7 +47,6 @@ __all__ = [
     "batch",
     "calibrate",
     "ladder",
-    "load",
     "load_result",
     "reconstruct",
     "replay",

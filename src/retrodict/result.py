@@ -363,6 +363,3 @@ def load_result(path: str | Path) -> Result:
     from retrodict.report.archive import read_archive
 
     return Result(*of_files(read_archive(path).files, path))
-
-
-load = load_result  # its former name

@@ -26,7 +26,7 @@ def test_what_is_loaded_is_what_was_saved(which, request, tmp_path):
     """Every number of the findings, and every field of the outcome but its draws, is the same."""
     outcome = request.getfixturevalue(which)
     Result(outcome).save(tmp_path / "run")
-    again = retrodict.load(tmp_path / "run")
+    again = retrodict.load_result(tmp_path / "run")
     assert again.ladder is None
     for field in dataclasses.fields(outcome):
         if field.name != "idata":
@@ -52,7 +52,7 @@ def test_the_ladder_and_what_is_not_finite_are_kept(outcome, tmp_path):
     ladder = ladder_of(step("low", 19.0), step("full", math.nan))
     checks = dataclasses.replace(outcome.checks, max_rhat=math.inf)
     Result(dataclasses.replace(outcome, checks=checks), ladder).save(tmp_path)
-    again = retrodict.load(tmp_path)
+    again = retrodict.load_result(tmp_path)
     assert math.isinf(again.checks.max_rhat)
     assert again.ladder.steps[0] == ladder.steps[0]
     assert math.isnan(again.ladder.steps[1].answers["speed_b"].median)

@@ -6,8 +6,10 @@ import math
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from retrodict.interchange.importing import import_evidence
+from retrodict.report.imported import print_import
 from retrodict.scene import parse_scene
 from retrodict.scene.write import scene_toml
 from tests.interchange.test_survey import PAPER, imported, refusal
@@ -103,10 +105,14 @@ def test_a_whole_pulse_is_measured(tmp_path: Path) -> None:
             BEFORE.replace('speed = "km/h", ', ""),
             'no unit of speed; write speed = "m/s"',
         ),
-        (PRE_CRASH, BEFORE.replace('"-0.1 s"]', '"0.4 s"]'), "reaches beyond the record"),
+        (
+            PRE_CRASH,
+            BEFORE.replace('"-0.1 s"]', '"0.4 s"]'),
+            "recorder.speed.impact: recorded from",
+        ),
         (PRE_CRASH, BEFORE.replace('["-0.6 s", "-0.1 s"]', '"0.4 s"'), "not at 0.4 s"),
         (PRE_CRASH.replace("-0,5", "-1,5"), BEFORE, "times do not increase"),
-        (PRE_CRASH.replace("72,0", "=B2"), BEFORE, "reaches beyond the record"),
+        (PRE_CRASH.replace("72,0", "=B2"), BEFORE, "recorder.speed.impact: recorded from"),
         (PULSE, AFTER.replace('ended = "early"\n', ""), "recorder.delta_v.ended: missing"),
         (PULSE, AFTER + '[impact_point]\npoint = 1\nuncertainty = "1 m"\n', "points are taken of"),
         (PULSE.replace("-22", "-2200"), AFTER.replace('"last"', '"0.1 s"'), "not plausible"),
@@ -146,3 +152,31 @@ def test_one_import_after_another(tmp_path: Path) -> None:
     assert scene.approach["a"].record is not None
     assert scene.departure["b"]
     assert scene.rest == PAPER.rest
+
+
+def test_a_unit_that_is_not_the_header_s_is_refused(tmp_path: Path) -> None:
+    said = refusal(tmp_path, PRE_CRASH, BEFORE.replace('speed = "km/h"', 'speed = "mph"'))
+    assert 'column Speed (km/h): its header says "km/h"' in said
+    assert 'write speed = "km/h"' in said
+
+
+def test_first_and_last_sample_are_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    print_import(imported(tmp_path, PRE_CRASH, BEFORE), Console(width=200))
+    assert "3 times and speeds: 20 m/s at -1 s to 15 m/s at 0 s" in capsys.readouterr().out
+
+
+def test_a_scene_that_is_not_complete_yet_takes_evidence(tmp_path: Path) -> None:
+    """What was missing before is said, and anything that the import would make wrong is refused."""
+    text = "\n".join(
+        line for line in PAPER.text.splitlines() if not line.startswith("contact_line")
+    )
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "points.csv").write_text(PRE_CRASH, encoding="utf-8")
+    (tmp_path / "map.toml").write_text("schema = 1\n" + BEFORE, encoding="utf-8")
+    found = import_evidence(*(tmp_path / name for name in ("points.csv", "map.toml", "scene.toml")))
+    assert found.scene is None
+    assert any("speed_record" in taken.key for taken in found.taken)
+    assert found.left[-1].startswith("the scene is not complete yet: impact.contact_line: missing")
+    assert "speed_record" in found.text

@@ -162,5 +162,5 @@ def test_without_its_library_a_format_says_what_to_install(outcome, monkeypatch,
         raise ImportError(module)
 
     monkeypatch.setattr(libraries, "import_module", missing)
-    with pytest.raises(MissingLibrary, match=r"pip install 'retrodict\[interchange\]'"):
+    with pytest.raises(MissingLibrary, match=r"pip install .*'ezdxf"):
         EXPORTS[name](Result(outcome).findings, outcome, Asked())

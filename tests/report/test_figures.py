@@ -358,7 +358,7 @@ def test_a_plan_waits_for_no_library_of_inference():
 
 def test_the_scene_of_a_loaded_result_can_be_drawn():
     code = (
-        "from retrodict.result import load; from retrodict.scene.records import Scene; "
+        "from retrodict.result import load_result; from retrodict.scene.records import Scene; "
         "assert Scene.plot and Scene._repr_html_"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

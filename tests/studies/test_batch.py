@@ -200,7 +200,7 @@ def test_a_second_command_in_a_folder_is_refused(tmp_path: Path) -> None:
 
 def test_what_is_not_installed_is_named_with_the_command(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingLibrary, match=r"pip install 'retrodict\[cluster\]'"):
+    with pytest.raises(MissingLibrary, match=r"pip install 'distributed"):
         rd.batch([], workers=2)
 
 

@@ -28,14 +28,14 @@ def archive(
         from retrodict.findings.stored import NotStored
         from retrodict.report.archive import SUFFIX, read_archive
         from retrodict.report.libraries import arviz_without_jax
-        from retrodict.result import load
+        from retrodict.result import load_result
         from retrodict.scene import SceneError
 
         arviz_without_jax()
 
         file = out or result.resolve().with_name(f"{result.resolve().name}{SUFFIX}")
         try:
-            found = load(result)
+            found = load_result(result)
             progress(WRITING, 0, 1)
             link = read_archive(found.archive(file, case)).link
             progress(WRITING, 1, 1)

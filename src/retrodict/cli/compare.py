@@ -49,10 +49,10 @@ def compare(
         from retrodict.report.libraries import MissingLibrary
         from retrodict.report.pdf import NoGlyph
         from retrodict.report.terminal import print_document
-        from retrodict.result import load
+        from retrodict.result import load_result
 
         try:
-            first, second = load(one), load(other)
+            first, second = load_result(one), load_result(other)
             found = first.compare(second)
         except (NotStored, SceneError, NothingInCommon) as error:
             fail(str(error))

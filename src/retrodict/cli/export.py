@@ -57,11 +57,11 @@ def export(
         from retrodict.findings.stored import NotStored
         from retrodict.report.archive import NotArchived
         from retrodict.report.export import Asked, NotExported, checked
-        from retrodict.result import load
+        from retrodict.result import load_result
 
         try:
             wanted = checked(() if formats is None else formats.split(","), Asked((), rate, before))
-            found = load(result)
+            found = load_result(result)
             progress(WRITING, 0, 1)
             files = found.export(
                 folder, wanted, draws=draw or (), rate=rate, before=before, units=units.value

@@ -46,12 +46,12 @@ def report(
         from retrodict.findings.stored import NotStored
         from retrodict.report.libraries import MissingLibrary, arviz_without_jax
         from retrodict.report.pdf import NoGlyph
-        from retrodict.result import load
+        from retrodict.result import load_result
 
         arviz_without_jax()
 
         try:
-            found = load(result)
+            found = load_result(result)
             progress(WRITING, 0, 1)
             chosen = units.value if units else (known and known.units) or "si"
             document = document_of(found.findings_for(known), found.outcome, chosen, known)

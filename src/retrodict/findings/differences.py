@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -75,15 +76,20 @@ class Differences:
         quantities: those that both results have, the reported ones first.
         scene: keys of the scene file that differ, with both values as they are written.
         run: what else differs: model, method, seed, draws.
-        verdict: in sentences.
+        verdicts: in sentences, by the units they are in; what was asked comes first.
         reliable: whether the checks of each passed.
     """
 
     quantities: tuple[Difference, ...]
     scene: dict[str, tuple[str, str]]
     run: dict[str, tuple[str, str]]
-    verdict: str
+    verdicts: dict[Units, str]
     reliable: tuple[bool, bool]
+
+    @property
+    def verdict(self) -> str:
+        """In sentences, in SI units."""
+        return self.verdicts["si"]
 
     def table(self, units: Units = "si") -> pd.DataFrame:
         """The quantities in a table.
@@ -171,7 +177,11 @@ def differences(one: Findings, other: Findings) -> Differences:
         )
     scene, run = changed_keys(one.scene, other.scene), _of_the_run(one, other)
     reliable = one.checks.passed, other.checks.passed
-    return Differences(found, scene, run, _verdict(found, scene, run, reliable), reliable)
+    sought = one.scene.sought
+    asked = [name for name in (f"travelling_{sought}", sought) if name in one.quantities][:1]
+    both: tuple[Units, ...] = ("si", "us")
+    verdicts = {units: _verdict(found, scene, run, reliable, asked, units) for units in both}
+    return Differences(found, scene, run, verdicts, reliable)
 
 
 def _difference(one: Quantity, other: Quantity, reported: bool) -> Difference:
@@ -228,6 +238,8 @@ def _verdict(
     scene: dict[str, tuple[str, str]],
     run: dict[str, tuple[str, str]],
     reliable: tuple[bool, bool],
+    asked: Sequence[str],
+    units: Units,
 ) -> str:
     sentences = []
     failed = [
@@ -238,6 +250,10 @@ def _verdict(
         sentences.append(f"{NOT_TO_BE_RELIED_ON}: checks of {whose} failed.")
     known = [each for each in found if each.reported and each.in_sd is not None]
     moved = [each for each in known if not each.hardly]
+    for each in known:
+        if each.one.name in asked:
+            text = _moved(each, units)
+            sentences.append(f"{text[0].upper()}{text[1:]}.")
     if known:
         largest = max(moved or known, key=lambda each: abs(each.in_sd or 0.0))
         if all(each.agrees for each in known):
@@ -246,7 +262,7 @@ def _verdict(
             sentences.append(
                 f"The answers are the same for practical purposes: no mean moves by more than {SHARE} "
                 f"of its standard deviation, no standard deviation by more than the factor {FACTOR}. "
-                f"The largest move: {_moved(largest)}."
+                f"The largest move: {_moved(largest, units)}."
             )
         else:
             others = len(moved) - 1
@@ -257,7 +273,8 @@ def _verdict(
                 if others
                 else ""
             )
-            sentences.append(f"The answers differ: {_moved(largest)}.{also}")
+            most = "" if largest.one.name in asked else f", most in the {_moved(largest, units)}"
+            sentences.append(f"The answers differ{most}.{also}")
     withheld = sum(each.reported and each.difference is None for each in found)
     if withheld:
         sentences.append(f"Of {withheld} reported quantities a number is withheld or missing.")
@@ -273,15 +290,15 @@ def _verdict(
     return " ".join(sentences)
 
 
-def _moved(each: Difference) -> str:
+def _moved(each: Difference, units: Units) -> str:
     """By how much a quantity moved, in words."""
     one, other = each.one, each.other
-    unit = one.precision["si"].unit
+    unit = one.precision[units].unit
     texts = [
         format_with_sd(
             scaled(found.mean, unit.worth),
             scaled(found.sd, unit.worth),
-            found.precision["si"].decimals,
+            found.precision[units].decimals,
         )
         for found in (one, other)
     ]

@@ -1,19 +1,19 @@
 """The questions a court puts, answered: numbers from the studies, in sentences and tables.
 
-Speeds, distances and energies stand in SI and US units side by side.
+Speeds, distances and energies stand in SI and US units side by side; `Answered.us` has the latter first.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from retrodict.findings.rounding import NOTHING, format_value, format_with_sd
 from retrodict.inference.digits import decimals_of
-from retrodict.scene.quantities import SPEEDS, Unit, describe, label_and_unit, unit_of
+from retrodict.scene.quantities import SPEEDS, Unit, Units, describe, label_and_unit, unit_of
 from retrodict.studies.avoidability import (
     Avoidability,
     Share,
@@ -72,6 +72,10 @@ WIDER = (
     "once, which independent errors hardly ever do, and because it uses no priors and no bounds."
 )
 _SURE = f"{100 * CONFIDENCE:.0f} %"
+_BOTH: tuple[Units, ...] = ("si", "us")
+_SECOND = Unit("s", 1.0)
+_DECELERATION: dict[Units, Unit] = {"si": Unit("m/s²", 1.0), "us": Unit("g", 9.80665)}
+_FAR = 2.0  # standard deviations
 _MOST = 12  # rows of the table of effects
 
 
@@ -88,6 +92,7 @@ class Answered:
         figure: name of the figure that shows it; None without one.
         quantity: flat name of what was asked about; None where it is not one quantity.
         numbers: the answer's (SI units, radians); None where there is none.
+        us: the same in words with US units first; None in those.
     """
 
     kind: Kind
@@ -98,6 +103,11 @@ class Answered:
     figure: str | None = None
     quantity: str | None = None
     numbers: Numbers | None = None
+    us: Answered | None = None
+
+    def in_units(self, units: Units) -> Answered:
+        """The same in words with these units first."""
+        return self.us if units == "us" and self.us else self
 
     def __repr__(self) -> str:
         return f"<Answered: {' '.join([f'{self.title}:', *self.sentences[:1]])}>"
@@ -120,38 +130,66 @@ def answers_to(
     Returns:
         One record a question; withheld where checks failed.
     """
-    answer = partial(_answer, outcome, quantities)
     found = [probability_of(outcome, quantities, each) for each in questions.probabilities]
+
+    def answer(
+        kind: Kind,
+        title: Callable[[Units], str],
+        study: Callable[[], Numbers],
+        words: Callable[..., Answered],
+        **details: str,
+    ) -> None:
+        blanks = {units: Answered(kind, title(units), **details) for units in _BOTH}
+        found.append(_answer(outcome, quantities, blanks, study, words))
+
     for written in questions.comparisons:
         comparison = written.meant(outcome.scene.skidded)
         name = comparison.first.name
         title = f"Likelihood ratio of two propositions about the {describe(name)[0]}"
-        blank = Answered("likelihood_ratio", title, quantity=name)
-        found.append(answer(blank, partial(_likelihood_ratio, outcome, comparison)))
+        study = partial(likelihood_ratio, outcome, comparison)
+        answer(
+            "likelihood_ratio",
+            _same(title),
+            study,
+            partial(_likelihood_ratio, comparison),
+            quantity=name,
+        )
     for asked in questions.avoidance:
-        v = asked.vehicle
-        limit = _exact(asked.limit, "speed")
-        title = f"Would the impact have been avoided, had {v.upper()} kept to {limit}?"
-        blank = Answered("avoidability", title)
-        found.append(answer(blank, partial(_avoidability, outcome, asked)))
+        answer(
+            "avoidability",
+            partial(_avoidability_title, asked),
+            partial(avoidability, outcome, asked),
+            partial(_avoidability, outcome, asked),
+        )
     if questions.time_distance is not None:
         of_both = "" if outcome.scene.barrier else " of both vehicles"
         title = f"Times and distances{of_both} before the impact"
-        blank = Answered("time_distance", title, figure="timeline")
-        found.append(answer(blank, partial(_time_distance, outcome, questions.time_distance)))
+        study = partial(time_distance, outcome, questions.time_distance)
+        answer("time_distance", _same(title), study, _time_distance, figure="timeline")
     if questions.corners and "speed_b" in quantities:
         title = f"Corner range of the {describe('speed_b')[0]}"
-        blank = Answered("corners", title, quantity="speed_b")
-        found.append(answer(blank, partial(_corners, outcome, quantities["speed_b"])))
+        words = partial(_corners, quantities["speed_b"])
+        answer("corners", _same(title), partial(corners, outcome), words, quantity="speed_b")
     if questions.one_at_a_time:
         for name in [name for name in SPEEDS if name in quantities and not _follows(outcome, name)]:
             title = f"Effect of each measurement on the {describe(name)[0]}"
-            blank = Answered("one_at_a_time", title, figure="tornado", quantity=name)
-            found.append(answer(blank, partial(_one_at_a_time, outcome, name)))
+            study = partial(one_at_a_time, outcome, name)
+            words = partial(_one_at_a_time, outcome, name)
+            answer("one_at_a_time", _same(title), study, words, figure="tornado", quantity=name)
     if questions.checks:
-        blank = Answered("checks", "Named checks: measured against predicted")
-        found.append(answer(blank, partial(_checks, outcome, left_out)))
+        title = "Named checks: measured against predicted"
+        answer("checks", _same(title), partial(named_checks, outcome, left_out), _checks)
     return tuple(found)
+
+
+def _same(title: str) -> Callable[[Units], str]:
+    """A title without units."""
+    return lambda _: title
+
+
+def _avoidability_title(asked: Avoidance, units: Units) -> str:
+    limit = _exact(asked.limit, "speed", units)
+    return f"Would the impact have been avoided, had {asked.vehicle.upper()} kept to {limit}?"
 
 
 def _follows(outcome: Outcome, name: str) -> bool:
@@ -173,8 +211,8 @@ def probability_of(
         The answer, or why there is none; `numbers` is a `Probability`.
     """
     meant = proposition.meant(outcome.scene.skidded)
-    blank = _of_probability(meant)
-    found = _answer(outcome, quantities, blank, partial(_probability, outcome, meant))
+    study = partial(probability, outcome, meant)
+    found = _answer(outcome, quantities, _of_probability(meant), study, _probability)
     if found.numbers is None or meant.name != f"travelling_{proposition.name}":
         return found
     # whoever writes speed_a may mean either: say which was answered, and the other beside it
@@ -184,12 +222,28 @@ def probability_of(
         f"This is the speed at which {v.upper()} travelled before it skidded, which a speed limit is "
         f"about. Of its impact speed (impact_speed_{v}) {_share_in_words(at_impact)}."
     )
-    return replace(found, sentences=(*found.sentences, beside))
+    return _in_both({u: found.in_units(u) for u in _BOTH}, lambda own, _: _with(own, beside))
 
 
-def _of_probability(meant: Proposition) -> Answered:
+def _of_probability(meant: Proposition) -> dict[Units, Answered]:
     """A question about a proposition, without its answer."""
-    return Answered("probability", f"Probability that the {_in_words(meant)}", quantity=meant.name)
+    return {
+        units: Answered(
+            "probability", f"Probability that the {_in_words(meant, units)}", quantity=meant.name
+        )
+        for units in _BOTH
+    }
+
+
+def _with(asked: Answered, *sentences: str) -> Answered:
+    return replace(asked, sentences=(*asked.sentences, *sentences))
+
+
+def _in_both(
+    blanks: Mapping[Units, Answered], words: Callable[[Answered, Units], Answered]
+) -> Answered:
+    """A question answered in words with SI units first, and with US units first in `us`."""
+    return replace(words(blanks["si"], "si"), us=words(blanks["us"], "us"))
 
 
 def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answered:
@@ -203,43 +257,59 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
         As of `probability_of`.
     """
     meant = proposition.meant(estimate.scene.skidded)
-    blank = _of_probability(meant)
+    blanks = _of_probability(meant)
     if not estimate.checks.passed:
-        return replace(blank, sentences=(WITHHELD,))
+        return _in_both(blanks, lambda blank, _: _with(blank, WITHHELD))
     if meant.name not in estimate.quantities:
-        return replace(blank, sentences=(f"Not answered: the model has no {meant.name}.",))
+        reason = f"Not answered: the model has no {meant.name}."
+        return _in_both(blanks, lambda blank, _: _with(blank, reason))
     holds = meant.holds(estimate.quantities[meant.name]).astype(float)
     value, error = estimate.weighted.mean(holds)
     effective = value * (1 - value) / error**2 if error > 0 else estimate.checks.min_ess_bulk
     found = bounded(meant, value, error if error > 0 else None, effective, estimate.checks.pareto_k)
     said = f"Given the model and the inputs, {_share_in_words(found)}."
-    return replace(blank, sentences=(said,), numbers=found)
+    return _in_both(blanks, lambda blank, _: replace(_with(blank, said), numbers=found))
 
 
 def _answer(
     outcome: Outcome,
     quantities: dict[str, Quantity],
-    blank: Answered,
-    answer: Callable[[Answered], Answered],
+    blanks: Mapping[Units, Answered],
+    study: Callable[[], Numbers],
+    words: Callable[..., Answered],
 ) -> Answered:
-    """A question with its answer; withheld where checks failed, or with the reason for none."""
-    found = quantities.get(blank.quantity or "")
+    """A question with its answer; withheld where checks failed, or with the reason for none.
+
+    Args:
+        outcome: the reconstruction.
+        quantities: as of `answers_to`.
+        blanks: the question, by the units that stand first in it.
+        study: finds the numbers.
+        words: of the numbers, the question and the units, the question with its answer.
+    """
+
+    def without(reason: str) -> Answered:
+        return _in_both(blanks, lambda blank, _: replace(_with(blank, reason), figure=None))
+
+    found = quantities.get(blanks["si"].quantity or "")
     if not outcome.checks.passed or (found is not None and found.withheld):
-        return replace(blank, sentences=(WITHHELD,), figure=None)
+        return without(WITHHELD)
     try:
-        return answer(blank)
+        numbers = study()
     except NotAnswered as reason:
-        return replace(blank, sentences=(f"Not answered: {reason}.",), figure=None)
+        return without(f"Not answered: {reason}.")
+    return _in_both(
+        blanks, lambda blank, units: replace(words(numbers, blank, units), numbers=numbers)
+    )
 
 
-def _probability(outcome: Outcome, proposition: Proposition, blank: Answered) -> Answered:
-    found = probability(outcome, proposition)
+def _probability(found: Probability, blank: Answered, _: Units) -> Answered:
     sentences = [f"Given the model and the inputs, {_share_in_words(found)}."]
     if found.pareto_k is not None:
         sentences.append(
             f"Pareto k of the importance weights is {format_value(found.pareto_k, 2)}."
         )
-    return replace(blank, sentences=tuple(sentences), numbers=found)
+    return _with(blank, *sentences)
 
 
 def _share_in_words(found: Probability) -> str:
@@ -259,8 +329,9 @@ def _share_in_words(found: Probability) -> str:
     return f"the probability is above {least} % {sure}"
 
 
-def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered) -> Answered:
-    found = likelihood_ratio(outcome, comparison)
+def _likelihood_ratio(
+    comparison: Comparison, found: LikelihoodRatio, blank: Answered, units: Units
+) -> Answered:
     ratio, bound = found.value, str(found.bound)
     one, other = comparison.first, comparison.second
     if ratio < 1:
@@ -279,7 +350,7 @@ def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered)
             support += f" ({ends[0]} to {ends[1]} within two Monte Carlo errors)"
     rows = tuple(
         (
-            f"the {_in_words(each.proposition)}",
+            f"the {_in_words(each.proposition, units)}",
             f"{100 * prior:.3g} %",
             _of_draws(each).removesuffix(" of the draws"),
         )
@@ -288,7 +359,8 @@ def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered)
     return replace(
         blank,
         sentences=(
-            f"The evidence is {times} as probable if the {_in_words(one)} as if it is {_range(other)}.",
+            f"The evidence is {times} as probable if the {_in_words(one, units)} as if it is "
+            f"{_range(other, units)}.",
             f"Support for the former rather than the latter, by the scale of the {ENFSI_SOURCE}: "
             f"{support}.",
             f"Under each proposition the speed has the model's prior ({found.prior}), cut to it. The "
@@ -296,7 +368,6 @@ def _likelihood_ratio(outcome: Outcome, comparison: Comparison, blank: Answered)
         ),
         header=("proposition", "prior probability", "posterior probability"),
         rows=rows,
-        numbers=found,
     )
 
 
@@ -316,8 +387,9 @@ def verbal(ratio: float) -> str:
     return words[-1] if words else "none"
 
 
-def _avoidability(outcome: Outcome, asked: Avoidance, blank: Answered) -> Answered:
-    found = avoidability(outcome, asked)
+def _avoidability(
+    outcome: Outcome, asked: Avoidance, found: Avoidability, blank: Answered, units: Units
+) -> Answered:
     v = asked.vehicle.upper()
     barrier = outcome.scene.barrier
     other = "B" if v == "A" else "A"
@@ -339,34 +411,34 @@ def _avoidability(outcome: Outcome, asked: Avoidance, blank: Answered) -> Answer
     sentences = [
         f"{avoided}.",
         f"{v} went faster than the limit in {_of_draws(found.too_fast)}.",
-        f"Assumed: the hazard is perceived {where}; reaction {_measured(asked.reaction, 's')}, then "
-        f"braking at {_measured(asked.deceleration, 'm/s²')}{meanwhile}.",
+        f"Assumed: the hazard is perceived {where}; reaction {_measured(asked.reaction, _SECOND)}, then "
+        f"braking at {_measured(asked.deceleration, _DECELERATION[units])}{meanwhile}.",
     ]
     rows = [
         _quantile_row(
-            "distance to the impact when the hazard is perceived", found.distance, "length"
+            "distance to the impact when the hazard is perceived", found.distance, "length", units
         ),
-        _quantile_row("distance to stop at the limit", found.stopping, "length"),
+        _quantile_row("distance to stop at the limit", found.stopping, "length", units),
     ]
     if not barrier:
         way = f"distance that {other} still had to travel to be clear"
-        rows.append(_quantile_row(way, found.clear, "length"))
+        rows.append(_quantile_row(way, found.clear, "length", units))
     if found.speed:
-        rows.append(_quantile_row("speed at an impact not avoided", found.speed, "speed"))
+        rows.append(_quantile_row("speed at an impact not avoided", found.speed, "speed", units))
     return replace(
         blank,
         sentences=tuple(sentences),
         header=("", "median", "95 % of the draws"),
         rows=tuple(rows),
-        numbers=found,
     )
 
 
-def _time_distance(outcome: Outcome, span: float, blank: Answered) -> Answered:
-    found = time_distance(outcome, span)
+def _time_distance(found: TimeDistance, blank: Answered, units: Units) -> Answered:
     rows = []
     for i, time in enumerate(found.times[:-1]):  # the last is the impact
-        cells = [_quantile_row("", found.distances[v][i], "length")[1:] for v in found.distances]
+        cells = [
+            _quantile_row("", found.distances[v][i], "length", units)[1:] for v in found.distances
+        ]
         rows.append((f"{time:.3g}", *(cell for pair in cells for cell in pair)))
     return replace(
         blank,
@@ -383,15 +455,13 @@ def _time_distance(outcome: Outcome, span: float, blank: Answered) -> Answered:
             ),
         ),
         rows=tuple(rows),
-        numbers=found,
     )
 
 
-def _corners(outcome: Outcome, speed: Quantity, blank: Answered) -> Answered:
-    found = corners(outcome)
+def _corners(speed: Quantity, found: tuple[Corner, ...], blank: Answered, units: Units) -> Answered:
     said = [
         f"with every measurement within ± {c.limit:g} sd it lies between "
-        f"{_text(c.least, 'speed', lambda _: 1)} and {_text(c.greatest, 'speed', lambda _: 1)}"
+        f"{_to_tenths(c.least, 'speed', units)} and {_to_tenths(c.greatest, 'speed', units)}"
         for c in found
     ]
     low, high = speed.intervals[95]
@@ -403,25 +473,25 @@ def _corners(outcome: Outcome, speed: Quantity, blank: Answered) -> Answered:
         sentences=(f"W{'; '.join(said)[1:]}.", WIDER),
         header=("", "least", "greatest"),
         rows=tuple(
-            (what, *(_text(end, "speed", lambda _: 1) for end in ends)) for what, *ends in ranges
+            (what, *(_to_tenths(end, "speed", units) for end in ends)) for what, *ends in ranges
         ),
-        numbers=found,
     )
 
 
-def _one_at_a_time(outcome: Outcome, name: str, blank: Answered) -> Answered:
-    found = one_at_a_time(outcome, name)
+def _one_at_a_time(
+    outcome: Outcome, name: str, found: tuple[Effect, ...], blank: Answered, units: Units
+) -> Answered:
     dimension = describe(name)[1]
     rows = []
     for each in found[:_MOST]:
-        label, unit = label_and_unit(each.name, "si")
-        measured = _measured(each.measured, unit.symbol, unit.worth)
+        label, unit = label_and_unit(each.name, units)
+        measured = _measured(each.measured, unit)
         sign = "+" if each.moved > 0 else ""
         moved = (
             sign + format_value(each.moved / u.worth, decimals_of(each.error / u.worth, digits=1))
-            for u in _units(dimension)
+            for u in _units(dimension, units)
         )
-        rows.append((label, measured, _side_by_side(moved, dimension)))
+        rows.append((label, measured, _side_by_side(moved, dimension, units)))
     sentences = [
         "By how much the answer would move, were each measurement alone one standard deviation higher."
     ]
@@ -436,75 +506,80 @@ def _one_at_a_time(outcome: Outcome, name: str, blank: Answered) -> Answered:
         sentences=tuple(sentences),
         header=("measurement", "as measured", "moves the answer by"),
         rows=tuple(rows),
-        numbers=found,
     )
 
 
-def _checks(outcome: Outcome, left_out: tuple[LeftOut, ...], blank: Answered) -> Answered:
-    found = named_checks(outcome, left_out)
-    if not found:
-        raise NotAnswered("the model has none of the quantities that they compare")
+def _checks(found: tuple[NamedCheck, ...], blank: Answered, units: Units) -> Answered:
     rows = []
     for check in found:
         note = f" ({check.note})" if check.note else ""
         measured = "not measured"
         if check.measured is not None:
-            measured = _with_sd(check.measured, check.measured_sd or 0.0, check.dimension)
+            measured = _with_sd(check.measured, check.measured_sd or 0.0, check.dimension, units)
         off = NOTHING if check.off is None else format_value(check.off, 1)
-        predicted = _with_sd(check.predicted, check.predicted_sd, check.dimension)
+        predicted = _with_sd(check.predicted, check.predicted_sd, check.dimension, units)
         rows.append((f"{check.name}: {check.of}{note}", measured, predicted, off))
+    sentences = ["Differences are measured less predicted, in standard deviations of both."]
+    if far := [f"{each.name} {each.of}" for each in found if abs(each.off or 0.0) > _FAR]:
+        sentences.append(
+            f"Beyond {_FAR:g}: {', '.join(far)}. Either a measurement errs by more than it states, or "
+            "the model leaves something out: see the answer without each item of evidence."
+        )
     return replace(
         blank,
-        sentences=(
-            "Differences are measured less predicted, in standard deviations of both; beyond 2 they "
-            "deserve an explanation. A common velocity at the contact means 0 and 0: that is an "
-            "assumption compared with the answer, not a measurement.",
-        ),
-        header=("check", "measured, or assumed", "predicted", "difference, sd"),
+        sentences=tuple(sentences),
+        header=("check", "measured", "predicted", "difference, sd"),
         rows=tuple(rows),
-        numbers=found,
     )
 
 
-def _in_words(proposition: Proposition) -> str:
+def _in_words(proposition: Proposition, units: Units) -> str:
     """A proposition as a clause, limits in SI and US units."""
-    return f"{describe(proposition.name)[0]} is {_range(proposition)}"
+    return f"{describe(proposition.name)[0]} is {_range(proposition, units)}"
 
 
-def _range(proposition: Proposition) -> str:
+def _range(proposition: Proposition, units: Units) -> str:
     dimension, low, high = describe(proposition.name)[1], proposition.low, proposition.high
     if math.isinf(high):
-        return f"above {_exact(low, dimension)}"
+        return f"above {_exact(low, dimension, units)}"
     if math.isinf(low):
-        return f"below {_exact(high, dimension)}"
-    return f"between {_exact(low, dimension)} and {_exact(high, dimension)}"
+        return f"below {_exact(high, dimension, units)}"
+    return f"between {_exact(low, dimension, units)} and {_exact(high, dimension, units)}"
 
 
-def _units(dimension: str) -> list[Unit]:
-    """SI first; of speeds km/h too, which a court outside the United States reads."""
-    found = [unit_of(dimension, "si")]
-    if dimension == "speed":
-        found.append(Unit("km/h", 1 / 3.6))
-    us = unit_of(dimension, "us")
-    return found if us in found else [*found, us]
+def _units(dimension: str, first: Units) -> list[Unit]:
+    """All units that a dimension is given in; of speeds km/h, which a court outside the US reads."""
+    si, us = unit_of(dimension, "si"), unit_of(dimension, "us")
+    if si == us:
+        return [si]
+    metric = [si, Unit("km/h", 1 / 3.6)] if dimension == "speed" else [si]
+    return [us, *metric] if first == "us" else [*metric, us]
 
 
-def _text(value: float, dimension: str, decimals: Callable[[float], int | None]) -> str:
+def _text(
+    value: float, dimension: str, units: Units, decimals: Callable[[float], int | None]
+) -> str:
     """A value in each unit; `decimals` takes what the unit is worth."""
-    values = (format_value(value / unit.worth, decimals(unit.worth)) for unit in _units(dimension))
-    return _side_by_side(values, dimension)
+    values = (
+        format_value(value / unit.worth, decimals(unit.worth)) for unit in _units(dimension, units)
+    )
+    return _side_by_side(values, dimension, units)
 
 
-def _side_by_side(values: Iterable[str], dimension: str) -> str:
+def _side_by_side(values: Iterable[str], dimension: str, units: Units) -> str:
     """A value as printed in each of `_units`, with their symbols."""
-    pairs = zip(values, _units(dimension), strict=True)
+    pairs = zip(values, _units(dimension, units), strict=True)
     first, *others = (f"{value} {unit.symbol}".rstrip() for value, unit in pairs)
     return f"{first} ({'; '.join(others)})" if others else first
 
 
-def _exact(value: float, dimension: str) -> str:
+def _exact(value: float, dimension: str, units: Units) -> str:
     """A limit that somebody wrote in one of the units, to four digits in each."""
-    return _text(value, dimension, lambda worth: _trimmed(value / worth))
+    return _text(value, dimension, units, lambda worth: _trimmed(value / worth))
+
+
+def _to_tenths(value: float, dimension: str, units: Units) -> str:
+    return _text(value, dimension, units, lambda _: 1)
 
 
 def _trimmed(value: float) -> int | None:
@@ -515,27 +590,31 @@ def _trimmed(value: float) -> int | None:
     return next(d for d in range(min(most, 0), most + 1) if round(value, d) == round(value, most))
 
 
-def _with_sd(value: float, sd: float, dimension: str) -> str:
+def _with_sd(value: float, sd: float, dimension: str, units: Units) -> str:
     """A value ± sd in each unit, to two digits of the sd."""
     values = (
         format_with_sd(value / unit.worth, sd / unit.worth) if sd else f"{value:g}"
-        for unit in _units(dimension)
+        for unit in _units(dimension, units)
     )
-    return _side_by_side(values, dimension)
+    return _side_by_side(values, dimension, units)
 
 
-def _measured(m: Measured, symbol: str, worth: float = 1.0) -> str:
-    return f"{format_with_sd(m.value / worth, m.measured_sd / worth)} {symbol}".rstrip()
+def _measured(m: Measured, unit: Unit) -> str:
+    return (
+        f"{format_with_sd(m.value / unit.worth, m.measured_sd / unit.worth)} {unit.symbol}".rstrip()
+    )
 
 
-def _quantile_row(what: str, quantiles: tuple[float, ...], dimension: str) -> tuple[str, str, str]:
+def _quantile_row(
+    what: str, quantiles: tuple[float, ...], dimension: str, units: Units
+) -> tuple[str, str, str]:
     """What, its median, and between what 95 % of the draws lie."""
     low, middle, high = quantiles
     ends = (
         f"{format_value(low / unit.worth, 1)} to {format_value(high / unit.worth, 1)}"
-        for unit in _units(dimension)
+        for unit in _units(dimension, units)
     )
-    return what, _text(middle, dimension, lambda _: 1), _side_by_side(ends, dimension)
+    return what, _to_tenths(middle, dimension, units), _side_by_side(ends, dimension, units)
 
 
 def _per_cent(value: float, error: float) -> str:

@@ -51,13 +51,13 @@ class Import:
     Args:
         taken: in the order of the map.
         left: lines, each naming something of the file that was not taken, with the reason.
-        scene: that the new text describes.
+        scene: that the new text describes; None while something is still missing from it.
         text: of the scene file.
     """
 
     taken: tuple[Taken, ...]
     left: tuple[str, ...]
-    scene: Scene
+    scene: Scene | None
     text: str
 
 
@@ -100,9 +100,34 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     if not new:
         new = document_toml(changed)
         left.append("comments of the scene file: its layout could not be kept, it is written anew")
-    scene = scene_from(changed, name, new, str(into))
+    scene = _finished(document, changed, name, new, str(into), left)
     toml_of(new, str(into))  # refuses what is too long to be read again
     return Import(tuple(taken), tuple(left), scene, new)
+
+
+def _finished(
+    document: dict[str, Any],
+    changed: dict[str, Any],
+    name: str,
+    text: str,
+    file: str,
+    left: list[str],
+) -> Scene | None:
+    """The changed scene; None, with a line on it, where only what was wrong before still is."""
+    try:
+        return scene_from(changed, name, text, file)
+    except SceneError as error:
+        try:
+            scene_from(document, name, text, file)
+            before: set[Problem] = set()
+        except SceneError as earlier:
+            before = set(earlier.problems)
+        if not before.issuperset(error.problems):
+            raise
+        first, *more = error.problems
+        others = f", and {len(more)} more" if more else ""
+        left.append(f"the scene is not complete yet: {first}{others}")
+        return None
 
 
 def _kept(text: str, changes: Mapping[str, Any], changed: dict[str, Any], file: str) -> str:

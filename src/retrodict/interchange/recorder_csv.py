@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from retrodict.interchange.column_map import RecordedSpeedEntry, RecorderEntry
+from retrodict.interchange.column_map import RECORDED, RecordedSpeedEntry, RecorderEntry
 from retrodict.interchange.source_file import NoNumber, Row, SourceFile, number, table_rows
 from retrodict.interchange.survey_csv import columns_of
 from retrodict.interchange.taken import Taken, quantity, replaced, rounded
 from retrodict.scene.errors import shown
 from retrodict.scene.load import value_at
 from retrodict.scene.records import Measured
+from retrodict.scene.units import QuantityError, factor
 
 _KEPT = 200  # times that a scene file may hold
 
@@ -51,7 +54,22 @@ class _Recorder:
         rows = table_rows(file, entry.separator or "")
         wanted = {key: column for key, column in entry.columns if column is not None}
         self.places, self.rows, self.left = columns_of(file, rows, wanted, "recorder")
+        for key, column in wanted.items():
+            self._in_its_unit(key, column)
         self.curves = {c: self._curve(c) for c in self.places if c != "time"}
+
+    def _in_its_unit(self, key: str, column: str | int) -> None:
+        """Refuse a unit of the map that is not the one in the column's header, like Speed (km/h)."""
+        match = _UNIT_IN_HEADER.search(str(column))
+        try:
+            stated = factor(match[1], RECORDED[key]) if match else self.entry.units[key]
+        except QuantityError:
+            return  # something else in brackets
+        if not math.isclose(stated, self.entry.units[key], rel_tol=1e-6):
+            assert match
+            unit = match[1]
+            fix = f'its header says "{unit}", but units in the map does not; write {key} = "{unit}"'
+            raise self.file.refuse(fix, f"column {column}")
 
     def all(self) -> tuple[list[Taken], list[str]]:
         """Everything taken, and lines on what is left."""
@@ -67,8 +85,10 @@ class _Recorder:
         curve, key = self.curves["speed"], f"vehicles.{self.entry.vehicle}.approach"
         low, high = (moment.value for moment in entry.impact)
         source = self._source("speed", curve)
+        for moment in (low, high):
+            self._recorded(curve, moment, "recorder.speed.impact")
         if low == high:
-            value = quantity(self._at(curve, low, "speed"), entry.uncertainty.value, "m/s", source)
+            value = quantity(self._at(curve, low), entry.uncertainty.value, "m/s", source)
             yield self._taken(f"{key}.speed", value, curve, f"at {low:g} s")
             other = f"{key}.speed_record"
         else:
@@ -118,7 +138,10 @@ class _Recorder:
     ) -> Taken:
         curve = self.curves[column]
         time = curve.times[-1] if at is None else at.value
-        value = sign * self._at(curve, time, column)
+        self._recorded(
+            curve, time, f"recorder.{next(k for k in _TAKEN if column.startswith(k))}.at"
+        )
+        value = sign * self._at(curve, time)
         written = quantity(value, sd, unit, self._source(column, curve))
         return self._taken(key, written, curve, f"at {time:g} s")
 
@@ -128,11 +151,14 @@ class _Recorder:
     def _source(self, column: str, curve: Curve) -> str:
         return self.file.source(f"{column}, {_rows(curve)}")
 
-    def _at(self, curve: Curve, time: float, column: str) -> float:
-        """A column at a time, on the straight line between rows."""
+    def _recorded(self, curve: Curve, time: float, key: str) -> None:
+        """Refuse a moment before or after the record, by the map's key that has it."""
         if not curve.times[0] <= time <= curve.times[-1]:
             fix = f"recorded from {curve.times[0]:g} to {curve.times[-1]:g} s, not at {time:g} s"
-            raise self.file.refuse(f"{fix}; correct the map", column)
+            raise self.file.refuse(f"{fix}; correct {key} in the map, or add a row", key)
+
+    def _at(self, curve: Curve, time: float) -> float:
+        """A column at a time, on the straight line between rows."""
         i = next(i for i, t in enumerate(curve.times) if t >= time)
         if i == 0:
             return curve.values[0]
@@ -168,6 +194,7 @@ class _Recorder:
         return curve
 
 
+_UNIT_IN_HEADER = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
 _TAKEN = ("speed", "delta_v", "yaw_rate")
 _DELTA_V = (  # column, key of the scene file, sign
     ("delta_v", "delta_v", 1.0),

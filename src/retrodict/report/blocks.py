@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Literal
 
+from retrodict.scene.quantities import Units
+
 _NARROWEST, _WIDEST = 10, 48  # characters that a column is taken to have, for its width
 _BOLD = 6  # that a word of a heading, which is bold and cannot break, takes more than its own
 
@@ -116,6 +118,7 @@ class Document:
         first: the first page.
         sections: the rest, numbered.
         replay: HTML fragment in which the motion is played, for formats that can; empty for none.
+        units: which come first; with "us" it is laid out for letter paper, else for A4.
     """
 
     title: str
@@ -125,6 +128,7 @@ class Document:
     first: tuple[Block, ...]
     sections: tuple[Section, ...]
     replay: str = ""
+    units: Units = "si"
 
 
 def numbered(section: Section, number: str) -> Section:

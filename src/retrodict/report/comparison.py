@@ -78,8 +78,9 @@ def compared(
             subtitle="Two reconstructions beside each other",
             author="",
             date="",
+            units=units,
             first=(
-                Paragraph(differences.verdict),
+                Paragraph(differences.verdicts[units]),
                 *answers,
                 Picture("1", "Both posteriors", _CAPTION, image),
             ),

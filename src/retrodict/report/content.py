@@ -42,7 +42,7 @@ def content(
     who += [scene.barrier.name] if scene.barrier else []
     chosen = [
         sections.results(findings, units, pictures),
-        sections.questions(findings, pictures),
+        sections.questions(findings, units, pictures),
         sections.evidence(findings, units, case, pictures),
         sections.inputs(findings, units),
         sections.model(findings),
@@ -58,6 +58,7 @@ def content(
         subtitle=f"Reconstruction of a vehicle collision with its uncertainty: {'; '.join(who)}",
         author=case.examiner,
         date=case.dates.get("report", ""),
+        units=units,
         first=first_page(findings, units, case, pictures),
         sections=tuple(
             numbered(section, str(number))

@@ -31,7 +31,7 @@ def first_page(
     asked = [Paragraph(case.instruction)] if case.instruction else []
     blocks: list[Block] = [*_case_lines(case)]
     blocks.append(Section("The question", (*asked, Paragraph(findings.question))))
-    blocks.append(Section("The answer", (*_answer(findings, units), *_put(findings))))
+    blocks.append(Section("The answer", (*_answer(findings, units), *_put(findings, units))))
     if causes := tuple(_causes(findings, units)):
         blocks.append(Section("What the uncertainty comes from most", causes))
     blocks.append(Section("Did the computation converge?", _verdict(findings)))
@@ -75,9 +75,10 @@ def _answer(findings: Findings, units: Units) -> list[Block]:
     return blocks
 
 
-def _put(findings: Findings) -> Iterable[Block]:
+def _put(findings: Findings, units: Units) -> Iterable[Block]:
     """The questions that were put, each with the first sentence of its answer."""
-    for each in findings.questions:
+    for asked in findings.questions:
+        each = asked.in_units(units)
         if each.kind not in _ON_FIRST_PAGE:
             continue
         title = each.title if each.title.endswith(("?", ".")) else f"{each.title}:"

@@ -49,8 +49,8 @@ def _short(value: Any) -> str:
     match value:
         case None:
             return "removed"
-        case {"times": [*times], **_others}:
-            return f"{len(times)} times and speeds"
+        case {"times": [first, *_, last] as times, "speeds": [before, *_, after], **_others}:
+            return f"{len(times)} times and speeds: {before} at {first} to {after} at {last}"
         case {"value": number, "sd": sd, "unit": unit, **_others}:
             return f"{number} ± {sd} {unit}"
         case {"value": number, "unit": unit, **_others}:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib import import_module
+from importlib.metadata import requires
 from typing import Any
 
 
@@ -29,8 +31,16 @@ def imported(module: str, what: str, extra: str = "documents") -> Any:
         return import_module(module)
     except ImportError:
         raise MissingLibrary(
-            f"{what} needs the package {module}: install it with pip install 'retrodict[{extra}]'"
+            f"{what} needs the package {module}: run pip install {' '.join(_packages(extra))} "
+            "in the environment that retrodict runs in (uv pip install … in one that uv made)"
         ) from None
+
+
+def _packages(extra: str) -> list[str]:
+    """What an extra brings, quoted for a shell: retrodict itself may be on no package index."""
+    needed = (text.partition(";") for text in requires("retrodict") or ())
+    mark = re.compile(rf"""extra == ['"]{extra}['"]""")
+    return [f"'{package.strip()}'" for package, _, marker in needed if mark.search(marker)]
 
 
 def arviz_without_jax() -> None:

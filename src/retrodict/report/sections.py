@@ -101,7 +101,9 @@ def _result_tables(
             )
 
 
-def questions(findings: Findings, pictures: Mapping[str, list[Picture]]) -> Section | None:
+def questions(
+    findings: Findings, units: Units, pictures: Mapping[str, list[Picture]]
+) -> Section | None:
     """The questions that were put, with their answers; None where none was."""
 
     def part(number: int, each: Answered) -> Section:
@@ -110,7 +112,9 @@ def questions(findings: Findings, pictures: Mapping[str, list[Picture]]) -> Sect
             blocks.append(Table(each.rows, each.header))
         return Section(each.title, (*blocks, *pictures[f"question {number}"]))
 
-    parts = tuple(part(number, each) for number, each in enumerate(findings.questions))
+    parts = tuple(
+        part(number, each.in_units(units)) for number, each in enumerate(findings.questions)
+    )
     return Section("Questions put", parts) if parts else None
 
 

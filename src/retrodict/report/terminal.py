@@ -46,7 +46,7 @@ def print_summary(findings: Findings, console: Console, units: Units = "si") -> 
     _line(console, findings.verdict, "green" if checks.passed else "bold red")
     for asked in findings.questions:
         if asked.kind not in _ONLY_IN_REPORTS:
-            _print_answer(asked, console)
+            _print_answer(asked.in_units(units), console)
     for reason in checks.reasons:
         _line(console, f"  {MARK} {reason}", "red")
     for flag in checks.flags:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from retrodict.report.blocks import Document
 
 _WIDTH, _HEIGHT = 17.0, 17.0  # cm, of a picture
+_PAPER = {"si": (21.0, 29.7), "us": (21.59, 27.94)}  # cm: A4, letter
 _STYLES = {"answer": "Intense Quote", "held": "Intense Quote", "note": "Quote"}
 
 
@@ -39,7 +40,8 @@ def render(document: Document) -> bytes:
     docx = imported("docx", "a Word document")
     made = docx.Document()
     section = made.sections[0]
-    section.page_width, section.page_height = docx.shared.Cm(21.0), docx.shared.Cm(29.7)
+    sides = _PAPER[document.units]
+    section.page_width, section.page_height = map(docx.shared.Cm, sides)
     section.left_margin = section.right_margin = docx.shared.Cm(2.0)
     section.top_margin = section.bottom_margin = docx.shared.Cm(2.0)
     _restyle(made.styles)

@@ -27,8 +27,7 @@ class NamedCheck:
         of: what is compared, in words.
         dimension: of it, a key for `unit_of`.
         predicted, predicted_sd: by the posterior; of a measured delta-v or a stated energy by all else.
-        measured, measured_sd: what it is compared with, or what the check assumes; None where nothing
-            was measured.
+        measured, measured_sd: what it is compared with; None where nothing was measured.
         off: measured less predicted, in standard deviations of both; None where that is not known.
         note: what to know of it.
     """
@@ -53,6 +52,9 @@ def named_checks(outcome: Outcome, left_out: tuple[LeftOut, ...]) -> tuple[Named
 
     Returns:
         The checks that the model's quantities allow.
+
+    Raises:
+        NotAnswered: the model has none of the quantities.
     """
     found: list[NamedCheck] = []
     for check in (_common_velocity, _delta_v, _pdof, _energy, _third_law):
@@ -60,6 +62,8 @@ def named_checks(outcome: Outcome, left_out: tuple[LeftOut, ...]) -> tuple[Named
             found += check(outcome, {item.name: item for item in left_out})
         except NotAnswered:  # a simpler model has no such quantity
             continue
+    if not found:
+        raise NotAnswered("the model has none of the quantities that they compare")
     return tuple(found)
 
 
@@ -78,13 +82,20 @@ def _common_velocity(outcome: Outcome, _: dict[str, LeftOut]) -> Iterator[NamedC
         )
     x, y = apart[0] - apart[1] if len(apart) > 1 else apart[0]  # a barrier stands still
     Gamma = draws_of(outcome, "Gamma")
-    for words, speed in (
-        ("speed at which the contact points part", np.abs(x * np.cos(Gamma) + y * np.sin(Gamma))),
-        ("speed at which they still slide", np.abs(y * np.cos(Gamma) - x * np.sin(Gamma))),
+    for words, speed, cause in (
+        (
+            "speed at which the contact points part",
+            np.abs(x * np.cos(Gamma) + y * np.sin(Gamma)),
+            "restitution",
+        ),
+        (
+            "speed at which they still slide",
+            np.abs(y * np.cos(Gamma) - x * np.sin(Gamma)),
+            "friction that does not end the sliding",
+        ),
     ):
-        mean, sd = _moments(speed)
-        off = -mean / sd if sd > 0 else None
-        yield NamedCheck("common velocity", words, "speed", mean, sd, 0.0, 0.0, off)
+        note = f"a common velocity would make it 0; it is what {cause} leaves"
+        yield NamedCheck("common velocity", words, "speed", *_moments(speed), note=note)
 
 
 def _delta_v(outcome: Outcome, left_out: dict[str, LeftOut]) -> Iterator[NamedCheck]:
