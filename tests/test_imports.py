@@ -78,7 +78,7 @@ def test_help_imports_no_library_of_the_work() -> None:
 
 
 def test_check_imports_what_reads_a_scene_only() -> None:
-    assert not imported(after("check", str(SCENE)), "numpy", "pint", *JAX, *PLOTS, *STATISTICS)
+    assert not imported(after("check", str(SCENE)), "scipy", "pint", *JAX, *PLOTS, *STATISTICS)
 
 
 def test_a_reconstruction_imports_statistics_and_plots_while_programs_load() -> None:

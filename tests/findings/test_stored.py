@@ -39,7 +39,6 @@ def test_an_archive_is_read_as_its_folder_is(outcome, tmp_path):
     result = Result(outcome)
     again = retrodict.load_result(result.archive(tmp_path / "x.retrodict.zip"))
     assert summarise(again.findings) == summarise(result.findings)
-    assert retrodict.load is retrodict.load_result
     (tmp_path / "posterior.nc").write_bytes(b"not an archive")
     with pytest.raises(NotArchived, match="no archive that can be read"):
         retrodict.load_result(tmp_path / "posterior.nc")

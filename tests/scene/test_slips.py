@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from retrodict.scene import SceneError, parse_scene
 from retrodict.scene.load import load_scene
 from retrodict.scene.plausibility import plausibility_warnings
 from retrodict.scene.records import Scene
-from retrodict.scene.slips import CONFLICT, as_bearings, misfit, with_centres
+from retrodict.scene.slips import CONFLICT, _least_squares, as_bearings, misfit, with_centres
 from tests.shared import random_scenes
 
 ROOT = Path(__file__).parents[2]
@@ -224,3 +225,15 @@ def test_slips_of_crashes_at_random_are_named(
     """Of so many: the others fit as well with the slip as without."""
     told = [any(named in line for line in plausibility_warnings(slip(own))) for own in crashes()]
     assert np.mean(told) >= share
+
+
+def test_least_squares_with_bounds_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        rows, right = rng.normal(size=(12, 8)), rng.normal(size=12)
+        low = np.full(8, -np.inf)
+        low[[0, 2]] = 0
+        expected = lsq_linear(rows, right, bounds=(low, np.inf), tol=1e-13)
+        x, distance = _least_squares(rows, right, [0, 2])
+        assert distance == pytest.approx(np.sqrt(2 * expected.cost), rel=1e-7)
+        assert x == pytest.approx(expected.x, abs=1e-5)

@@ -48,7 +48,7 @@ def calibration_figure(calibration: Calibration) -> Figure:
             axes.axhline(0, color=drawing.GREY, lw=0.5)
             label = REPORTED[name][0] if name in REPORTED else "log likelihood"
             label = drawing.SHORT.get(name, label.replace(" before impact", ""))
-            axes.set_title(label, size=7.5)
+            axes.set_title(label, size=8)
             axes.set_xticks([0, 0.5, 1])
         for axes in panels[len(found) :]:
             axes.set_axis_off()

@@ -144,7 +144,7 @@ def _clock(
     axes.yaxis.set_major_locator(MaxNLocator(3, steps=drawing.STEPS, prune="lower"))
     axes.yaxis.set_major_formatter(f"{{x:g}} {unit_of('speed', units).symbol}")
     axes.set_rlabel_position(165)  # degrees: where no force of a crash often comes from
-    axes.tick_params(axis="y", labelsize=7, labelcolor=drawing.GREY)
+    axes.tick_params(axis="y", labelsize=8, labelcolor=drawing.GREY)
     mean = findings.derived[f"pdof_{v}"].mean
     if mean is not None and not findings.derived[f"pdof_{v}"].withheld:
         look = {"arrowstyle": "-|>", "color": drawing.INK, "lw": 1.6, "mutation_scale": 12}

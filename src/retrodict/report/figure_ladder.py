@@ -47,7 +47,7 @@ def ladder_figure(ladder: Ladder) -> Figure:
         for step in ran:
             at = (step.seconds or 0.0, distance(step, fullest))
             axes.plot(*at, "o", color=_colour(step), mec=drawing.INK)
-            axes.annotate(step.name, at, xytext=(6, 4), textcoords="offset points", size=7)
+            axes.annotate(step.name, at, xytext=(6, 4), textcoords="offset points", size=8)
             if step.name == ladder.choice:
                 axes.plot(*at, "o", ms=13, mfc="none", mec=drawing.ORANGE, mew=1.8)
         axes.axhline(ladder.share, color=drawing.GREY, lw=0.8, ls=(0, (4, 2)))

@@ -122,4 +122,4 @@ def _correlation(axes: Axes, findings: Findings, names: tuple[str, str]) -> None
     kwargs: dict[str, Any] = {"ha": "center", "transform": axes.transAxes}
     axes.text(0.5, 0.52, text, va="center", size=size, color=drawing.INK, **kwargs)
     pair = " and ".join(drawing.SHORT[name] for name in reversed(names))
-    axes.text(0.5, 0.28, pair, va="center", size=7.5, color=drawing.GREY, **kwargs)
+    axes.text(0.5, 0.28, pair, va="center", size=8, color=drawing.GREY, **kwargs)

@@ -77,7 +77,7 @@ def _panel(axes: Axes, rows: list[InputRow], units: Units) -> float:
     for y, row in enumerate(rows):
         quantiles = row.quantiles
         if quantiles is None:
-            axes.text(0, y, "no draws", ha="center", va="center", color=drawing.GREY, size=7.5)
+            axes.text(0, y, "no draws", ha="center", va="center", color=drawing.GREY, size=8)
             continue
         bars.append((y, *quantiles))
         reach = max(reach, *np.abs(quantiles))
@@ -106,7 +106,7 @@ def _panel(axes: Axes, rows: list[InputRow], units: Units) -> float:
         range(len(rows)),
         [_measured(row, units) for row in rows],
     )
-    opposite.tick_params(length=0, labelsize=7.5)
+    opposite.tick_params(length=0, labelsize=8)
     for spine in ("left", "right"):
         axes.spines[spine].set_visible(False)
         opposite.spines[spine].set_visible(False)

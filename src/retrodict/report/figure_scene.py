@@ -88,14 +88,15 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     axes.set_aspect("equal")
     axes.set_xlim(view[0], view[1])
     axes.set_ylim(view[2], view[3])
-    handles = _surfaces(axes, scene, view, unit.worth)
-    handles += _barrier(axes, scene, view, unit.worth)
-    handles += _run_outs(axes, scene, paths, unit.worth)
+    _surfaces(axes, scene, view, unit.worth)
+    _barrier(axes, scene, view, unit.worth)
+    # what has a name beside it needs no entry in the legend
+    handles = _run_outs(axes, scene, paths, unit.worth)
     handles += _one_motion(axes, scene, outcome, unit.worth) if outcome else []
     handles += _vehicles(axes, scene, unit.worth)
-    handles += _skids(axes, scene, unit.worth)
+    _skids(axes, scene, unit.worth)
     handles += _directions(axes, scene, unit.worth)
-    handles += _marks(axes, scene, unit.worth)
+    _marks(axes, scene, unit.worth)
     handles += _rotations(axes, scene, unit.worth)
     handles += _contact(axes, scene, unit.worth)
     _scale_bar(axes, view, unit.symbol)
@@ -107,7 +108,8 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     axes.set_ylabel(f"y ({unit.symbol})")
     for side in ("top", "right"):
         axes.spines[side].set_visible(True)
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=2.6)
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, handlelength=2.2)
     return figure
 
 
@@ -231,10 +233,15 @@ def _rest_points(scene: Scene, v: str) -> np.ndarray:
     return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
 
 
+def _name(axes: Axes, at: Any, text: str, colour: str = drawing.INK, **look: Any) -> None:
+    """Write what a thing is beside it; nothing of it reaches beyond the axes."""
+    look = {"ha": "center", "va": "center", "size": 8, "zorder": 9.2} | look
+    axes.text(*at, text, color=colour, path_effects=_HALO, clip_on=True, **look)
+
+
 def _surfaces(
     axes: Axes, scene: Scene, view: tuple[float, float, float, float], worth: float
-) -> list[Artist]:
-    handles: list[Artist] = []
+) -> None:
     in_metres = tuple(bound * worth for bound in view)
     for surface, hatch in zip(scene.surfaces[1:], _HATCHES * 9, strict=False):
         corners = area_of(surface, in_metres) / worth  # type: ignore[arg-type]
@@ -246,20 +253,33 @@ def _surfaces(
                 "lw": 0.8,
             }
             axes.add_patch(Polygon(corners, zorder=0.1, **look))
-            handles.append(Patch(label=_plain(surface.name), **look))
-    base = Patch(facecolor="white", edgecolor=drawing.PALE, label=_plain(scene.surfaces[0].name))
-    return [base, *handles]
+            seen = np.clip(corners, [view[0], view[2]], [view[1], view[3]])
+            _name(axes, seen.mean(axis=0), _plain(surface.name))
 
 
 def _barrier(
     axes: Axes, scene: Scene, view: tuple[float, float, float, float], worth: float
-) -> list[Artist]:
+) -> None:
     if scene.barrier is None:
-        return []
+        return
     look: dict[str, Any] = {"facecolor": drawing.PALE, "edgecolor": drawing.INK, "lw": 0.8}
     reach = float(np.hypot(view[1] - view[0], view[3] - view[2])) * worth
-    axes.add_patch(Polygon(barrier_outline(scene, reach) / worth, zorder=1.5, **look))
-    return [Patch(label=_plain(scene.barrier.name), **look)]
+    corners = barrier_outline(scene, reach) / worth
+    axes.add_patch(Polygon(corners, zorder=1.5, **look))
+    struck = np.array([scene.contact.x.value, scene.contact.y.value]) / worth
+    behind = corners.mean(axis=0) - struck
+    away = behind / max(float(np.hypot(*behind)), 1e-9)
+    if scene.barrier.kind == "wall":
+        normal = np.array([np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)])
+        away = normal * np.copysign(1.0, normal @ behind)
+        at = (
+            struck
+            + _THICK / 2 / worth * away
+            + 0.3 * (view[1] - view[0]) * np.array([-away[1], away[0]])
+        )
+    else:
+        at = struck + (scene.barrier.diameter + 0.6) / worth * away
+    _name(axes, at, _plain(scene.barrier.name))
 
 
 def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: float) -> list[Artist]:
@@ -285,7 +305,7 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
             ),
             autolim=False,
         )
-        label = f"{v.upper()}: posterior run-outs"
+        label = f"paths of {v.upper()} in draws"
         handles.append(Line2D([], [], color=colour, ls=line, lw=1.0, label=label))
     return handles
 
@@ -352,17 +372,12 @@ def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
         axes.plot(x / worth, y / worth, "+", color=ink, ms=5, mew=1.0, zorder=7)
         axes.annotate(
             f"{v.upper()} rest", (x / worth, y / worth), xytext=(6, 6), textcoords="offset points",
-            color=drawing.OF_VEHICLE[v], size=7.5, weight="bold", zorder=8, path_effects=_HALO,
+            color=drawing.OF_VEHICLE[v], size=8, weight="bold", zorder=8, path_effects=_HALO,
         )  # fmt: skip
-    handles: list[Artist] = [
-        Patch(fill=False, ec=ink, lw=1.5, ls=(0, (4, 2)), label="at impact, measured")
-    ]
-    if any(rest.heading for rest in scene.rest.values()):
-        handles.append(Patch(fill=False, ec=ink, lw=1.5, label="at rest, measured"))
-    if scene.rest or scene.contact.x.sd:
-        look: dict[str, Any] = {"ls": "", "marker": "o", "mfc": "white", "mec": ink, "ms": 8}
-        handles.append(Line2D([], [], label="± 2 sd", **look))
-    return [*handles, Line2D([], [], ls="", marker="+", color=ink, label="centre of gravity")]
+    if not (scene.rest or scene.contact.x.sd):
+        return []
+    look: dict[str, Any] = {"ls": "", "marker": "o", "mfc": "white", "mec": ink, "ms": 8}
+    return [Line2D([], [], label="measured place ± 2 sd", **look)]
 
 
 def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth: float) -> None:
@@ -376,7 +391,7 @@ def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth
     back = 0.3 * vehicle.length / worth
     tx, ty = cx - back * np.cos(pose[2]), cy - back * np.sin(pose[2])
     axes.text(
-        tx, ty, f"{v.upper()} {when}", ha="center", va="center", color=colour, size=7.5,
+        tx, ty, f"{v.upper()} {when}", ha="center", va="center", color=colour, size=8,
         weight="bold", zorder=z + 3, path_effects=_HALO,
     )  # fmt: skip
 
@@ -396,15 +411,13 @@ def skid_lines(scene: Scene) -> list[tuple[str, np.ndarray]]:
     return found
 
 
-def _skids(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+def _skids(axes: Axes, scene: Scene, worth: float) -> None:
     """The measured skids up to the impact, along the direction of travel."""
     look: dict[str, Any] = {"lw": 3.5, "alpha": 0.35, "solid_capstyle": "butt"}
-    lines = skid_lines(scene)
-    for v, sides in lines:
+    for v, sides in skid_lines(scene):
         for begin, end in sides / worth:
             axes.plot(*zip(begin, end, strict=True), color=drawing.OF_VEHICLE[v], zorder=2, **look)
-    handle = Line2D([], [], color=drawing.INK, label="skid before the impact", **look)
-    return [handle] if lines else []
+        _name(axes, sides.mean(axis=(0, 1)) / worth, f"skid of {v.upper()}", drawing.OF_VEHICLE[v])
 
 
 def _directions(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
@@ -430,7 +443,7 @@ def _directions(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     return [handle] if drawn else []
 
 
-def _marks(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+def _marks(axes: Axes, scene: Scene, worth: float) -> None:
     """The measured points on the way to rest, numbered as the evidence is."""
     look: dict[str, Any] = {"ls": "", "marker": "x", "ms": 5, "mew": 1.4}
     for v, marks in scene.marks.items():
@@ -439,11 +452,9 @@ def _marks(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
             at = (mark.x / worth, mark.y / worth)
             axes.plot(*at, color=colour, zorder=8, **look)
             axes.annotate(
-                f"{v.upper()}{number}", at, xytext=(4, 4), textcoords="offset points", size=7,
+                f"mark {v.upper()}{number}", at, xytext=(4, 4), textcoords="offset points", size=8,
                 color=colour, zorder=8, path_effects=_HALO,
             )  # fmt: skip
-    handle = Line2D([], [], color=drawing.INK, label="mark on the way to rest", **look)
-    return [handle] if scene.marks else []
 
 
 def _ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | None]]:
@@ -498,10 +509,8 @@ def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     axes.plot(x, y, "*", color="white", mec=ink, ms=10, mew=0.9, zorder=9)
     return [
         Line2D([], [], ls="", marker="*", color="white", mec=ink, ms=10, label="impact centre"),
-        Line2D([], [], ls="-.", color=ink, lw=1.0, label="contact line (Γ)"),
-        Line2D([], [], ls="-", color=ink, lw=1.0, marker=">", ms=4, markevery=[1],
-               label="its normal"),
-    ]  # fmt: skip
+        Line2D([], [], ls="-.", color=ink, lw=1.0, label="contact line (Γ), arrow: normal"),
+    ]
 
 
 def _scale_bar(axes: Axes, view: tuple[float, float, float, float], symbol: str) -> None:

@@ -52,7 +52,7 @@ def _slips(scene: Scene) -> list[str]:
     """Vehicles that do not fit together, or to their motion: with the slips that would explain it."""
     if scene.barrier:
         return []
-    from retrodict.scene import slips  # SciPy: scenes are read without
+    from retrodict.scene import slips  # NumPy: scenes are read without
 
     missed, odd = slips.misfit(scene), [*_sides(scene), *_overlaps(scene)]
     if missed <= slips.CONFLICT and not odd:
