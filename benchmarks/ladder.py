@@ -255,10 +255,10 @@ def _bound(scenes: dict[str, list[Row]]) -> str:
     best = (len(mine) + both) / 2
     return (
         f"- Of {len(mine)} crashes on {', '.join(name for pair in ALIKE for name in pair)}, drawn alike "
-        f"for either impact, one choice is right by both in {both}. So no rule that goes by the scene "
-        f"alone can expect to be right in more than {best / max(1, len(mine)):.0%} of them, nor in more "
-        f"than {(len(scenes) - len(mine) + best) / len(scenes):.0%} of all, were it right about every "
-        "other."
+        f"for either impact, one choice is right for both in {both}. So a rule that sees only the scene "
+        f"can be right in at most {best / max(1, len(mine)):.0%} of them, and in at most "
+        f"{(len(scenes) - len(mine) + best) / len(scenes):.0%} of all crashes if it is right about every "
+        "other one."
     )
 
 

@@ -18,10 +18,10 @@ CAPTION = (
     "Each mark is a rung of the ladder of models: across, the seconds that it took without "
     "compilation; up, how far its answer (the median) lies from that of the fullest rung that fits, "
     "in the latter's standard deviations, the most over the quantities asked; linear below the "
-    "dashed line and logarithmic above. Dark marks are enough: no fuller rung that is enough itself "
-    "moves their answer too far. Light ones fit the evidence and are not; white ones do not fit, or "
-    "their draws cannot be relied on. The ring is about the rung chosen. The dashed line is how far a "
-    "fuller rung may move the answer of the one chosen."
+    "dashed line and logarithmic above. Dark marks are sufficient models: they fit the evidence, and "
+    "every more complete sufficient model agrees with them. Light marks fit, but a more complete model "
+    "disagrees. White marks do not fit, or their draws failed checks. The ring marks the chosen model; "
+    "the dashed line is the largest accepted change of its answer."
 )
 
 _ENOUGH, _FITS, _WRONG = drawing.BLUE, drawing.PALE, "white"

@@ -52,7 +52,6 @@ def render(document: Document) -> bytes:
     made.add_paragraph(document.subtitle)
     for block in document.first:
         _add(made, block, 2)
-    made.add_page_break()
     for block in document.sections:
         _add(made, block, 1)
     file = io.BytesIO()

@@ -172,7 +172,7 @@ def _result_of(future: Any) -> Any:
     try:
         return future.result()
     except KilledWorker:
-        return WorkerDied("its worker was killed, as by want of memory, whichever it was")
+        return WorkerDied("its worker process was killed, for example for lack of memory")
     except ImportError as error:
         raise NoScheduler(f"a worker lacks {error.name}: install the same on all of them") from None
 

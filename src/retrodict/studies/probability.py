@@ -137,11 +137,11 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
         comparison: two propositions about one speed before the impact.
 
     Returns:
-        The ratio, or a bound where hardly a draw holds one of them.
+        The ratio, or a bound where almost no draw satisfies one of them.
 
     Raises:
-        NotAnswered: the speed is exact or has no draws, the prior excludes a proposition, or hardly a
-            draw holds either.
+        NotAnswered: the speed is exact or has no draws, the prior excludes a proposition, or
+            almost no draw satisfies either.
     """
     name = comparison.first.name
     draws = draws_of(outcome, name)
