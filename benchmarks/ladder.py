@@ -257,8 +257,8 @@ def _bound(scenes: dict[str, list[Row]]) -> str:
         f"- Of {len(mine)} crashes on {', '.join(name for pair in ALIKE for name in pair)}, drawn alike "
         f"for either impact, one choice is right for both in {both}. So a rule that sees only the scene "
         f"can be right in at most {best / max(1, len(mine)):.0%} of them, and in at most "
-        f"{(len(scenes) - len(mine) + best) / len(scenes):.0%} of all crashes if it is right about every "
-        "other one."
+        f"{(len(scenes) - len(mine) + best) / len(scenes):.0%} of all crashes if it is right about "
+        "every other one."
     )
 
 
