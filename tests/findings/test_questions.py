@@ -2,11 +2,12 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, verbal
+from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, probability_by_points, verbal
 from retrodict.result import Result
 from retrodict.scene.asked import Comparison, Questions, read_proposition
 from retrodict.scene.case import Case
@@ -170,3 +171,19 @@ def test_a_bound_is_printed_without_powers_of_ten(outcome):
     assert found.numbers.bound == "at least"
     (printed,) = re.findall(r"is at least (\d+) times", found.sentences[0])
     assert float(printed) == pytest.approx(found.numbers.value, rel=0.05)
+
+
+def test_a_session_too_answers_for_both_speeds_of_a_vehicle_that_skidded() -> None:
+    speeds = {"travelling_speed_a": np.full(400, 19.7), "speed_a": np.linspace(13.0, 17.0, 400)}
+    estimate = SimpleNamespace(
+        scene=SimpleNamespace(skidded=("a",)),
+        quantities=speeds,
+        checks=SimpleNamespace(passed=True, min_ess_bulk=400.0, pareto_k=0.2),
+        weighted=SimpleNamespace(mean=lambda holds: (holds.mean(), 0.02)),
+    )
+    found = probability_by_points(estimate, read_proposition("speed_a > 35 mph"))
+    assert found.title.startswith("Probability that the travelling speed of A before its skid")
+    assert "the probability is 34 %" in found.sentences[1]
+    assert found.in_units("us").title.endswith("is above 35 mph (15.65 m/s; 56.33 km/h)")
+    at_impact = probability_by_points(estimate, read_proposition("impact_speed_a > 35 mph"))
+    assert len(at_impact.sentences) == 1

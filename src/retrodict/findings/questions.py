@@ -215,14 +215,17 @@ def probability_of(
     found = _answer(outcome, quantities, _of_probability(meant), study, _probability)
     if found.numbers is None or meant.name != f"travelling_{proposition.name}":
         return found
-    # whoever writes speed_a may mean either: say which was answered, and the other beside it
-    at_impact = probability(outcome, proposition)
+    return _with_impact_speed(found, proposition, probability(outcome, proposition))
+
+
+def _with_impact_speed(asked: Answered, proposition: Proposition, found: Probability) -> Answered:
+    """Who writes speed_a may mean either speed of a skidded car: which was answered, and the other."""
     v = proposition.name[-1]
     beside = (
         f"This is the speed at which {v.upper()} travelled before it skidded, which a speed limit is "
-        f"about. Of its impact speed (impact_speed_{v}) {_share_in_words(at_impact)}."
+        f"about. Of its impact speed (impact_speed_{v}) {_share_in_words(found)}."
     )
-    return _in_both({u: found.in_units(u) for u in _BOTH}, lambda own, _: _with(own, beside))
+    return _in_both({u: asked.in_units(u) for u in _BOTH}, lambda own, _: _with(own, beside))
 
 
 def _of_probability(meant: Proposition) -> dict[Units, Answered]:
@@ -263,12 +266,23 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
     if meant.name not in estimate.quantities:
         reason = f"Not answered: the model has no {meant.name}."
         return _in_both(blanks, lambda blank, _: _with(blank, reason))
-    holds = meant.holds(estimate.quantities[meant.name]).astype(float)
+    found = _share_of_points(estimate, meant)
+    said = f"Given the model and the inputs, {_share_in_words(found)}."
+    answered = _in_both(blanks, lambda blank, _: replace(_with(blank, said), numbers=found))
+    if (
+        meant.name != f"travelling_{proposition.name}"
+        or proposition.name not in estimate.quantities
+    ):
+        return answered
+    return _with_impact_speed(answered, proposition, _share_of_points(estimate, proposition))
+
+
+def _share_of_points(estimate: Estimate, proposition: Proposition) -> Probability:
+    holds = proposition.holds(estimate.quantities[proposition.name]).astype(float)
     value, error = estimate.weighted.mean(holds)
     effective = value * (1 - value) / error**2 if error > 0 else estimate.checks.min_ess_bulk
-    found = bounded(meant, value, error if error > 0 else None, effective, estimate.checks.pareto_k)
-    said = f"Given the model and the inputs, {_share_in_words(found)}."
-    return _in_both(blanks, lambda blank, _: replace(_with(blank, said), numbers=found))
+    known_error = error if error > 0 else None
+    return bounded(proposition, value, known_error, effective, estimate.checks.pareto_k)
 
 
 def _answer(
