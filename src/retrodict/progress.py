@@ -22,7 +22,7 @@ _START = "starting"
 _GRACE = 1.0  # s: a command that is refused sooner prints its reason alone
 _BEAT = 0.25  # s between updates of a display
 _MOST, _LEAST = 4.0, 1.0  # s between two lines: at most, and at least
-_TIMED, _GAINED = 2.0, 0.05  # s, and share of a stage: enough to estimate the time left from
+_TIMED, _GAINED = 2.0, 0.2  # s, and share of a stage, from which the time left is estimated
 _KEPT = 8  # bars of what is finished
 
 
@@ -73,7 +73,7 @@ class Snapshot:
     @property
     def ending(self) -> str:
         """The time left in words; empty where it cannot be estimated."""
-        return "" if self.left is None else f", about {duration(self.left)} left"
+        return "" if self.left is None else f", about {duration(self.left)} left in this stage"
 
 
 class Tracker:
