@@ -65,12 +65,12 @@ def _restyle(styles: Any) -> None:
 
     for name, points, bold in (
         ("Normal", 10, False),
-        ("Title", 18, True),
+        ("Title", 16, True),
         ("Heading 1", 14, True),
         ("Heading 2", 12, True),
         ("Heading 3", 10, True),
         ("Caption", 9, False),
-        ("Intense Quote", 12, False),
+        ("Intense Quote", 11, False),
     ):
         font = styles[name].font
         font.size, font.bold, font.italic = Pt(points), bold, False
