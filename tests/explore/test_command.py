@@ -72,7 +72,7 @@ def test_without_the_extra_one_line_says_how_to_install_it() -> None:
         [sys.executable, "-c", program, BRACH], capture_output=True, text=True, check=False
     )
     assert done.returncode == 1
-    assert "pip install 'retrodict[explore]'" in done.stderr
+    assert "pip install 'nicegui" in done.stderr
     assert len(done.stderr.splitlines()) == 1
 
 

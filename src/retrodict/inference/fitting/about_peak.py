@@ -251,7 +251,7 @@ def _by_deviates(structure: Structure, data: Data, peak: Peak, seed: int) -> Pos
     def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
         programs, n = programs_for(structure), structure.deviates
         transform = plain(np.zeros(n), np.eye(n))
-        found = Posterior(programs, data, transform, np.zeros(2), peak.log_evidence, 0.0)
+        found = Posterior(programs, data, transform, np.zeros(2), peak.log_evidence, 0.0, peak=peak)
         flattening = flattened(found.crashes, peak, seed)
         found = replace(found, transform=transform._replace(flattening=flattening))
         found = replace(found, unresolved=unresolved(found))

@@ -15,6 +15,8 @@ from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.basins import Basins
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.optimise import Potential
+from retrodict.inference.fitting.ridge import Ridge, ridge_of
+from retrodict.inference.fitting.search import Peak
 from retrodict.inference.transforms import rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import TransformParameters, plain
@@ -37,6 +39,7 @@ class Posterior:
         log_evidence: Laplace's approximation at the mode.
         unresolved: how far the rest poses may be out for want of steps, in standard deviations.
         basins: of deviates, the share of the density that is this one's; None for all of it.
+        peak: of deviates, that they are about; None where they are not about one.
     """
 
     programs: Programs
@@ -46,6 +49,7 @@ class Posterior:
     log_evidence: float
     unresolved: float
     basins: Basins | None = None
+    peak: Peak | None = None
 
     @property
     def size(self) -> int:
@@ -150,15 +154,14 @@ class Posterior:
 
     def _at_deviates(self, w: np.ndarray) -> Evaluated[np.ndarray]:
         """`_located` where coordinates are deviates: the transform needs no compiled program."""
-        flattening = self.transform.flattening
-        assert flattening is not None, "parameters of deviates have one"
         u = self.deviates(w)
         log_likelihood, quantities = self.crashes.at(u)
-        volume = float(self.transform.log_volume) + float(flattening.log_volume)
         log_prior = -np.square(u).sum(axis=1) / 2 - u.shape[1] / 2 * np.log(2 * np.pi)
         if self.basins is not None:
             log_likelihood = log_likelihood + self.basins.log_share(u)
-        return Evaluated(log_prior + log_likelihood + volume, quantities, u, np.zeros((len(w), 0)))
+        return Evaluated(
+            log_prior + log_likelihood + self.log_volume, quantities, u, np.zeros((len(w), 0))
+        )
 
     def deviates(self, w: np.ndarray) -> np.ndarray:
         """Deviates at points, where these are coordinates; shape (any, n)."""
@@ -167,11 +170,22 @@ class Posterior:
         v = np.asarray(self.transform.centre) + w @ np.asarray(self.transform.spread).T
         return flattening.deviates(v, np)
 
+    @cached_property
+    def ridge(self) -> Ridge | None:
+        """Of deviates: where the posterior goes on beyond a normal about its peak."""
+        return ridge_of(self.crashes, self.peak) if self.peak else None
+
     def at_deviates(self, u: np.ndarray) -> np.ndarray:
         """Points by their deviates, where these are coordinates; shape (any, n)."""
         assert self.transform.flattening is not None, "parameters of deviates have one"
         off = self.transform.flattening.inverse(u) - np.asarray(self.transform.centre)
         return np.linalg.solve(np.asarray(self.transform.spread), off.T).T
+
+    @property
+    def log_volume(self) -> float:
+        """Log of the volume of deviates by that of these coordinates, the same everywhere."""
+        assert self.transform.flattening is not None, "parameters of deviates have one"
+        return float(self.transform.log_volume) + float(self.transform.flattening.log_volume)
 
     @cached_property
     def crashes(self) -> Crashes:

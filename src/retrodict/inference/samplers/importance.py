@@ -82,7 +82,7 @@ def draw(task: Task) -> Draws:
     rounds = _LATER_ROUNDS if task.slight else _ROUNDS
     first = Proposal.first(posterior.size)
     found = adapted(posterior, first, lambda at: at.draw(_PILOT, rng), rounds)
-    nothing = _Points(found.next, found.evaluations)
+    nothing = _Points(WithRidge(found.next, posterior), found.evaluations)
     return _extended(task, rng, nothing, 1)
 
 
@@ -98,7 +98,7 @@ class _Points:
         quantities: there, each shape (chains, points, ...).
     """
 
-    proposal: Proposal
+    proposal: WithRidge
     evaluations: int
     w: np.ndarray | None = None
     log_weight: np.ndarray | None = None
@@ -136,9 +136,13 @@ def _extended(
     while True:
         if times == _ADAPTED_AGAIN and k > MAX_PARETO_K:  # more points alone would not settle it
             found = adapted(
-                posterior, points.proposal, lambda at: at.draw(_LATER_PILOT, rng), _LATER_ROUNDS
+                posterior,
+                points.proposal.about_mode,
+                lambda at: at.draw(_LATER_PILOT, rng),
+                _LATER_ROUNDS,
             )
-            points = _Points(found.next, points.evaluations + found.evaluations)
+            evaluations = points.evaluations + found.evaluations
+            points = _Points(WithRidge(found.next, posterior), evaluations)
         have = 0 if points.w is None else points.w.shape[1]
         points = points.with_more(posterior, chains, times * task.draws - have, rng)
         w, log_weight = points.w, points.log_weight
@@ -237,9 +241,10 @@ def weighted_points(
         evaluated in all.
     """
     found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.draw(_PILOT, rng))
-    w = found.next.draw(count, rng)
+    proposal = WithRidge(found.next, posterior)
+    w = proposal.draw(count, rng)
     heights, quantities = evaluated(posterior, w)
-    log_weight = heights - found.next.log_density(w)
+    log_weight = heights - proposal.log_density(w)
     return w, log_weight, quantities, found.evaluations + count
 
 
@@ -397,3 +402,33 @@ class Proposal:
         widest = slice(None, None, -1)
         sd, axes = np.sqrt(variances[widest]), axes[:, widest]
         return Proposal(middle, axes, sd, *_LATER, self.worth)
+
+
+@dataclass(frozen=True)
+class WithRidge:
+    """A proposal about the mode; half of the draws come from along the posterior's ridge, if it has one.
+
+    Args:
+        about_mode: the proposal.
+        posterior: whose ridge it is.
+    """
+
+    about_mode: Proposal
+    posterior: Posterior
+
+    def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """So many draws, shape (count, q), in random order."""
+        ridge = self.posterior.ridge
+        if ridge is None:
+            return self.about_mode.draw(count, rng)
+        along = self.posterior.at_deviates(ridge.draw(count // 2, rng))
+        w = np.concatenate([self.about_mode.draw(count - count // 2, rng), along])
+        return w[rng.permutation(count)]
+
+    def log_density(self, w: np.ndarray) -> np.ndarray:
+        """Log density at points, shape (any,)."""
+        ridge, near = self.posterior.ridge, self.about_mode.log_density(w)
+        if ridge is None:
+            return near
+        along = ridge.log_density(self.posterior.deviates(w)) + self.posterior.log_volume
+        return np.logaddexp(near, along) - np.log(2)
