@@ -4,7 +4,7 @@ python3 -m uv run python -m benchmarks.calibration [simulations] [rung or `rolli
 
 A run goes on where the last one stopped: each rung's ranks stand in docs/charts/calibration/. Without
 arguments the page is written from the ranks that are there, and nothing is run. `rolling` is the
-default rung by smc, of crashes whose wheels roll (benchmarks/rolling/design.toml); `slow` is the default
+default rung, of crashes whose wheels roll (benchmarks/rolling/design.toml); `slow` is the default
 rung of two cars that close in slowly (benchmarks/slow.toml); `wall` is a car against a wall, whose
 recorder was read (benchmarks/wall.toml).
 """
@@ -24,7 +24,7 @@ from retrodict.scene import load_scene
 from retrodict.studies.calibration import SLOWLY
 
 METHODS = ["importance", "nuts"]
-BY = {"rolling": ["smc"], "slow": ["importance", "smc"], "wall": ["importance"]}
+BY = {"rolling": ["importance"], "slow": ["importance", "smc"], "wall": ["importance"]}
 MODELS = {"wall": "planar+spin"}  # of a design; the default rung of the others
 HERE = Path(__file__).parent
 DESIGNS = {

@@ -123,7 +123,7 @@ def written(name: str) -> str:
 
 
 @pytest.mark.parametrize(("name", "old", "new", "words"), SLIPS)
-def test_each_slip_is_told(name: str, old: str, new: str, words: str) -> None:
+def test_each_slip_is_named(name: str, old: str, new: str, words: str) -> None:
     text = written(name)
     assert old in text
     assert words not in said(text, name)
@@ -134,19 +134,19 @@ def test_there_are_at_least_as_many_slips_as_users_made() -> None:
     assert len({slip[:3] for slip in SLIPS}) >= 66
 
 
-def test_both_impact_centres_mirrored_are_told() -> None:
+def test_both_impact_centres_mirrored_are_named() -> None:
     text = written("corner").replace('"6 deg"', '"-6 deg"').replace('"75 deg"', '"-75 deg"')
     assert f"the angles of both impact centres {OTHER_SIGN}" in said(text, "corner")
 
 
-def test_exchanged_components_of_delta_v_are_told() -> None:
+def test_exchanged_components_of_delta_v_are_named() -> None:
     text = written("module-components")
     text = text.replace("value = -32.2", "value = 0").replace("value = 11.1", "value = -32.2")
     text = text.replace("value = 0,", "value = 11.1,")
     assert "delta_v_forward and delta_v_left were exchanged" in said(text, "module-components")
 
 
-def test_exchanged_rests_are_told_where_rotations_are_written() -> None:
+def test_exchanged_rests_are_named_where_rotations_are_written() -> None:
     a = '["1.9 m", "0.8 m"], heading = "104 deg", rotation = "104 deg"'
     b = '["7.1 m", "7.1 m"], heading = "93 deg", rotation = "3 deg"'
     text = written("corner").replace(a, "of A").replace(b, a).replace("of A", b)
@@ -223,8 +223,10 @@ def test_slips_of_crashes_at_random_are_named(
     slip: Callable[[Scene], Scene], named: str, share: float
 ) -> None:
     """Of so many: the others fit as well with the slip as without."""
-    told = [any(named in line for line in plausibility_warnings(slip(own))) for own in crashes()]
-    assert np.mean(told) >= share
+    named_in = [
+        any(named in line for line in plausibility_warnings(slip(own))) for own in crashes()
+    ]
+    assert np.mean(named_in) >= share
 
 
 def test_least_squares_with_bounds_are_those_of_scipy() -> None:

@@ -137,20 +137,22 @@ def answers_to(
         title: Callable[[Units], str],
         study: Callable[[], Numbers],
         words: Callable[..., Answered],
-        **details: str,
+        quantity: str | None = None,
+        figure: str | None = None,
     ) -> None:
-        blanks = {units: Answered(kind, title(units), **details) for units in _BOTH}
+        blanks = {
+            units: Answered(kind, title(units), figure=figure, quantity=quantity) for units in _BOTH
+        }
         found.append(_answer(outcome, quantities, blanks, study, words))
 
     for written in questions.comparisons:
         comparison = written.meant(outcome.scene.skidded)
         name = comparison.first.name
         title = f"Likelihood ratio of two propositions about the {describe(name)[0]}"
-        study = partial(likelihood_ratio, outcome, comparison)
         answer(
             "likelihood_ratio",
             _same(title),
-            study,
+            partial(likelihood_ratio, outcome, comparison),
             partial(_likelihood_ratio, comparison),
             quantity=name,
         )
@@ -173,9 +175,14 @@ def answers_to(
     if questions.one_at_a_time:
         for name in [name for name in SPEEDS if name in quantities and not _follows(outcome, name)]:
             title = f"Effect of each measurement on the {describe(name)[0]}"
-            study = partial(one_at_a_time, outcome, name)
-            words = partial(_one_at_a_time, outcome, name)
-            answer("one_at_a_time", _same(title), study, words, figure="tornado", quantity=name)
+            answer(
+                "one_at_a_time",
+                _same(title),
+                partial(one_at_a_time, outcome, name),
+                partial(_one_at_a_time, outcome, name),
+                quantity=name,
+                figure="tornado",
+            )
     if questions.checks:
         title = "Named checks: measured against predicted"
         answer("checks", _same(title), partial(named_checks, outcome, left_out), _checks)

@@ -233,10 +233,12 @@ def _rest_points(scene: Scene, v: str) -> np.ndarray:
     return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
 
 
-def _name(axes: Axes, at: Any, text: str, colour: str = drawing.INK, **look: Any) -> None:
+def _name(axes: Axes, at: np.ndarray, text: str, colour: str = drawing.INK) -> None:
     """Write what a thing is beside it; nothing of it reaches beyond the axes."""
-    look = {"ha": "center", "va": "center", "size": 8, "zorder": 9.2} | look
-    axes.text(*at, text, color=colour, path_effects=_HALO, clip_on=True, **look)
+    axes.text(
+        float(at[0]), float(at[1]), text, color=colour, size=8, ha="center", va="center", zorder=9.2,
+        path_effects=_HALO, clip_on=True,
+    )  # fmt: skip
 
 
 def _surfaces(

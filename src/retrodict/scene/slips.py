@@ -75,12 +75,16 @@ def undone(scene: Scene) -> Iterator[tuple[str, Scene]]:
 def _of_vehicle(scene: Scene, v: str) -> Iterator[tuple[str, Scene]]:
     name, vehicle, approach = v.upper(), scene.vehicles[v], scene.approach[v]
     yield f"the angle of {name}'s impact centre {_SIGN}", with_centres(scene, v)
-    for words, part in (
-        (f"{name}'s impact centre lay at its other end", "impact_angle"),
-        (f"{name}'s heading at impact was 180 deg off", "heading"),
-    ):
-        turned = replace(vehicle, **{part: _turned(getattr(vehicle, part), math.pi)})
-        yield words, _with_vehicles(scene, {v: turned})
+    yield (
+        f"{name}'s impact centre lay at its other end",
+        _with_vehicles(
+            scene, {v: replace(vehicle, impact_angle=_turned(vehicle.impact_angle, math.pi))}
+        ),
+    )
+    yield (
+        f"{name}'s heading at impact was 180 deg off",
+        _with_vehicles(scene, {v: replace(vehicle, heading=_turned(vehicle.heading, math.pi))}),
+    )
     if v in scene.rest:
         for words, rest in _rests(scene.rest[v]):
             yield f"{words.format(name)}", replace(scene, rest=scene.rest | {v: rest})
@@ -99,10 +103,10 @@ def _of_vehicle(scene: Scene, v: str) -> Iterator[tuple[str, Scene]]:
     measured = scene.departure.get(v, {})
     forward, left = measured.get("delta_v_forward"), measured.get("delta_v_left")
     if forward and left:
-        other = measured | {"delta_v_forward": left, "delta_v_left": forward}
+        exchanged = measured | {"delta_v_forward": left, "delta_v_left": forward}
         yield (
             f"{name}'s delta_v_forward and delta_v_left were exchanged",
-            replace(scene, departure=scene.departure | {v: other}),
+            replace(scene, departure=scene.departure | {v: exchanged}),
         )
     for key, item in measured.items():
         if not key.startswith("delta_v_"):
@@ -186,7 +190,7 @@ def _with_vehicles(scene: Scene, vehicles: Mapping[str, Vehicle]) -> Scene:
         if course is not None and course.assumed == "value":
             along = replace(course, value=vehicle.heading.value)
             approach[v] = replace(approach[v], direction=along)
-    return replace(scene, vehicles=scene.vehicles | vehicles, approach=approach)
+    return replace(scene, vehicles={**scene.vehicles, **vehicles}, approach=approach)
 
 
 def _turned(angle: Measured, by: float) -> Measured:
