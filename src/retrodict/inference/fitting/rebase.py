@@ -40,6 +40,7 @@ def rebased(
         posterior,
         data=data,
         log_evidence=-np.inf,
+        peak=None,  # that of the other numbers is elsewhere
         unresolved=posterior.unresolved * float(np.max([1.0, *sharper])),
     )
     transform = posterior.transform
