@@ -355,7 +355,8 @@ def _ranked(
     found = where.found
     programs, data = found[0].posterior.programs, found[0].posterior.data
     every = [_draws(solution, method, seed) for solution in found]
-    weights = [solution.mode.weight for solution in found]
+    weights = np.array([solution.mode.weight for solution in found])
+    weights /= weights.sum()  # of solutions that were left out some had a little
     judged = [own for w, (_, own) in zip(weights, every, strict=True) if w >= SLIGHT]
     if faults := sum(judged, where.faults):
         return replace(row, reason=f"checks failed: {'; '.join(faults)}")
