@@ -163,7 +163,7 @@ def test_a_skew_that_the_mode_does_not_show_is_found(wide: float) -> None:
         first = np.where(w[:, 0] > 0, w[:, 0] / wide, w[:, 0])
         return -(first**2 + (w[:, 1:] ** 2).sum(axis=1)) / 2, {}
 
-    toy = SimpleNamespace(size=25, evaluate=evaluate)
+    toy = SimpleNamespace(size=25, evaluate=evaluate, ridge=None)
     mean, sd = (wide - 1) * np.sqrt(2 / np.pi), np.sqrt((1 - 2 / np.pi) * (wide - 1) ** 2 + wide)
     off = []
     for seed in range(10):
