@@ -14,6 +14,7 @@ from itertools import permutations, product
 
 import numpy as np
 
+from retrodict.scene.discrepancy import freedom
 from retrodict.scene.records import WHEELS, Measured, Rest, Scene, Vehicle
 
 # simulated crashes without a slip and all of `benchmarks/users` have less (tests/scene/test_slips.py)
@@ -150,7 +151,7 @@ def with_centres(scene: Scene, which: str) -> Scene:
         The other scene.
     """
     mirrored = {
-        v: replace(own, impact_angle=replace(own.impact_angle, value=-own.impact_angle.value))
+        v: replace(own, impact_angle=_scaled(own.impact_angle, -1))
         for v, own in scene.vehicles.items()
         if v in which
     }
@@ -210,10 +211,9 @@ def _slide(scene: Scene, v: str) -> tuple[complex, float, float]:
         # wheels that turn about the vertical axis hold less than those that only slide
         speed, unknown = 0.9 * fast, 0.0
     else:
-        front = vehicle.rear_axle.value / (vehicle.front_axle.value + vehicle.rear_axle.value)
-        loads = (front, front, 1 - front, 1 - front)
-        drags = (getattr(vehicle.wheels, wheel).value for wheel in WHEELS)
-        rolled = math.sqrt(sum(load * drag for load, drag in zip(loads, drags, strict=True)) / 2)
+        drags = [getattr(vehicle.wheels, wheel).value for wheel in WHEELS]
+        free = freedom(vehicle.front_axle.value, vehicle.rear_axle.value, drags)
+        rolled = math.sqrt(max(1 - free, 0.0))
         # sideways it slides as if locked, lengthwise it rolls
         speed, unknown = fast * (1 + rolled) / 2, fast * (1 - rolled) / 3
     along = way / abs(way) if way else 1 + 0j

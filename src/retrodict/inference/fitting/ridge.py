@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.special import gammaln, logsumexp
+from scipy.special import gammaln, logsumexp, softmax
 
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.search import Peak
@@ -57,8 +57,7 @@ class Ridge:
 
     @property
     def _shares(self) -> Float[np.ndarray, " steps"]:
-        heights = np.array([step.log_evidence for step in self.steps])
-        shares = np.exp(heights - logsumexp(heights))
+        shares = softmax([step.log_evidence for step in self.steps])
         return (1 - _LEAST) * shares + _LEAST / len(shares)
 
     def draw(self, count: int, rng: np.random.Generator) -> Float[np.ndarray, "count n"]:
