@@ -12,7 +12,7 @@ from retrodict.findings.changes import changed_keys
 from retrodict.findings.rounding import NOTHING, format_value, format_with_sd
 from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import scaled
-from retrodict.scene.quantities import describe
+from retrodict.scene.quantities import SYSTEMS, describe
 from retrodict.studies.comparison import FACTOR, SHARE
 
 if TYPE_CHECKING:
@@ -179,8 +179,7 @@ def differences(one: Findings, other: Findings) -> Differences:
     reliable = one.checks.passed, other.checks.passed
     sought = one.scene.sought
     asked = [name for name in (f"travelling_{sought}", sought) if name in one.quantities][:1]
-    both: tuple[Units, ...] = ("si", "us")
-    verdicts = {units: _verdict(found, scene, run, reliable, asked, units) for units in both}
+    verdicts = {units: _verdict(found, scene, run, reliable, asked, units) for units in SYSTEMS}
     return Differences(found, scene, run, verdicts, reliable)
 
 

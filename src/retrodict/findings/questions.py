@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING, Literal
 
 from retrodict.findings.rounding import NOTHING, format_value, format_with_sd
 from retrodict.inference.digits import decimals_of
-from retrodict.scene.quantities import SPEEDS, Unit, Units, describe, label_and_unit, unit_of
+from retrodict.scene.quantities import (
+    SPEEDS,
+    SYSTEMS,
+    Unit,
+    Units,
+    describe,
+    label_and_unit,
+    unit_of,
+)
 from retrodict.studies.avoidability import (
     Avoidability,
     Share,
@@ -72,7 +80,6 @@ WIDER = (
     "once, which independent errors hardly ever do, and because it uses no priors and no bounds."
 )
 _SURE = f"{100 * CONFIDENCE:.0f} %"
-_BOTH: tuple[Units, ...] = ("si", "us")
 _SECOND = Unit("s", 1.0)
 _DECELERATION: dict[Units, Unit] = {"si": Unit("m/s²", 1.0), "us": Unit("g", 9.80665)}
 _FAR = 2.0  # standard deviations
@@ -141,7 +148,8 @@ def answers_to(
         figure: str | None = None,
     ) -> None:
         blanks = {
-            units: Answered(kind, title(units), figure=figure, quantity=quantity) for units in _BOTH
+            units: Answered(kind, title(units), figure=figure, quantity=quantity)
+            for units in SYSTEMS
         }
         found.append(_answer(outcome, quantities, blanks, study, words))
 
@@ -232,7 +240,7 @@ def _with_impact_speed(asked: Answered, proposition: Proposition, found: Probabi
         f"This is the speed at which {v.upper()} travelled before it skidded, which a speed limit is "
         f"about. Of its impact speed (impact_speed_{v}) {_share_in_words(found)}."
     )
-    return _in_both({u: asked.in_units(u) for u in _BOTH}, lambda own, _: _with(own, beside))
+    return _in_both({u: asked.in_units(u) for u in SYSTEMS}, lambda own, _: _with(own, beside))
 
 
 def _of_probability(meant: Proposition) -> dict[Units, Answered]:
@@ -241,7 +249,7 @@ def _of_probability(meant: Proposition) -> dict[Units, Answered]:
         units: Answered(
             "probability", f"Probability that the {_in_words(meant, units)}", quantity=meant.name
         )
-        for units in _BOTH
+        for units in SYSTEMS
     }
 
 

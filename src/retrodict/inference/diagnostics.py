@@ -13,7 +13,7 @@ from retrodict.inference.outcome import Checks
 from retrodict.inference.prior_check import Reference, refuted
 from retrodict.inference.samplers.psis import effective
 from retrodict.scene.plausibility import plausibility_warnings
-from retrodict.scene.quantities import describe, unit_of
+from retrodict.scene.quantities import SYSTEMS, describe, unit_of
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def judge(
 
 def _nothing_left(name: str, sd: float, error: float) -> bool:
     """Whether the standard deviation is printed as zero, in units of either kind."""
-    for units in ("si", "us"):
+    for units in SYSTEMS:
         worth = unit_of(describe(name)[1], units).worth
         decimals = decimals_of(sd / worth, error=error / worth)
         if decimals is not None and round(sd / worth, decimals) == 0:

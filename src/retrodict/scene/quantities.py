@@ -9,6 +9,7 @@ from retrodict.scene.departure import ITEMS
 from retrodict.scene.energy import ENERGY
 
 Units = Literal["si", "us"]
+SYSTEMS: tuple[Units, ...] = ("si", "us")
 
 
 @dataclass(frozen=True, slots=True)
