@@ -128,7 +128,7 @@ def in_a_folder_of_its_page(
         from retrodict.api import reconstruct
 
         if not asked and scene == rd.load_scene(SCENE):
-            return rd.load(paper_result())
+            return rd.load_result(paper_result())
         return reconstruct(scene, **QUICK | asked)
 
     monkeypatch.setattr(rd, "reconstruct", reconstruct)
