@@ -180,6 +180,7 @@ def test_units_and_model_are_chosen_on_the_page(opened: Opened) -> None:
 def test_a_changed_scene_is_saved_and_the_report_is_written(opened: Opened, folder: Path) -> None:
     page, before = opened.page, (folder / "scene.toml").read_text()
     opened.write("50 ± 1 mph")
+    expect(opened.median).to_contain_text("22.")
     name = page.get_by_label("save as")
     name.fill("scene.toml")
     save = page.get_by_role("button", name="Save the changed scene")
