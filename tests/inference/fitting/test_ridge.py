@@ -9,6 +9,7 @@ from retrodict.models import RUNGS
 
 from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.samplers import Task, smc
 from retrodict.inference.samplers.importance import log_evidence, weighted_points
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.choice import Coordinates
@@ -49,6 +50,15 @@ def test_the_tail_of_e_m_is_the_same_in_coordinates_that_straighten_the_ridge() 
         shares[coordinates] = share, error
     (one, error), (other, another) = shares.values()
     assert abs(one - other) < 4 * np.hypot(error, another)
+
+
+def test_tempering_begins_on_the_ridge() -> None:
+    posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.DEVIATES)
+    _, log_weight, quantities, _ = weighted_points(posterior, POINTS, np.random.default_rng(3))
+    share = float(smoothed(log_weight)[0] @ (quantities["e_m"] > BEYOND))
+    drawn = smc.draw(Task(posterior, 4, 512, 0, 1, lambda *_: None))
+    beyond = posterior.evaluate(drawn.w.reshape(-1, posterior.size))[1]["e_m"] > BEYOND
+    assert share / 3 < beyond.mean() < 3 * share  # without the ridge it was a fifth
 
 
 def test_the_density_of_the_ridge_is_that_of_its_draws() -> None:

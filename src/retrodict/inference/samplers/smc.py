@@ -1,4 +1,4 @@
-"""Sequential Monte Carlo, tempered from a wide normal to the posterior; it gives the evidence too.
+"""Sequential Monte Carlo, tempered from a wide proposal to the posterior; it gives the evidence too.
 
 Particles move by preconditioned Crank-Nicolson steps (Cotter et al. 2013) on random subsets of the
 coordinates, whitened by the particles' own mean and covariance, anew as they move. They need values of
@@ -10,7 +10,7 @@ more to compile for each structure of scene, and would run on one core.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from math import ceil
 
@@ -21,6 +21,7 @@ from scipy.special import logsumexp, softmax
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Progress, Task
+from retrodict.inference.samplers.importance import Proposal, WithRidge
 from retrodict.inference.samplers.psis import effective, resampled
 from retrodict.inference.threads import one_blas_thread
 
@@ -38,8 +39,8 @@ _SETTLING, _LAST = 18, 3
 _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
 _WIDER = 1.15  # than the particles spread: what steps aim at has to have the heavier tails
-_ASTRAY = 3.0  # widths of the start: a posterior farther off is not one that it was spread about
-_FAR = 1.5  # standard deviations of w that particles start from
+_WIDE = 1.25  # than the posterior at its mode: what particles start from
+_ASTRAY = 4.5  # standard deviations at the mode: a posterior farther off is not one that was sought
 _LEAST = 1e-12  # variance
 _NOWHERE = -1e12  # log density where there is none
 
@@ -87,10 +88,10 @@ def _kept(task: Task, populations: _Populations, times: int) -> Draws:
             f"{populations.temperature:.2g} of its density"
         )
     w = populations.draws(min(times, 2) * task.draws)
-    astray = np.max(np.abs(w.mean(axis=(0, 1))) / _FAR)
+    astray = np.max(np.abs(w.mean(axis=(0, 1))))
     if astray > _ASTRAY:
         faults.append(
-            f"the posterior lies {astray:.1f} widths from the middle of where it was sought, more than "
+            f"the posterior lies {astray:.1f} standard deviations from where it was sought, more than "
             f"{_ASTRAY:g}: parts of it may be missing"
         )
     nearly = complete and times < _MOST and _apart(populations.w) < _ASUNDER
@@ -130,7 +131,8 @@ class _Populations:
     their steps are made by: more particles determine a covariance better.
 
     Args:
-        posterior: in coordinates that start about zero, as wide as `_FAR` says.
+        posterior: in coordinates about its mode.
+        start: that particles come from.
         rng: of all that is random.
         progress: called as the work goes on.
         w: where they are.
@@ -143,6 +145,7 @@ class _Populations:
     """
 
     posterior: Posterior
+    start: WithRidge
     rng: np.random.Generator
     progress: Progress
     w: Points
@@ -158,9 +161,13 @@ class _Populations:
         """Populations of so many particles, as they start."""
         rng = np.random.default_rng([task.seed, task.chains, count])
         n = task.posterior.size
-        w = _FAR * rng.standard_normal((task.chains, count, n))
-        transform, none = _Whitened(np.zeros(n), _FAR * np.eye(n)), np.zeros(task.chains)
-        self = cls(task.posterior, rng, task.progress, w, np.zeros(w.shape[:2]), none, transform)
+        wide = replace(Proposal.first(n), sd=np.full(n, _WIDE))
+        start = WithRidge(wide, task.posterior)
+        w = start.draw(task.chains * count, rng).reshape(task.chains, count, n)
+        transform, none = _Whitened(np.zeros(n), np.eye(n)), np.zeros(task.chains)
+        self = cls(
+            task.posterior, start, rng, task.progress, w, np.zeros(w.shape[:2]), none, transform
+        )
         self.height = self._density(w)
         return self
 
@@ -195,7 +202,7 @@ class _Populations:
 
     def _start(self, w: Points) -> Values:
         """Log density of what particles start from; of no account at the posterior."""
-        return -np.sum((w / _FAR) ** 2 / 2 + np.log(_FAR) + np.log(2 * np.pi) / 2, axis=2)
+        return self.start.log_density(w.reshape(-1, w.shape[2])).reshape(w.shape[:2])
 
     def _step(self) -> None:
         """Raise the temperature as far as each population stays effective, and resample them."""
