@@ -39,9 +39,10 @@ def _staged(found: dict) -> list[str]:
     passed = [score for score in scores if score["passed"]]
     errors = [score["error"] / score["truth"] for score in passed]
     widest = max(map(abs, errors))
+    withheld = "; the others were withheld" if len(passed) < len(scores) else ""
     root_mean_square = (sum(e * e for e in errors) / len(errors)) ** 0.5
     return [
-        f"- Speeds answered: {len(passed)} of {len(scores)}; the others were withheld.",
+        f"- Speeds answered: {len(passed)} of {len(scores)}{withheld}.",
         *(
             f"- True speed inside the {x} % interval: {share(inside['inside'], inside['of'])}."
             for x, inside in found["coverage"].items()
