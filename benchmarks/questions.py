@@ -13,7 +13,7 @@ from pathlib import Path
 
 from benchmarks import page
 from retrodict import load_scene, reconstruct
-from retrodict.findings.questions import Answered
+from retrodict.findings.answers import Answered
 from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.questions import questions_from
 

@@ -53,7 +53,7 @@ def impacts(number: int) -> Iterator[Remark]:
 
 def run_outs(locked: int, rolling: int, compared: int) -> Iterator[Remark]:
     """Run-outs at random."""
-    from retrodict.mechanics.runout import MOST_STEPS
+    from retrodict.mechanics.integration import MOST_STEPS
     from tests.shared import random_run_outs as drawn
 
     for name, number in (("locked", locked), ("rolling", rolling)):

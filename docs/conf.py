@@ -42,6 +42,7 @@ OUTSIDE = {
     "README.md": "index",
     "CONTRIBUTING.md": "contributing",
     "CHANGELOG.md": "changes",
+    "benchmarks/README.md": "benchmarks",
     "examples/README.md": "examples/index",
     "examples/brach-1977/README.md": "examples/brach-1977",
     "examples/brach-1977-berm/README.md": "examples/brach-1977-berm",

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 import retrodict._precision  # noqa: F401
 from retrodict.mechanics import Zone
-from retrodict.mechanics.runout import Steps, fixed_steps
+from retrodict.mechanics.integration import Steps, fixed_steps
 from retrodict.mechanics.surface import Polygon
 from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES
@@ -20,8 +20,8 @@ OF_B = ("direction_b", "omega_b", "speed_b")
 
 TransformName = Literal["rest-pose", "standard"]
 
-STEPS = 48  # of a run-out; `inference` takes as many as the scene needs
-ROLLING_STEPS = 192  # of a rolling vehicle's, differentiated in reverse mode: its time is stiff
+STEPS = 48  # steps of a run-out; `inference` takes as many as the scene needs
+ROLLING_STEPS = 192  # steps of a rolling vehicle's run-out in reverse mode: it is stiff
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +31,9 @@ class Structure:
     Args:
         rung: a name in `retrodict.models.RUNGS`.
         uncertain: measured inputs that carry an uncertainty, with their error laws.
-        surfaces: names: the one that lies everywhere, those with edges, those with outlines.
-        known_of_b: which of `OF_B` was measured.
+        surfaces: names of the surfaces: the one that lies everywhere, those with edges, those with
+            outlines.
+        known_of_b: measured velocities of B before the impact, a subset of `OF_B`.
         constant_friction: whether no surface's friction depends on speed.
         rolling: vehicles of which some wheel is not locked.
         integrated: vehicles whose motion the rung integrates.
@@ -42,13 +43,13 @@ class Structure:
         robust: whether errors of the evidence have heavy tails.
         interlocked: whether parts of the vehicles may interlock, so that sliding may be reversed.
         transform: name of the transform that the program is compiled with.
-        ways: vehicles that follow their measured way, and its number of points.
-        recorded: vehicles of which a recorder kept the speed up to the impact, and its number of points.
-        steps: number of integration steps of each run-out; None where it is an argument, for run-outs
-            that are not differentiated in reverse mode.
+        ways: vehicles that follow their measured path, and the number of points of each path.
+        recorded: vehicles with recorded speeds up to the impact, and the number of points of each.
+        steps: number of integration steps of each run-out; None where the number is an argument, for
+            run-outs that are not differentiated in reverse mode.
         vehicles: A and B; A alone where it struck a barrier.
-        outlines: number of corners of each surface that has some, in the order of `surfaces`.
-        deviates: number of standard normal deviates that all unknowns have.
+        outlines: number of corners of each surface with an outline, in the order of `surfaces`.
+        deviates: number of standard normal deviates of all unknowns together.
     """
 
     rung: str
@@ -88,7 +89,7 @@ class Structure:
 
     @property
     def unmeasured(self) -> tuple[str, ...]:
-        """Those of `rest_components` that were not measured."""
+        """Components of the rest poses that were not measured, named as in `rest_components`."""
         return tuple(name for name in self.rest_components if name not in self.evidence)
 
     @property
@@ -109,12 +110,12 @@ class Structure:
 
     @property
     def without_transform(self) -> Structure:
-        """The structure by which programs that need no transform are compiled, whatever its own."""
+        """The structure by which programs that need no transform are compiled."""
         return replace(self, transform="rest-pose")
 
     @property
     def differentiable(self) -> Structure:
-        """The structure with a fixed number of steps, which have derivatives in reverse mode."""
+        """The structure with a fixed number of steps: its run-outs have derivatives in reverse mode."""
         return replace(self, steps=self.steps or (ROLLING_STEPS if self.paced else STEPS))
 
     def on_way_of(self, vehicle: str) -> tuple[str, ...]:
@@ -139,15 +140,15 @@ class Data(NamedTuple):
     NumPy arrays, because JAX would compile a small program for each operation that makes them.
 
     Args:
-        inputs: (location, scale) of every measured input: of the quantity itself, or of its
-            logarithm where the law is lognormal and the input uncertain.
+        inputs: (location, scale) of every measured input: of the quantity itself, or of its logarithm
+            or logit where an uncertain input has a lognormal or logitnormal law.
         evidence: (value, sd) of every item of evidence.
-        marks: x and y of the mark of every item there, m.
+        marks: x and y of the mark that each item at a mark belongs to, m.
         priors: numbers of each prior, as `Scene.priors` has them.
-        edges: of the surfaces: a point (m) and the unit normal into the zone.
-        outlines: of the surfaces that have some: their corners, m.
-        steps: of each run-out's integration, where the structure does not say.
-        ways: x, y (m) and heading (rad) of each point of a measured way, by vehicle.
+        edges: half-plane of each surface with an edge: a point of the edge (m) and the inward normal.
+        outlines: corners of each surface with an outline, m.
+        steps: integration steps of each run-out, where the structure does not set their number.
+        ways: x, y (m) and heading (rad, NaN where unknown) of each point of a measured path, by vehicle.
         records: time (s) and speed (m/s) of each point of a recorder's record, by vehicle.
     """
 
@@ -168,7 +169,7 @@ def steps_of(structure: Structure, data: Data) -> int:
 
 
 def in_steps(structure: Structure, data: Data, count: int) -> tuple[Structure, Data]:
-    """The same with `count` integration steps of each run-out."""
+    """The structure and data with `count` integration steps of each run-out."""
     if structure.steps:
         return replace(structure, steps=count), data
     return structure, data._replace(steps=fixed_steps(count))

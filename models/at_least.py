@@ -23,14 +23,14 @@ class AtLeast(dist.Distribution):
     before; integrated over u, the normal density of b becomes Φ. A negative bound is one on −q.
 
     `mean` is what the record is expected to show given q and b, q less the mean of u: b less
-    sd φ/Φ. It is b where q is far beyond, and q where b is: its distance from b is the residual by
-    which the item is judged, and (mean − b) / sd² is the slope of the log likelihood by b, as of a
-    normal item, of which studies of sensitivity make use.
+    sd φ/Φ. The mean is b where q lies far beyond b, and q where b lies far beyond q. Its distance from
+    b is the residual by which the item is judged, and (mean − b) / sd² is the slope of the log
+    likelihood by b, as for a normal item; sensitivity studies use this slope.
 
     Args:
-        quantity: q.
-        sd: of the error of the bound.
-        bound: b.
+        quantity: predicted quantity q.
+        sd: standard deviation of the error of the bound, in the unit of the bound.
+        bound: measured bound b.
         robust: whether the error has heavy tails (Student-t).
     """
 
@@ -62,7 +62,7 @@ class AtLeast(dist.Distribution):
 class AtMost(AtLeast):
     """The mirror of `AtLeast`, of a bound that the quantity stays below: Φ((b − q) / sd).
 
-    What was measured is q and a part u ≥ 0 more.
+    What was measured is q plus a part u ≥ 0.
     """
 
     outwards: ClassVar[float] = -1.0

@@ -10,13 +10,13 @@ class Description:
     """A model in words.
 
     Args:
-        name: identifier.
-        title: one line.
-        equations: one line each, with the source.
-        assumptions: one line each.
+        name: identifier of the model.
+        title: the model's title, one line.
+        equations: equations of the model, one line each, with the source.
+        assumptions: assumptions of the model, one line each.
         left_out: effects that the model neglects, one line each.
         priors: (quantity, prior, reason) for each unknown that the scene does not measure.
-        ignores: what of the scene the model does not use, one sentence each.
+        ignores: features of the scene that the model does not use, one sentence each.
     """
 
     name: str

@@ -27,11 +27,11 @@ class Motion(NamedTuple):
 
     Args:
         after: velocity: x and y, m/s, and the yaw rate, rad/s, where the model has one.
-        delta_v: change of velocity in the impact, m/s.
-        heading: at impact, rad.
-        rest: x, y, m, and heading, rad, where the model has one.
-        path: from impact to rest; None where no evidence needs it.
-        car: its axles and track.
+        delta_v: change of velocity in the impact, road frame, m/s.
+        heading: heading at the impact, rad.
+        rest: rest pose: x, y, m, and heading, rad, where the model has one.
+        path: path from impact to rest; None where no evidence needs it.
+        car: properties of the vehicle, of which the axles and the track are used.
     """
 
     after: Float[Array, " velocity"]
@@ -46,10 +46,11 @@ class Prediction(NamedTuple):
     """How an item of evidence follows from the motion.
 
     Args:
-        of: the motion -> what would be measured.
-        yaws: whether only models whose vehicles yaw predict it.
-        circular: whether it is an angle that is compared modulo one turn.
-        at_least: whether what was measured is a bound that it reaches or exceeds, away from zero.
+        of: function of the motion that gives the measured quantity.
+        yaws: whether only models whose vehicles yaw predict the item.
+        circular: whether the quantity is an angle that is compared modulo one turn.
+        at_least: whether the measured value is a bound that the quantity reaches or exceeds, away
+            from zero.
     """
 
     of: Callable[[Motion], Array]
@@ -85,7 +86,7 @@ PREDICTIONS |= {
 }
 
 
-# what is stated of the energy lost in the impact, and which bound it is, if any
+# statements on the energy lost in the impact, and the kind of bound of each, if any
 OF_ENERGY: dict[str, type[AtLeast] | None] = {
     "impact_energy_lost": None,
     "impact_energy_lost_at_least": AtLeast,
@@ -97,7 +98,7 @@ def explained(name: str, turns: bool) -> bool:
     """Whether a model predicts an item of evidence.
 
     Args:
-        name: of the item, as in `Scene.evidence`.
+        name: name of the item, as in `Scene.evidence`.
         turns: whether the model's vehicles yaw.
     """
     kind, _, mark = parsed(name)
@@ -116,13 +117,14 @@ def observe(
     """The likelihood: one `sample` with `obs=` for each item of evidence.
 
     Args:
-        structure: names of the items.
-        data: what was measured.
-        x: measured inputs.
+        structure: static structure of the scene, with the names of the items.
+        data: numbers of the scene, with the measured value and sd of each item.
+        x: measured inputs by name.
         after: velocities after the impact, A's first.
-        rests: of the vehicles.
-        paths: of the vehicles, stacked; None where nothing was measured on the way to rest.
-        surrogate: of the run-out predictions; gives back what it has no surrogate for.
+        rests: rest poses of the vehicles, one row each.
+        paths: paths of the vehicles to rest, stacked; None where nothing was measured on them.
+        surrogate: surrogate of the run-out predictions, which returns the exact value of an item that
+            it does not cover; None to use the exact values.
     """
     cars, changes, velocities = (
         parts.cars(structure, x),
@@ -161,9 +163,9 @@ def observe_energy(structure: Structure, data: Data, lost: Float[Array, ""]) -> 
     """The likelihood of what is stated of the energy lost in the impact.
 
     Args:
-        structure: names of the items.
-        data: what was stated.
-        lost: kinetic energy before less that after the impact, J.
+        structure: static structure of the scene, with the names of the items.
+        data: numbers of the scene, with the stated value and sd of each item.
+        lost: kinetic energy lost in the impact (before less after), J.
     """
     for name, bound in OF_ENERGY.items():
         if name in structure.evidence:

@@ -22,15 +22,15 @@ _FARTHEST = 2e3  # medians: where the log-logistic leaves a probability of 3e-17
 
 
 class Friction(dist.Distribution):
-    """mu below the mu_c that ends the sliding, in either of two ways that contacts have.
+    """Distribution of mu below the mu_c that ends the sliding: a mixture of two kinds of contact.
 
-    Sliding ends within the contact, but for what 1 - mu / mu_c, half-normal, is off; or it goes on,
-    under a friction between vehicles that is log-logistic and cut at mu_c, at odds of (mu_c / 2)^4.
+    Either sliding nearly ends within the contact, and 1 - mu / mu_c is half-normal; or it goes on, and
+    mu is log-logistic, cut at mu_c. The odds of the second kind are (mu_c / 2)^4.
 
     Args:
-        critical: mu_c, of either sign, and huge in grazing contacts; any shape.
-        scale: of 1 - mu / mu_c where sliding ends.
-        median: of friction where it goes on.
+        critical: critical friction mu_c, of either sign, and huge in grazing contacts; any shape.
+        scale: scale of the half-normal 1 - mu / mu_c where sliding ends.
+        median: median of the log-logistic friction where sliding goes on, before the cut at mu_c.
         interlocked: whether parts may interlock and reverse the sliding: then 1 - mu / mu_c is normal
             about zero, and nothing is cut.
     """
@@ -67,11 +67,11 @@ class Friction(dist.Distribution):
         return jnp.where(inside, both, -jnp.inf)
 
     def cdf(self, value: Float[Array, "*any"]) -> Float[Array, "*any"]:
-        """Probability of less friction; of less in size where mu_c is negative."""
+        """Probability of less friction than `value`, by size where mu_c is negative."""
         return self._below(jnp.where(self.critical < 0, -value, value))
 
     def icdf(self, q: Float[Array, "*any"]) -> Float[Array, "*any"]:
-        """Friction by the probability of `cdf`, by bisection; a Newton step gives its derivatives."""
+        """Inverse of `cdf`: friction by its probability, by bisection; a Newton step for derivatives."""
         critical, scale, median, wanted = jax.lax.stop_gradient(
             (self.critical, self.scale, self.median, q)
         )

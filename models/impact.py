@@ -22,10 +22,10 @@ class Level(NamedTuple):
     """A quotient of functions of the motion that an impact model bounds or fixes.
 
     Args:
-        name: of the quantity; a sample site where it is bounded.
+        name: name of the quantity, and of its sample site where the level is not `held`.
         near: the bound that most crashes are closer to.
         far: the other bound; equal to `near` where the quantity is fixed.
-        sampled: whether it is itself a coordinate, which constrains the motion to its value.
+        sampled: whether the quantity is itself a coordinate, which constrains the motion to its value.
     """
 
     name: str
@@ -35,12 +35,12 @@ class Level(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether the coordinates constrain the motion to its value."""
+        """Whether the coordinates constrain the motion to the value of the quantity."""
         return self.fixed or self.sampled
 
     @property
     def fixed(self) -> bool:
-        """Whether the model fixes it."""
+        """Whether the model fixes the quantity."""
         return self.near == self.far
 
     @property
@@ -60,15 +60,17 @@ class Impact:
 
     Args:
         description: the model in words.
-        forward_model: samples the unknowns and gives the velocities after the impact; arguments are
-            structure, data and the measured inputs.
-        answers: names of the reported quantities that it infers.
-        levels: quotients that it bounds or fixes.
-        unknowns: velocities after the impact and inputs -> a value for each sample site but the
-            direction of B, which stands as "velocity_b", and log |d sites / d velocities|.
-        priors: names of the priors it uses, in `Scene.priors`.
-        nesting: what it models beyond momentum; a model with more of these contains one with fewer.
-        against_barrier: the model in words where A strikes a barrier; None where it is no model of that.
+        forward_model: function of structure, data and the measured inputs that samples the unknowns
+            and returns the velocities after the impact.
+        answers: names of the reported quantities that the model infers.
+        levels: quotients that the model bounds or fixes.
+        unknowns: function of the velocities after the impact and the inputs that returns a value for
+            each sample site, with B's speed and direction as the vector "velocity_b" (m/s), and
+            log |d sites / d velocities|.
+        priors: names of the priors that the model uses, as in `Scene.priors`.
+        nesting: effects that the model adds to momentum; a model contains those with a subset of its
+            effects.
+        against_barrier: the model in words where A strikes a barrier; None where it does not apply.
         evidence: names of the items of evidence that its forward model observes.
     """
 
@@ -87,7 +89,7 @@ SHORT = "the impact is short: vehicles do not move and tyres do nothing while it
 MOMENTUM = ("momentum along x and y: SAE 770014 eqs 19, 20",)
 
 E, E_M = Level("e", 0.0, 1.0), Level("e_m", 1.0, -1.0)
-NO_MOMENT = Level("moment", 0.0, 0.0)  # and so e_m = 1, whatever the spin by the force alone
+NO_MOMENT = Level("moment", 0.0, 0.0)  # so that e_m = 1, whatever the spin by the force alone
 NO_SLIP = Level("slip", 0.0, 0.0)
 # share of the sliding that remains after friction. It is a coordinate because crashes lie near its
 # bound, and near zero sliding, where all shares coincide
@@ -100,14 +102,14 @@ def quotients(
     """Numerator and denominator of each level; both are linear in the velocities after the impact.
 
     Args:
-        levels: which.
-        after: velocities after the impact.
-        x: measured inputs.
+        levels: levels to compute.
+        after: velocities after the impact, A's first, m/s and rad/s.
+        x: measured inputs by name.
 
     Returns:
         Numerators and denominators: for e (-opening, closing velocity), for e_m (spin kept, spin by
-        the force alone), for moment (what of spin the force alone does not explain, 1), for slip (the
-        sliding left, 1), for sliding (that left, that without friction); m/s and rad/s.
+        the force alone), for moment (spin kept less spin by the force alone, 1), for slip (sliding
+        left, 1), for sliding (sliding left, sliding without friction); m/s and rad/s.
     """
     to = parts.bodies(x)
     found = undo(after, parts.approach_of_a(x), to)

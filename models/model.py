@@ -34,22 +34,22 @@ class Rung:
 
     @property
     def name(self) -> str:
-        """Its key in `RUNGS`."""
+        """Key of the rung in `RUNGS`."""
         return f"{self.impact.description.name}+{self.run_out.description.name}"
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """Names of the reported quantities that it infers."""
+        """Names of the reported quantities that the rung infers."""
         return self.impact.answers
 
     def nests(self, other: Rung) -> bool:
-        """Whether another model is nested in it: it models all that the other does, and more."""
+        """Whether another model is nested in this one, which models all that the other does and more."""
         mine = (self.impact.nesting, self.run_out.nesting)
         theirs = (other.impact.nesting, other.run_out.nesting)
         return mine != theirs and all(a >= b for a, b in zip(mine, theirs, strict=True))
 
     def refusal(self, scene: Scene) -> str:
-        """Why it does not apply to a scene; empty where it does."""
+        """Reason why the rung does not apply to a scene; empty where it does."""
         if scene.barrier and self.impact.against_barrier is None:
             return _NO_MOMENTUM
         return self.run_out.refusal(scene)
@@ -115,10 +115,10 @@ class Rung:
         """The forward model: measured inputs, impact, run-outs, evidence.
 
         Args:
-            structure: which inputs are uncertain and which surfaces there are.
+            structure: static structure of the scene: uncertain inputs, surfaces, items of evidence.
             data: measured values and priors.
-            surrogate: of the run-out predictions, with derivatives, which gives back what it has none
-                for; None to differentiate the run-outs.
+            surrogate: surrogate of the run-out predictions and their derivatives, which returns the
+                exact value of an item that it does not cover; None to differentiate the run-outs.
         """
         x = parts.measured(structure, data)
         data = parts.as_recorded(structure, data, x)
@@ -138,7 +138,7 @@ class Rung:
 
 
 def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
-    """What a run-out does not see of a scene, in sentences."""
+    """Sentences on what a run-out leaves out of a scene."""
     kept = {surface.name for surface in seen.surfaces}
     if ignored := [surface.name for surface in scene.surfaces if surface.name not in kept]:
         yield (

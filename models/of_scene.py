@@ -11,8 +11,8 @@ from retrodict.models.arrays import OF_B, STEPS, Data, Structure
 from retrodict.models.run_out import RunOut
 
 from retrodict.mechanics import Zone
-from retrodict.mechanics.runout import fixed_steps
-from retrodict.scene.records import Scene
+from retrodict.mechanics.integration import fixed_steps
+from retrodict.scene.records import Mark, Measured, Scene
 
 
 def of_scene(
@@ -21,50 +21,17 @@ def of_scene(
     """A scene as a program's structure and its arguments.
 
     Args:
-        scene: as the rung's run-out sees it.
-        rung: its name.
-        run_out: of it.
-        explained: whether it predicts an item of evidence.
+        scene: scene with only the effects that the rung's run-out models.
+        rung: name of the rung.
+        run_out: run-out model of the rung.
+        explained: function that says of the name of an item of evidence whether the rung predicts it.
         loose: whether rest poses are too uncertain to be coordinates.
     """
     inputs, ways = scene.inputs(), run_out.ways(scene)
-    uncertain: list[tuple[str, str]] = [
-        (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
-    ]
-    numbers: dict[str, Array | np.ndarray] = {
-        k: np.array(m.location_and_scale) for k, m in inputs.items()
-    }
-    if "speed_a" not in inputs:  # unknown: its prior stands in, as of an input
-        uncertain.append(("speed_a", "halfnormal"))
-        numbers["speed_a"] = np.array([0.0, *scene.priors["speed_a"].numbers])
-    if "direction_a" not in inputs:  # so too where A slid
-        uncertain.append(("direction_a", "uniform"))
-        numbers["direction_a"] = np.array([scene.vehicles["a"].heading.value, np.pi])
-    if "omega_a" not in inputs:
-        uncertain.append(("omega_a", "normal"))
-        numbers["omega_a"] = np.array([0.0, *scene.priors["omega_a"].numbers])
     records = {v: own.record for v, own in scene.approach.items() if own.record is not None}
-    for v, record in records.items():
-        uncertain.append((f"time_zero_{v}", "uniform"))
-        half = (record.high - record.low) / 2
-        numbers[f"time_zero_{v}"] = np.array([record.low + half, half])
-        # the error of a recorded speed: what the moment adds comes with that
-        numbers[f"speed_{v}"] = np.array([numbers[f"speed_{v}"][0], record.sd])
+    uncertain, numbers = _uncertain(scene, inputs)
     evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
-    marks = {
-        f"mark_{i}{item}_{v}": mark
-        for v in scene.marks
-        for i, mark in enumerate(scene.marks[v], 1)
-        for item in ("", "_speed", "_course")
-    }
-    edges = [s.edge for s in scene.surfaces if s.edge is not None]
-    sign = {"left": 1.0, "right": -1.0}
-    angles = np.array([e.direction for e in edges])
-    turn = np.array([sign[e.side] for e in edges])
-    zones = Zone(
-        point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
-        inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
-    )
+    marks = _marks(scene)
     outlines = tuple(np.array(s.outline.corners) for s in scene.surfaces if s.outline is not None)
     structure = Structure(
         rung=rung,
@@ -91,22 +58,79 @@ def of_scene(
         evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
         marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
         priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
-        edges=zones,
+        edges=_zones(scene),
         outlines=outlines,
         steps=fixed_steps(STEPS),
         ways=ways,
         records={v: np.array(record.within) for v, record in records.items()},
     )
-    # one vehicle's rest pose determines fewer velocities than an impact has unknowns; regressions over
-    # inputs do not reach around a circle
-    if (
-        "direction_a" not in inputs
-        or loose
-        or structure.barrier
-        or structure.unmeasured == structure.rest_components
-    ):
+    # regressions over inputs do not reach around a circle
+    if loose or "direction_a" not in inputs or not _determines_the_motion(structure):
         structure = replace(structure, transform="standard")
-    # a path by steps that are an argument has as many rows, whatever their number
+    # where the number of steps is an argument, a path has the same number of rows whatever it is
     if structure.followed and not structure.paced:
         structure = replace(structure, steps=STEPS)
     return structure, data
+
+
+def _uncertain(
+    scene: Scene, inputs: dict[str, Measured]
+) -> tuple[list[tuple[str, str]], dict[str, Array | np.ndarray]]:
+    """Name and law of each uncertain input, and location and scale of every input by name."""
+    uncertain: list[tuple[str, str]] = [
+        (k, m.law) for k, m in inputs.items() if m.sd > 0 and k not in OF_B
+    ]
+    numbers: dict[str, Array | np.ndarray] = {
+        k: np.array(m.location_and_scale) for k, m in inputs.items()
+    }
+    # what is unknown of A's approach (its direction, if it slid): its prior stands in for an input
+    for name, law, prior in _priors_of_a(scene):
+        if name not in inputs:
+            uncertain.append((name, law))
+            numbers[name] = prior
+    for v, own in scene.approach.items():
+        if own.record is None:
+            continue
+        uncertain.append((f"time_zero_{v}", "uniform"))
+        half = (own.record.high - own.record.low) / 2
+        numbers[f"time_zero_{v}"] = np.array([own.record.low + half, half])
+        # the recorder's error alone: `time_zero` adds that of the moment of the impact
+        numbers[f"speed_{v}"] = np.array([numbers[f"speed_{v}"][0], own.record.sd])
+    return uncertain, numbers
+
+
+def _priors_of_a(scene: Scene) -> tuple[tuple[str, str, np.ndarray], ...]:
+    """Name, law, and location and scale of the prior of each part of A's approach."""
+    speed, yaw = (scene.priors[name].numbers for name in ("speed_a", "omega_a"))
+    return (
+        ("speed_a", "halfnormal", np.array([0.0, *speed])),
+        ("direction_a", "uniform", np.array([scene.vehicles["a"].heading.value, np.pi])),
+        ("omega_a", "normal", np.array([0.0, *yaw])),
+    )
+
+
+def _marks(scene: Scene) -> dict[str, Mark]:
+    """The mark of each item of evidence there may be at one, by name of the item."""
+    return {
+        f"mark_{i}{item}_{v}": mark
+        for v in scene.marks
+        for i, mark in enumerate(scene.marks[v], 1)
+        for item in ("", "_speed", "_course")
+    }
+
+
+def _determines_the_motion(structure: Structure) -> bool:
+    """Whether rest poses may be coordinates: one vehicle's determines too few velocities."""
+    return not structure.barrier and structure.unmeasured != structure.rest_components
+
+
+def _zones(scene: Scene) -> Zone:
+    """The half-planes beyond the edges of the surfaces."""
+    edges = [s.edge for s in scene.surfaces if s.edge is not None]
+    sign = {"left": 1.0, "right": -1.0}
+    angles = np.array([e.direction for e in edges])
+    turn = np.array([sign[e.side] for e in edges])
+    return Zone(
+        point=np.array([[e.x, e.y] for e in edges]).reshape(-1, 2),
+        inward=(turn * np.stack([-np.sin(angles), np.cos(angles)])).T.reshape(-1, 2),
+    )

@@ -13,6 +13,7 @@ from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from retrodict.models.arrays import Data, Structure
 
+from retrodict.constants import GRAVITY
 from retrodict.mechanics import (
     Bodies,
     Car,
@@ -24,7 +25,6 @@ from retrodict.mechanics import (
     against_barrier,
     lever_arms,
 )
-from retrodict.mechanics.runout import GRAVITY
 from retrodict.scene.records import VEHICLES, WHEELS
 
 Values = dict[str, Float[Array, ""]]
@@ -51,9 +51,9 @@ def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"])
     """Measured inputs from standard normal deviates.
 
     Args:
-        structure: which inputs are uncertain.
-        data: their locations and scales.
-        xi: one deviate for each uncertain input, in order.
+        structure: static structure of the scene, with the uncertain inputs and their laws.
+        data: numbers of the scene, with the locations and scales of the inputs.
+        xi: standard normal deviates, one for each uncertain input, in the order of the structure.
 
     Returns:
         Every measured input by name.
@@ -83,12 +83,12 @@ def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"])
 def as_recorded(structure: Structure, data: Data, x: Values) -> Data:
     """The numbers of a scene with B's measured speed at the moment of the impact in its record.
 
-    B's speed is no input: its law is part of the impact.
+    B's speed is not an input, because its law is part of the impact model.
 
     Args:
-        structure: which vehicles' speeds were recorded.
-        data: the numbers.
-        x: measured inputs.
+        structure: static structure of the scene, with the vehicles whose speeds were recorded.
+        data: numbers of the scene.
+        x: measured inputs by name.
     """
     if "b" not in dict(structure.recorded):
         return data
@@ -201,13 +201,13 @@ def ground(structure: Structure, data: Data, x: Values) -> Ground:
 
 
 def each_vehicle[T](function: Callable[..., T], *arguments: Array, car: Car, on: Ground) -> T:
-    """function(*arguments, car, ground) of each vehicle.
+    """Results of function(*arguments, car, ground) for each vehicle, stacked.
 
     Args:
-        function: of one vehicle.
-        arguments: with a row for each.
-        car: all, stacked.
-        on: as `ground` gives it.
+        function: function of one vehicle: its row of each argument, its car and its ground.
+        arguments: arrays with a row for each vehicle.
+        car: properties of all vehicles, stacked.
+        on: ground with the friction of each vehicle, as `ground` gives it.
     """
     friction = jnp.asarray(on.coefficients)
 
@@ -237,7 +237,7 @@ def close_in(closing: Float[Array, ""]) -> None:
     """Rule out vehicles that part before the impact.
 
     Args:
-        closing: of the sign of the closing speed.
+        closing: number with the sign of the closing speed, positive where the vehicles close in.
     """
     numpyro.factor(CLOSE_IN, jnp.where(closing > 0, 0.0, -jnp.inf))
 
@@ -251,10 +251,10 @@ def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "vehi
 
 
 def record_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> None:
-    """Record each vehicle's speed before its skid to the impact with all wheels locked.
+    """Record each vehicle's speed before its skid to the impact.
 
-    v0² = v² + 2 g (f exp(−c v̄) cos θ + sin θ cos φ) s, v̄ the mean of v0 and v; θ is the angle of the
-    slope and φ that between the direction of travel and uphill.
+    v0² = v² + 2 g (n f exp(−c v̄) cos θ + sin θ cos φ) s, v̄ the mean of v0 and v; n is the share of the
+    friction that braked, θ the angle of the slope and φ that between the direction of travel and uphill.
     """
     road = structure.surfaces[0]
     before = after.reshape(len(structure.vehicles), -1)[:, :2] - delta_v(x, after)
@@ -264,6 +264,7 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
         square = jnp.sum(before[i] ** 2)
         speed = initial = jnp.sqrt(square)
         normal, upward = jnp.ones(()), jnp.zeros(())
+        braking = x.get(f"skid_braking_{v}", 1.0)
         if "grade" in x:
             normal = 1 / jnp.sqrt(1 + x["grade"] ** 2)
             course = jnp.arctan2(before[i][1], before[i][0])
@@ -271,7 +272,7 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
         for _ in range(1 if structure.constant_friction else 8):
             slowing = jnp.exp(-x[f"speed_dependence_{road}"] * (initial + speed) / 2)
             friction = x[f"friction_{road}"] * x[f"grip_{v}"] * slowing
-            held = friction * normal + upward
+            held = braking * friction * normal + upward
             initial = jnp.sqrt(square + 2 * GRAVITY * held * x[f"skid_{v}"])
         numpyro.deterministic(f"travelling_speed_{v}", initial)
 
@@ -280,8 +281,8 @@ def record_motion(after: Float[Array, " separation"], delta_v: Float[Array, "veh
     """Record velocities after the impact and each vehicle's delta-v.
 
     Args:
-        after: of A, then B: x and y (m/s), and the yaw rate (rad/s) where the rung has one.
-        delta_v: change of velocity of A and of B, m/s; of A alone where it struck a barrier.
+        after: velocities of A, then B: x and y (m/s), and the yaw rate (rad/s) where the rung has one.
+        delta_v: change of velocity of A and of B, m/s; of A alone where A struck a barrier.
     """
     count = len(delta_v)
     names = [name for of_one in AFTER[:count] for name in of_one[: after.size // count]]

@@ -41,17 +41,21 @@ class RunOut:
 
     Args:
         description: the model in words.
-        rests: components of the rest pose that it predicts.
-        seen: the scene without the effects that this model neglects.
-        rest_poses: structure, data, inputs and velocities after the impact -> rests of A and B.
-        paths: likewise, stacked, each from impact to rest.
-        nesting: what it models beyond a sliding point; as of `Impact`.
-        integrated: vehicles of a scene whose motion it integrates.
-        ways: x, y and heading at each point of the measured ways that it follows, by vehicle.
-        approximations: its errors relative to a more detailed model, as inputs.
-        inverse: structure, data, inputs and a vehicle that is not integrated -> the function from its
-            rest pose to its velocity after the impact; None where all are integrated.
-        refusal: why it does not apply to a scene; empty where it does.
+        rests: components of the rest pose that the model predicts.
+        seen: function that removes from a scene the effects that the model neglects.
+        rest_poses: function of structure, data, inputs and velocities after the impact that returns the
+            rest poses of the vehicles, one row each.
+        paths: function of the same arguments that returns the vehicles' paths to rest, stacked.
+        nesting: effects that the model adds to a sliding point, compared as in `Impact`.
+        integrated: function that names the vehicles of a scene whose motion is integrated.
+        ways: function of a scene that gives x, y (m) and heading (rad) at each point of the measured
+            paths that the model follows, by vehicle.
+        approximations: function of a scene that gives the errors of the model relative to a more
+            detailed one, as inputs.
+        inverse: function of structure, data, inputs and a vehicle that is not integrated, which returns
+            the function from its rest pose to its velocity after the impact; None for no such function.
+        refusal: function of a scene that gives the reason why the model does not apply; empty where it
+            does.
     """
 
     description: Description

@@ -32,10 +32,10 @@ def quantile(law: dist.Distribution, deviate: Float[Array, "*any"]) -> Float[Arr
 
     Args:
         law: distribution with an `icdf`, independent in each dimension.
-        deviate: shape of a value of the law.
+        deviate: standard normal deviates, in the shape of a value of the law.
 
     Returns:
-        Its quantile at the probability Φ(deviate).
+        Quantile of the law at the probability Φ(deviate).
     """
     law = _elementwise(law)
     if isinstance(law, dist.Normal):
@@ -48,7 +48,7 @@ def deviate(law: dist.Distribution, value: Float[Array, "*any"]) -> Float[Array,
 
     Args:
         law: distribution with a `cdf`, independent in each dimension.
-        value: in its support.
+        value: value in the support of the law.
     """
     law = _elementwise(law)
     if isinstance(law, dist.Normal):
@@ -68,7 +68,7 @@ class AtDeviates(Messenger):
 
     Args:
         model: NumPyro model.
-        deviates: of all unknowns in the order in which they are sampled, shape (n,).
+        deviates: deviates of all unknowns in the order in which these are sampled, shape (n,).
     """
 
     def __init__(self, model: Any, deviates: Float[Array, " n"]) -> None:
@@ -135,7 +135,7 @@ def sizes(impact: Impact, structure: Structure, data: Data) -> dict[str, int]:
     Args:
         impact: impact model; run-outs have no unknowns.
         structure: static part of the scene.
-        data: its numbers, of which only shapes matter.
+        data: numbers of the scene, of which only the shapes matter.
     """
     leaves, tree = jax.tree.flatten(data)
     shapes = tuple(tuple(jnp.shape(leaf)) for leaf in leaves)

@@ -26,7 +26,7 @@ from retrodict.mechanics import (
     severity,
     solve,
 )
-from retrodict.mechanics.runout import MOST_STEPS
+from retrodict.mechanics.integration import MOST_STEPS
 from retrodict.mechanics.solve import NAMES
 from tests.shared import reference
 from tests.shared.edges import (

@@ -13,7 +13,7 @@ import numpy as np
 import optimistix
 
 from retrodict.mechanics import Car, Ground, Wheels, Zone, rest
-from retrodict.mechanics.runout import slope
+from retrodict.mechanics.motion import vector_field
 from tests.shared.reference import Scene
 
 BATCH = 1000  # the scenes, repeated
@@ -71,7 +71,7 @@ def _steps(steps: int) -> Solve:
 
 def _slope(car: Car, ground: Ground) -> Callable[[Any], Any]:
     """d(pose, velocity, time)/dW of one array."""
-    rate = slope(car, ground)
+    rate = vector_field(car, ground)
     return lambda y: jnp.stack(rate((*y[:6], jnp.zeros(()))))
 
 

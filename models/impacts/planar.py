@@ -53,14 +53,14 @@ def forward_model(
     """B's approach, restitution, moment coefficient and friction; then the impact, eqs 19-24.
 
     Args:
-        free: which of e_m and mu are unknown.
-        structure: which velocities of B were measured.
+        free: names of the unknown coefficients, of "e_m" and "mu".
+        structure: static structure of the scene: vehicles, and which velocities of B were measured.
         data: measured values and priors.
-        x: measured inputs.
+        x: measured inputs by name.
 
     Returns:
         Velocities after the impact, shape (6,): x and y (m/s) and yaw rate (rad/s), A's first; shape
-        (3,), those of A, where it struck a barrier, which keeps still.
+        (3,), A's alone, where A struck a barrier, which keeps still.
     """
     priors, bodies = data.priors, parts.bodies(x)
     of_b = jnp.zeros(3) if structure.barrier else _approach_of_b(structure, data)
@@ -149,12 +149,12 @@ def unknowns(
     """The unknowns that lead to these velocities after the impact, and the log determinant.
 
     Args:
-        free: which of e_m and mu are unknown.
-        after: velocities after the impact.
-        x: measured inputs.
+        free: names of the unknown coefficients, of "e_m" and "mu".
+        after: velocities after the impact, A's first, m/s and rad/s.
+        x: measured inputs by name.
 
     Returns:
-        As `Impact.unknowns`.
+        The values of the sample sites and the log determinant, as for `Impact.unknowns`.
     """
     bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
     approach_b, found, log_det = inverse_log_det(after, approach_a, bodies)

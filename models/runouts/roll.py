@@ -1,4 +1,4 @@
-"""The run-out along the measured way: V² = 2 g f L, the drag factor f from the wheels' states."""
+"""The run-out along the measured path: V² = 2 g f L, the drag factor f from the wheels' states."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def paths(
 def _slowing_evenly(
     pose: Float[Array, "rows 3"], velocity: Float[Array, "3"], at: Float[Array, " rows"]
 ) -> Path:
-    """The path through poses at shares of the way, at constant deceleration."""
+    """The path through poses at shares of its length, at constant deceleration."""
     first, left = jnp.hypot(velocity[0], velocity[1]), jnp.sqrt(1 - at)
     legs = jnp.diff(pose[:, :2], axis=0, append=pose[-1:, :2])
     length = jnp.sum(jnp.hypot(legs[:, 0], legs[:, 1]))
@@ -134,7 +134,7 @@ def _along_its_way(
 
 
 def offsets(v: str) -> tuple[str, str, str]:
-    """Names of these inputs of a vehicle."""
+    """Names of the inputs for the approximation errors of a vehicle."""
     return f"roll_speed_{v}", f"roll_course_{v}", f"roll_yaw_rate_{v}"
 
 
@@ -159,12 +159,12 @@ def _off_its_way(x: parts.Values, v: str, own: Float[Array, "3"]) -> Float[Array
 def way_of(scene: Scene, v: str) -> Float[np.ndarray, "points 3"]:
     """Measured points of a vehicle after the impact: x, y and heading (NaN where unknown).
 
-    Marks of its centre of gravity by their distance from the impact, then where it came to rest; marks
-    that lie farther off than that are no part of the way.
+    Marks of its centre of gravity by their distance from the impact, then the rest position; marks that
+    lie farther off than the rest position are left out.
 
     Args:
-        scene: what was measured.
-        v: "a" or "b".
+        scene: scene with the marks and rest pose of the vehicle.
+        v: vehicle, "a" or "b".
     """
     start, end = _start(scene, v), scene.rest.get(v)
     seen = [(mark.x, mark.y, math.nan) for mark in scene.marks.get(v, ()) if mark.of == "centre"]
@@ -196,10 +196,10 @@ def spreads(free: float, steer: float, first: float, turned: float) -> tuple[flo
     Fitted by hand to what `benchmarks/roll.py` charts.
 
     Args:
-        free: how freely the vehicle rolls: 1 less the drag of its wheels, weighted by their loads.
-        steer: of the front wheels, rad.
-        first: share of the way up to the first point that was seen on it.
-        turned: from impact to rest, rad.
+        free: freedom of the vehicle to roll: 1 less the drag of its wheels, weighted by their loads.
+        steer: steer angle of the front wheels, rad.
+        first: share of the path up to the first point that was measured on it.
+        turned: rotation from impact to rest, rad.
     """
     steered = 0.5 * min(abs(steer) / 0.07, 1.0) * free**4
     of_speed = math.hypot(0.04, 0.23 * free**2, steered)
@@ -226,11 +226,11 @@ def _missed(scene: Scene, v: str) -> tuple[float, float, float]:
     """Standard deviations of a vehicle's approximation errors.
 
     Args:
-        scene: what was measured, its rest among it.
-        v: "a" or "b".
+        scene: scene with the rest pose of the vehicle.
+        v: vehicle, "a" or "b".
 
     Returns:
-        Of ln(speed), of the course, rad, and of the yaw rate, rad/s.
+        Standard deviations of ln(speed), of the course, rad, and of the yaw rate, rad/s.
     """
     vehicle, way = scene.vehicles[v], way_of(scene, v)
     wheels = vehicle.wheels

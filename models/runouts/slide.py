@@ -11,8 +11,9 @@ from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
 from retrodict.models.runouts import spin
 
+from retrodict.constants import GRAVITY
 from retrodict.mechanics import Path
-from retrodict.mechanics.runout import GRAVITY, ROWS
+from retrodict.mechanics.runout import ROWS
 
 
 def rest_poses(

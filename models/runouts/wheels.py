@@ -15,7 +15,8 @@ from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, RunOut
 
 from retrodict.mechanics import Car, Ground, Path, rest, run_out
-from retrodict.mechanics.runout import ROWS, Paced, Steps
+from retrodict.mechanics.integration import Paced, Steps
+from retrodict.mechanics.runout import ROWS
 
 
 def rest_poses(

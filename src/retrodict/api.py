@@ -61,16 +61,16 @@ def replay(path: str | Path, *, progress: Progress | None = None) -> Reproductio
     """Verify an archive, run it anew as it was asked for, and compare every number.
 
     Args:
-        path: of an archive, from `Result.archive`.
-        progress: as of `reconstruct`.
+        path: path of an archive, as `Result.archive` writes it.
+        progress: progress callback, as in `reconstruct`.
 
     Returns:
-        Which numbers came out the same, and which versions differ.
+        The numbers that came out the same, and the versions that differ.
 
     Raises:
-        NotArchived: the file is no archive, or was altered; the message names what was.
+        NotArchived: the file is no archive, or was altered; the message names the altered part.
         SceneError: this version does not read the scene.
-        Unanswerable, Interrupted: as of `reconstruct`.
+        Unanswerable, Interrupted: as in `reconstruct`.
     """
     from retrodict.findings.reproduction import compare
     from retrodict.findings.stored import draws_of
@@ -100,19 +100,19 @@ def reconstruct(
     """The joint posterior of B's approach, e, e_m and mu.
 
     Args:
-        scene: what was measured, or the path of a scene file.
-        model: a rung's name; "auto" for the one that the ladder chooses among those that the
-            question and the evidence allow, or the fullest of them where it chooses none.
+        scene: scene with the measurements, or the path of a scene file.
+        model: name of a rung; "auto" for the one that the ladder chooses among those that the
+            question and the evidence allow, or the most detailed of these where it chooses none.
         method: nuts (the reference), importance, smc, laplace, monte-carlo or linear; "auto" for nuts,
             and for importance where some wheel rolls, whose run-outs have no cheap derivatives. Where
             nuts or importance fails, another stands in; a note says so.
-        chains: of draws; independent replicates where a method has no chains.
-        draws: kept of each; None for as many as the method takes by default.
-        warmup: iterations before them, where a method has any.
-        seed: of every random number; same seed, same machine, same numbers.
-        progress: called with (stage, done, of all) as the work goes on, the stage after the name of
-            the model; None shows it in a notebook, and nothing elsewhere.
-        resume: `chains.npz` of a run that was interrupted, to go on with.
+        chains: number of chains, or of independent replicates where a method has no chains.
+        draws: number of draws kept of each chain; None for the method's default.
+        warmup: number of warm-up iterations before the draws, where a method has any.
+        seed: integer seed of all random numbers; same seed, same machine, same numbers.
+        progress: callback, called with (stage, done, total) as the work goes on, each stage prefixed by
+            the name of the model; None shows the progress in a notebook, and nothing elsewhere.
+        resume: path of the `chains.npz` of an interrupted run, to go on with; None to begin anew.
 
     Returns:
         The result.
@@ -121,7 +121,7 @@ def reconstruct(
         SceneError: the scene file cannot be used.
         ValueError: no model or method has that name, or `resume` is of another run.
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
-        Interrupted: stopped before any draw was kept.
+        Interrupted: the run was stopped before any draw was kept.
     """
     begin, scene = time.perf_counter(), as_scene(scene)
     asked = RunOptions(model, method, chains, draws, warmup, seed)
@@ -168,16 +168,16 @@ def calibrate(
     Several processes are started; a script calls this under `if __name__ == "__main__":`.
 
     Args:
-        scene: the design, of which the inputs and all errors count, or the path of its scene file; None
-            for the one of the package.
-        model: a rung's name.
+        scene: scene whose inputs and errors are the design of the simulations, or the path of its scene
+            file; None for the design in the package.
+        model: name of a rung.
         method: importance, nuts or smc.
-        simulations: how many.
-        seed: of every random number.
-        out: folder for calibration.csv, .json, .png and .svg; a run goes on with the .csv that is
+        simulations: number of simulated crashes.
+        seed: integer seed of all random numbers.
+        out: folder for calibration.csv, .json, .png and .svg; a run goes on with a .csv that is already
             there. None writes nothing.
-        workers, scheduler: as of `batch`.
-        progress: as of `reconstruct`, without a model's name.
+        workers, scheduler: number of processes, or address of a Dask cluster, as in `batch`.
+        progress: progress callback, as in `reconstruct`; stages have no model's name.
 
     Returns:
         The ranks; `retrodict.studies.uniformity.uniformity` judges them. When interrupted, those of
@@ -187,7 +187,7 @@ def calibrate(
         SceneError: the scene file cannot be used.
         ValueError: no model or method has that name, the scene cannot be simulated, or the file in
             `out` is of another calibration.
-        MissingLibrary, NoScheduler: as of `batch`.
+        MissingLibrary, NoScheduler: as in `batch`.
         OSError: a file could not be written.
     """
     from retrodict.report.calibration import read_ranks, write_calibration, write_ranks
@@ -231,27 +231,27 @@ def batch(
     Several processes are started; a script calls this under `if __name__ == "__main__":`.
 
     Args:
-        scenes: what was measured of each, or the paths of scene files.
-        model: a rung's name; "auto" for the one that the ladder chooses for each scene, which takes
+        scenes: scenes with the measurements, or paths of scene files.
+        model: name of a rung; "auto" for the one that the ladder chooses for each scene, which takes
             many times as long.
-        seed: of every random number.
-        units: of the table, "si" or "us".
+        seed: integer seed of all random numbers.
+        units: units of the table, "si" or "us".
         out: folder for table.csv and table.parquet; each answer is kept there as it comes, and a run
             goes on with those that are there. None writes nothing.
-        workers: processes of this machine; 1 for none beside this one; None for one a core, or 1
-            where Dask is not installed.
-        scheduler: address of a Dask cluster to use in place of them.
-        device: that JAX computes on, "cpu" or "gpu"; with a GPU one worker is the default.
-        progress: called with (stage, done, of all).
+        workers: number of processes on this machine; 1 for the present process alone; None for one a
+            core, or 1 where Dask is not installed.
+        scheduler: address of a Dask cluster to use in place of such processes.
+        device: device that JAX computes on, "cpu" or "gpu"; with a GPU one worker is the default.
+        progress: callback, called with (stage, done, total).
 
     Returns:
-        One row a scene, as of `retrodict.report.batch.table_of`: in `checks` the verdict, or why there
-        is no answer. When interrupted, those that were answered, and no table is written.
+        One row a scene, as in `retrodict.report.batch.table_of`: in `checks` the verdict, or why there
+        is no answer. When interrupted, the scenes that were answered, and no table is written.
 
     Raises:
         ValueError: no model has that name, or JAX does not find the device.
         MissingLibrary: workers need Dask, which is not installed.
-        NoScheduler: there is none at the address.
+        NoScheduler: there is no scheduler at the address.
         OSError: a file could not be written, or another run answers into `out`.
     """
     from retrodict.report import batch as files
@@ -301,12 +301,12 @@ def validate(
     """How reconstructions of staged collisions compare with what was measured.
 
     Args:
-        folder: holds the cases, each a folder with scene.toml and truth.toml.
-        model: a rung's name, or auto for the one that the ladder chooses.
-        method: as of `reconstruct`.
-        units: of the table and the chart, "si" or "us".
+        folder: folder of the cases, each a folder with scene.toml and truth.toml.
+        model: name of a rung, or "auto" for the one that the ladder chooses.
+        method: sampling method, as in `reconstruct`.
+        units: units of the table and the chart, "si" or "us".
         out: folder for validation.md, .csv, .json, .png and .svg. None writes nothing.
-        progress: as of `reconstruct`, with the name of the case first.
+        progress: progress callback, as in `reconstruct`; each stage begins with the name of the case.
 
     Returns:
         The scores; when interrupted, those of the cases that were finished.

@@ -30,7 +30,7 @@ from retrodict.studies.short import of_points
 if TYPE_CHECKING:
     import pandas as pd
 
-    from retrodict.findings.questions import Answered
+    from retrodict.findings.answers import Answered
 
 _INEFFICIENT = (
     0.2  # effective share of the points below which coordinates are fitted anew, meanwhile
@@ -51,7 +51,7 @@ class Answer:
 
     @property
     def scene(self) -> Scene:
-        """What was measured."""
+        """The scene with its measurements."""
         return self.estimate.scene
 
     @property
@@ -61,7 +61,7 @@ class Answer:
 
     @property
     def seconds(self) -> float:
-        """That the answer took."""
+        """Time that the answer took, s."""
         return self.estimate.seconds
 
     @property
@@ -73,7 +73,7 @@ class Answer:
         """The reported quantities in a table.
 
         Args:
-            units: "si" or "us".
+            units: units of the table, "si" or "us".
 
         Returns:
             One row a quantity, one column a statistic: mean, sd, median and limits of the central 95 %,
@@ -97,13 +97,13 @@ class Answer:
         """How probable a proposition about a reported quantity is, given the evidence.
 
         Args:
-            proposition: such as "speed_b > 45 mph", as of `Result.probability`.
+            proposition: text such as "speed_b > 45 mph", as in `Result.probability`.
 
         Returns:
-            As of `Result.probability`.
+            The answer, as from `Result.probability`.
 
         Raises:
-            ValueError: it is no such text.
+            ValueError: the text is no such proposition.
         """
         from retrodict.findings.questions import probability_by_points
 
@@ -118,13 +118,14 @@ class Session:
     """A scene kept warm: change its numbers, and its posterior follows in a fraction of a second.
 
     Compiled programs and coordinates are kept. The density is exact. Where measurements were added or
-    left out, or coordinates no longer do, they are fitted anew, which takes as long as at the beginning.
+    left out, or the coordinates no longer fit, these are fitted anew, which takes as long as at the
+    beginning.
 
     Args:
-        scene: what was measured, or the path of a scene file.
-        model: a rung's name; "auto" for the one that the ladder chooses for this scene, and keeps.
-        seed: of all points.
-        progress: as of `reconstruct`.
+        scene: scene with the measurements, or the path of a scene file.
+        model: name of a rung; "auto" for the one that the ladder chooses for this scene, and keeps.
+        seed: integer seed of all random numbers.
+        progress: progress callback, as in `reconstruct`.
 
     Raises:
         SceneError: the scene file cannot be used.
@@ -160,15 +161,16 @@ class Session:
         """Change the scene, and answer it.
 
         Args:
-            changes: by dotted key of the scene file what to write there, as of `Scene.change`; or the
-                scene as it is to be.
+            changes: new values by dotted key of the scene file, as in `Scene.change`; or the changed
+                scene itself.
 
         Returns:
             The answer, which `answer` keeps; `scene` is the changed scene.
 
         Raises:
             SceneError: a key or value cannot be used; the session stays as it was.
-            Unanswerable: the changed scene has no posterior that could be sampled; likewise.
+            Unanswerable: the changed scene has no posterior that could be sampled; the session stays as
+                it was.
         """
         scene = changes if isinstance(changes, Scene) else change(self.scene, changes)
         self.answer = self._answered(scene)
@@ -179,8 +181,8 @@ class Session:
         """The scene as it now is, reconstructed with all checks, predictions and figures.
 
         Args:
-            method: as of `reconstruct`.
-            progress: likewise.
+            method: sampling method, as in `reconstruct`.
+            progress: progress callback, as in `reconstruct`.
         """
         return reconstruct(
             self.scene, model=self.model, method=method, seed=self.seed, progress=progress
@@ -203,7 +205,7 @@ class Session:
         return Answer(replace(found, refitted=refitted), self.model)
 
     def _take_refitted(self) -> None:
-        """Coordinates that were fitted meanwhile."""
+        """Take over coordinates that were fitted in the background, if they are ready."""
         if self._refitting is None or not self._refitting.done():
             return
         done, self._refitting = self._refitting, None
@@ -222,7 +224,7 @@ def session(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Session:
-    """A scene kept warm; arguments and errors as of `Session`."""
+    """A scene kept warm; arguments and errors as in `Session`."""
     return Session(scene, model, seed, progress)
 
 
@@ -239,12 +241,12 @@ def sweep(
     """Answers to variants of a scene: every combination of the values of some of its keys.
 
     Args:
-        scene: what was measured, or the path of a scene file.
-        values: by dotted key of the scene file what to write there in turn.
-        model: as of `session`: one for all variants.
-        units: of the table, "si" or "us".
-        seed: of all points.
-        progress: as of `reconstruct`.
+        scene: scene with the measurements, or the path of a scene file.
+        values: values to write in turn, by dotted key of the scene file.
+        model: name of a rung, or "auto", as in `session`: one model for all variants.
+        units: units of the table, "si" or "us".
+        seed: integer seed of all random numbers.
+        progress: progress callback, as in `reconstruct`.
 
     Returns:
         One row a variant: the values of its keys, then mean, sd and limits of the central 95 % of each
@@ -252,8 +254,8 @@ def sweep(
         When interrupted, the variants that were done.
 
     Raises:
-        SceneError: a variant cannot be used; none was begun.
-        ValueError, Unanswerable: as of `session`.
+        SceneError: a variant cannot be used; no variant was begun.
+        ValueError, Unanswerable: as in `session`.
     """
     import pandas as pd
 

@@ -23,8 +23,8 @@ def plot(scene: Scene, units: Units = "si") -> Figure:
     """The scene from above, to scale: what was measured, before any run.
 
     Args:
-        scene: what was measured.
-        units: "si" or "us".
+        scene: scene to draw.
+        units: units of the figure, "si" or "us".
 
     Returns:
         Surfaces, outlines at impact and at rest, the contact line, marks, and what was measured

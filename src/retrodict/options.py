@@ -1,4 +1,4 @@
-"""What is asked of a reconstruction beside its scene."""
+"""Options of a reconstruction besides its scene."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ class RunOptions:
     """Options of a reconstruction, by which it can be repeated.
 
     Args:
-        model: a name in `retrodict.models.RUNGS`; as a user asks, "auto" too.
-        method: a name in `retrodict.inference.samplers.METHODS`; as a user asks, "auto" too.
-        chains: of draws; independent replicates where a method has no chains.
-        draws: kept of each; None for as many as the method takes by default.
-        warmup: iterations before them, where a method has any.
-        seed: integer seed of every random number.
+        model: name of a rung in `retrodict.models.RUNGS`; a user may also ask for "auto".
+        method: name in `retrodict.inference.samplers.METHODS`; a user may also ask for "auto".
+        chains: number of chains, or of independent replicates where a method has no chains.
+        draws: number of draws kept of each chain; None for the method's default.
+        warmup: number of warm-up iterations before the draws, where a method has any.
+        seed: integer seed of all random numbers.
     """
 
     model: str = DEFAULT_RUNG

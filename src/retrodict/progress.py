@@ -16,7 +16,7 @@ from html import escape
 from math import inf
 from threading import Event, Lock, Thread
 
-Progress = Callable[[str, int, int], None]  # stage, done, of all
+Progress = Callable[[str, int, int], None]  # stage, done, total
 
 _START = "starting"
 _GRACE = 1.0  # s: a command that is refused sooner prints its reason alone
@@ -32,15 +32,15 @@ def printable(text: str) -> str:
 
 
 def silent(stage: str, done: int, total: int) -> None:
-    """Show nothing of (stage, done, of all)."""
+    """A progress callback that shows nothing."""
 
 
 def prefixed(progress: Progress, name: str) -> Progress:
     """A callback for the stages of one part of the work, which names the part before each of them.
 
     Args:
-        progress: called with (stage, done, of all).
-        name: of the part.
+        progress: callback, called with (stage, done, total).
+        name: name of the part.
 
     Returns:
         The callback.
@@ -53,10 +53,10 @@ class Snapshot:
     """How far the work is at one moment.
 
     Args:
-        stage: of the work; parts and their stages are separated by ": ".
-        share: of the stage that is done, from 0 to 1.
-        seconds: since the work began.
-        left: seconds that the stage will still take; None where they cannot be estimated.
+        stage: present stage of the work; parts and their stages are separated by ": ".
+        share: share of the stage that is done, from 0 to 1.
+        seconds: time since the work began, s.
+        left: time that the stage will still take, s; None where it cannot be estimated.
     """
 
     stage: str
@@ -66,7 +66,7 @@ class Snapshot:
 
     @property
     def line(self) -> str:
-        """All of it in one line."""
+        """The snapshot as one line of text."""
         percent = f", {100 * self.share:.0f} %" if 0 < self.share < 1 else ""
         return f"retrodict: {duration(self.seconds)}: {self.stage}{percent}{self.ending}"
 
@@ -80,7 +80,7 @@ class Tracker:
     """Follows the stages of the work, and estimates how long the present one will still take.
 
     Args:
-        clock: seconds from any origin.
+        clock: function that returns the time since any origin, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -89,7 +89,7 @@ class Tracker:
         self._stage, self._first, self._share = _START, 0.0, 0.0
 
     def record(self, stage: str, done: int, total: int) -> bool:
-        """Take note of (stage, done, of all).
+        """Take note of (stage, done, total).
 
         Returns:
             Whether a stage begins.
@@ -130,7 +130,7 @@ def reporting(*, quiet: bool = False) -> Iterator[Progress]:
         quiet: whether nothing is shown.
 
     Yields:
-        The callback, which any thread may call with (stage, done, of all).
+        The callback, which any thread may call with (stage, done, total).
     """
     if quiet:
         yield silent
@@ -170,7 +170,7 @@ def shown_in_notebooks[**P, R](function: Callable[P, R]) -> Callable[P, R]:
     """The function, which in a notebook shows its progress where it is given no other `progress`.
 
     Args:
-        function: takes the keyword `progress`.
+        function: function with the keyword `progress`.
     """
 
     @wraps(function)

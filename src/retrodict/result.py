@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from retrodict.findings import Findings
+    from retrodict.findings.answers import Answered
     from retrodict.findings.differences import Differences
-    from retrodict.findings.questions import Answered
     from retrodict.report.drawing_process import DrawingProcess
     from retrodict.scene.case import Case
 
@@ -33,8 +33,8 @@ class Result:
     """A reconstruction: its draws, its checks, its figures and its report.
 
     Args:
-        outcome: what the run came to.
-        ladder: what the other models say, where the ladder chose this one.
+        outcome: outcome of the run.
+        ladder: comparison with the other models, where the ladder chose this one; None otherwise.
     """
 
     outcome: Outcome
@@ -42,7 +42,7 @@ class Result:
 
     @property
     def scene(self) -> Scene:
-        """What was measured."""
+        """The scene with its measurements."""
         return self.outcome.scene
 
     @property
@@ -66,7 +66,7 @@ class Result:
         """The reported quantities, and what follows from them, in a table.
 
         Args:
-            units: "si" or "us".
+            units: units of the table, "si" or "us".
 
         Returns:
             One row a quantity, delta-v and the principal direction of force (PDOF) among them, one
@@ -90,16 +90,16 @@ class Result:
         return pointwise(self.idata)
 
     def compare(self, other: Result) -> Differences:
-        """This result beside another, of the same scene or a changed one, by the same model or another.
+        """Comparison with another result, of the same scene or a changed one, by any model.
 
         Args:
-            other: with which it is compared.
+            other: result to compare with.
 
         Returns:
             The record: `verdict`, a few sentences; `table(units)`, a pandas table of means and standard
-            deviations of both, the difference, and that in standard deviations and in Monte Carlo
-            errors; `changes()`, a table of the keys of the scene file and of the run that differ. A
-            notebook shows all.
+            deviations of both, and of the difference, also in standard deviations and in Monte Carlo
+            standard errors; `changes()`, a table of the keys of the scene file and of the run that
+            differ. A notebook shows all.
 
         Raises:
             NothingInCommon: there is no quantity of which both have numbers.
@@ -112,15 +112,15 @@ class Result:
         """How probable a proposition about a reported quantity is, given the evidence.
 
         Args:
-            proposition: such as "speed_b > 45 mph" or "40 mph < speed_b < 50 mph", in any unit that a
-                scene file may have.
+            proposition: text such as "speed_b > 45 mph" or "40 mph < speed_b < 50 mph", in any unit that
+                a scene file may have.
 
         Returns:
             The answer: `sentences` in words, and `numbers` with `value` and Monte Carlo `error`; no
             numbers where the result is withheld.
 
         Raises:
-            ValueError: it is no such text; the message says what to write instead.
+            ValueError: the text is no such proposition; the message says what to write instead.
         """
         from retrodict.findings.questions import probability_of
 
@@ -132,7 +132,7 @@ class Result:
         """The findings, with the answers to a case's questions after those to the scene's.
 
         Args:
-            case: from `load_case`; None where there is none.
+            case: case with further questions, from `load_case`; None for no case.
 
         Returns:
             The record.
@@ -191,9 +191,9 @@ class Result:
         """Write the report as HTML, PDF or Word document, by the suffix of the file.
 
         Args:
-            path: of the file, replaced whole: .html, .pdf or .docx.
-            units: "si" or "us" first; None for those of the case, or else SI.
-            case: what the expert says, or the path of a case file; None where nothing is stated.
+            path: path of the file, replaced whole: .html, .pdf or .docx.
+            units: units that come first, "si" or "us"; None for those of the case, or else SI.
+            case: case with the expert's statements, or the path of a case file; None for no case.
 
         Returns:
             The path.
@@ -214,10 +214,10 @@ class Result:
         return write_report(findings, self.outcome, Path(path), chosen, known)
 
     def archive(self, path: str | Path, case: str | Path | None = None) -> Path:
-        """Write all that the result came from and to as one file, which `replay` verifies and runs anew.
+        """Write the result and all that it came from as one file, which `replay` verifies and runs anew.
 
         Args:
-            path: of the file, replaced whole; by custom it ends in .retrodict.zip.
+            path: path of the file, replaced whole; by custom it ends in .retrodict.zip.
             case: path of a case file; its attachments are recorded by their SHA-256.
 
         Returns:
@@ -247,19 +247,21 @@ class Result:
         """Write the result for other programs: motions, drawings, tables and draws.
 
         Args:
-            directory: made where missing; files of the same names in it are replaced together.
-            formats: motion, dxf, svg, tables, netcdf or parquet; all for none.
-            draws: whose motion: "median" or a percentage of the sought speed, or the number of a
-                draw whose motion is recorded; the median, 5% and 95% for none. Drawings show the first.
-            rate: of motions, frames a second.
-            before: how long before the impact motions begin, s.
-            units: of tables, "si" or "us".
+            directory: folder for the files, made where missing; files of the same names in it are
+                replaced together.
+            formats: names of formats: motion, dxf, svg, tables, netcdf or parquet; empty for all.
+            draws: draws whose motion is written: "median" or a percentage of the sought speed, or the
+                number of a draw whose motion is recorded; empty for the median, 5% and 95%. Drawings
+                show the first.
+            rate: frame rate of motions, frames a second.
+            before: time before the impact at which motions begin, s.
+            units: units of tables, "si" or "us".
 
         Returns:
             The files.
 
         Raises:
-            NotExported: a format, the rate or `before` is none that there is.
+            NotExported: a format, the rate or `before` cannot be used.
             NoMotion: there is no such draw, or no motion is recorded.
             MissingLibrary: dxf or parquet need a library that is not installed.
             OSError: something could not be written; then nothing in the directory has changed.
@@ -272,17 +274,17 @@ class Result:
     def save(
         self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
     ) -> Path:
-        """Write the result: `load` reads it again.
+        """Write the result: `load_result` reads it again.
 
         The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png,
         figures/scene.svg, summary.json, and chains.npz if the run was interrupted. The summary comes
         last and has the digests of the others, so that a mixture of two runs shows.
 
         Args:
-            directory: made where missing; files of the same names in it are replaced, once all of
-                the new ones are written, and others are left alone. Where it holds the answer of a
-                run that was finished, an interrupted one leaves that alone and writes chains.npz only.
-            units: "si" or "us".
+            directory: folder for the files, made where missing; files of the same names in it are
+                replaced, once all of the new ones are written, and others are left alone. Where it
+                holds the answer of a finished run, an interrupted run writes chains.npz only.
+            units: units of the report and the figures, "si" or "us".
             drawing: a process started ahead to draw the figures; None to draw them here.
 
         Returns:
@@ -344,11 +346,11 @@ def load_result(path: str | Path) -> Result:
     """The result that was saved in a folder or an archive.
 
     Args:
-        path: of the folder that `Result.save`, or `retrodict reconstruct`, wrote to, or of the archive
-            that `Result.archive`, or `retrodict archive`, wrote.
+        path: path of the folder that `Result.save`, or `retrodict reconstruct`, wrote to, or of the
+            archive that `Result.archive`, or `retrodict archive`, wrote.
 
     Returns:
-        The result, as it was; of an interrupted run without what it would go on from.
+        The result, as it was, but without the chains that an interrupted run would go on from.
 
     Raises:
         NotStored: there is no result that this version reads; the message says what to do.

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -32,14 +34,22 @@ from retrodict.scene.priors import Prior
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import Scene
 from retrodict.studies.ladder import allowed
-from tests.extending import toy_figure, toy_impact, toy_points, toy_reader, toy_sampler
+from tests.extending import (
+    toy_fields,
+    toy_figure,
+    toy_impact,
+    toy_points,
+    toy_reader,
+    toy_sampler,
+)
 from tests.interchange.test_survey import ONE, imported, refusal
 from tests.models.test_rungs import agrees, drawn
 from tests.report.conftest import make_outcome
-from tests.shared.scene_file import SCENE, stripped
+from tests.shared.scene_file import SCENE, changed, stripped
 from tests.shared.scenes import collision
 
 ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src" / "retrodict"
 TABLE = re.findall(
     r"^\| (an? .*?) \| `(\w+)` \| (\d+)(.*?) \| (.*) \|$",
     (ROOT / "CONTRIBUTING.md").read_text("utf-8"),
@@ -66,7 +76,8 @@ def test_every_registry_has_a_row() -> None:
         *(
             "RUNGS",
             "REPORTED",
-            "ITEMS",
+            "VEHICLE",
+            "DEPARTURE",
             "METHODS",
             "FIGURES",
             "FORMATS",
@@ -175,3 +186,56 @@ def test_an_item_of_evidence_is_read_labelled_and_predicted() -> None:
     assert measured == "6.0 0.5"
     found, expected = map(float, prediction.split())
     assert found == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def with_toy_fields(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package in which the files that CONTRIBUTING names have the toy quantities."""
+    folder = tmp_path_factory.mktemp("copy")
+    package = folder / "retrodict"
+    shutil.copytree(SOURCE, package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        ROOT / "models", package / "models", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    ((*_, which),) = (row for row in TABLE if row[1] == "VEHICLE")
+    named = re.findall(r"`src/retrodict/([\w./-]+)`", which)
+    assert list(toy_fields.ADDED) == named
+    for file in named:
+        text = (package / file).read_text("utf-8")
+        for line, addition in toy_fields.ADDED[file]:
+            assert text.count(f"\n{line}\n") == 1, line
+            text = text.replace(f"\n{line}\n", f"\n{line}\n{addition}\n")
+        (package / file).write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_a_measured_quantity_goes_from_the_file_to_the_report(with_toy_fields: Path) -> None:
+    text = changed(
+        ('grip = "1.02 ± 0.04"', 'grip = "1.02 ± 0.04"\nreach = "2 ± 0.5 m"'),
+        ("contact_line =", 'depth = "3 ft"\ncontact_line ='),
+        ('kind = "dry asphalt"', 'kind = "dry asphalt"\nlayer = "0.5 ± 0.1 m"'),
+    )
+    done = subprocess.run(
+        [sys.executable, str(Path(toy_fields.__file__))],
+        input=text,
+        env=os.environ | {"PYTHONPATH": str(with_toy_fields)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = json.loads(done.stdout)
+    feet = 3 * 0.3048
+    assert found["values"] == {
+        "reach_a": [2.0, 0.5],
+        "depth": [pytest.approx(feet), pytest.approx(0.05 * feet)],
+        "layer_road": [0.5, 0.1],
+    }
+    assert found["written"] == {name: pytest.approx(v[0]) for name, v in found["values"].items()}
+    assert found["labels"] == {
+        "reach_a": "reach of A", "depth": "depth of the contact", "layer_road": "layer of the road"
+    }  # fmt: skip
+    assert set(found["units"].values()) == {"ft"}
+    assert {"vehicles.A.reach", "impact.depth", "surfaces.road.layer"} <= set(found["sliders"])
+    for name, (value, sd) in found["values"].items():
+        assert 0 < abs(found["draws"][name] - value) < 5 * sd
+        assert found["labels"][name] in found["report"]

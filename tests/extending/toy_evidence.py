@@ -11,9 +11,14 @@ import jax.numpy as jnp
 from numpyro import handlers
 from retrodict.models.evidence import PREDICTIONS, Prediction
 
-from retrodict.scene.departure import ITEMS, Item
+from retrodict.scene import units
+from retrodict.scene.fields import DEPARTURE, Field
 
-ITEMS["forward"] = Item("speed of {} along its heading", "speed", -150, 150, "5 ± 1 m/s")
+DEPARTURE["forward"] = Field(
+    *(units.SPEED, -150, 150, "5 ± 1 m/s"),
+    uncertainty="required",
+    label="speed of {} along its heading",
+)
 PREDICTIONS["departure_forward"] = Prediction(
     lambda motion: motion.after[:2] @ jnp.stack([jnp.cos(motion.heading), jnp.sin(motion.heading)])
 )

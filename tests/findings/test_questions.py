@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from retrodict.findings.questions import ENFSI_SOURCE, WITHHELD, probability_by_points, verbal
+from retrodict.findings.answers import ENFSI_SOURCE, verbal
+from retrodict.findings.questions import WITHHELD, probability_by_points
 from retrodict.result import Result
 from retrodict.scene.asked import Comparison, Questions, read_proposition
 from retrodict.scene.case import Case

@@ -13,6 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from retrodict.constants import GRAVITY
 from retrodict.mechanics import (
     Car,
     Ground,
@@ -24,7 +25,8 @@ from retrodict.mechanics import (
     tyre,
     wheel_paths,
 )
-from retrodict.mechanics.runout import GRAVITY, PATCH, Paced, Steps, fixed_steps, slope
+from retrodict.mechanics.integration import Paced, Steps, fixed_steps
+from retrodict.mechanics.motion import PATCH, vector_field
 from retrodict.mechanics.surface import TYRE_WIDTH
 from retrodict.mechanics.tyre import SLIP, SLOW
 from tests.shared import reference
@@ -34,7 +36,7 @@ _compiled = jax.jit(rest, static_argnames="steps")
 _run_out = jax.jit(run_out)
 _slopes = jax.jit(jax.jacrev(rest, argnums=(0, 1)))
 _force = jax.jit(tyre.force)
-_slope_of = jax.jit(lambda start, ground: jnp.stack(slope(CAR, ground)(start)))
+_slope_of = jax.jit(lambda start, ground: jnp.stack(vector_field(CAR, ground)(start)))
 
 thousand = settings(max_examples=1000, deadline=None)
 

@@ -13,9 +13,9 @@ from retrodict.models.arrays import Data, Structure
 from scipy import stats
 from scipy.interpolate import CubicHermiteSpline
 
-from retrodict.inference.transforms.rest_pose import with_response_surface
+from retrodict.inference.transforms.layout import with_response_surface
 from retrodict.mechanics import Car, Path, end_of_rotation
-from retrodict.scene.departure import ITEMS
+from retrodict.scene.fields import DEPARTURE
 from retrodict.scene.records import EndOfRotation, Mark, Measured, RunOutError, Scene
 from tests.shared.scenes import DEGREE, LEVER_B, collision, rolls
 
@@ -33,7 +33,7 @@ def trace_of(scene: Scene, rung=RUNG) -> dict:
 
 def test_departures_are_what_velocities_after_the_impact_say() -> None:
     every = dict(
-        zip(ITEMS, (Measured(m, 0.1) for m in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)), strict=False)
+        zip(DEPARTURE, (Measured(m, 0.1) for m in (5.0, 8.0, 9.0, 12.0, -11.0, 3.0)), strict=False)
     )
     scene = replace(collision(share=0.0, berm=False), departure={"a": every, "b": every})
     trace = trace_of(scene)
@@ -235,12 +235,15 @@ def test_a_robust_scene_errs_by_students_t() -> None:
     assert float(found[1] - found[0]) == pytest.approx(expected)
 
 
-def test_a_skid_to_impact_adds_its_energy() -> None:
+@pytest.mark.parametrize("braking", [None, 0.7])
+def test_a_skid_to_impact_adds_its_energy(braking: float | None) -> None:
     scene = collision(share=0.0, berm=False)
     b = replace(scene.approach["b"], skid=Measured(12.0, 0.0, "lognormal"))
+    if braking:
+        b = replace(b, skid_braking=Measured(braking))
     trace = trace_of(replace(scene, approach=scene.approach | {"b": b}))
     friction = float(parts.from_standard(*RUNG.of_scene(scene), jnp.zeros(3))["friction_road"])
-    expected = np.sqrt(19.0**2 + 2 * 9.80665 * friction * 12.0)
+    expected = np.sqrt(19.0**2 + 2 * 9.80665 * friction * (braking or 1.0) * 12.0)
     assert float(trace["travelling_speed_b"]["value"]) == pytest.approx(expected)
     assert "travelling_speed_a" not in trace
 

@@ -17,7 +17,8 @@ from scipy import integrate, stats
 
 import retrodict as rd
 from retrodict.scene import SceneError, parse_scene
-from retrodict.scene.records import Measured, Scene, SpeedRecord
+from retrodict.scene.records import Measured, Scene
+from retrodict.scene.speed_record import SpeedRecord
 from retrodict.scene.write import scene_toml
 from tests.models.closed_form import GRAVITY, everything_exact, momentum_and_slide
 from tests.models.test_evidence import RUNG, SITES

@@ -14,8 +14,8 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 
 import retrodict as rd
+from retrodict.constants import GRAVITY
 from retrodict.mechanics import Ground, Incline, rest
-from retrodict.mechanics.runout import GRAVITY
 from retrodict.scene.records import Measured, Scene, Slope
 from tests.shared.scenes import at_rest, collision, positive, rolls
 

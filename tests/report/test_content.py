@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from retrodict import findings
-from retrodict.findings.questions import Answered
+from retrodict.findings.answers import Answered
 from retrodict.findings.record import Cause
 from retrodict.report.blocks import Picture, Table
 from retrodict.report.content import content

@@ -15,15 +15,15 @@ from matplotlib.text import Text
 from retrodict.findings.run_outs import motions
 from retrodict.report import figures, files
 from retrodict.report.drawing import IMAGES, new_figure
-from retrodict.report.figure_scene import (
+from retrodict.report.figure_scene import plan_figure
+from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
+from retrodict.report.plan_geometry import (
     area_of,
     half_plane,
     impact_pose,
     outline,
-    plan_figure,
     skid_lines,
 )
-from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
 from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
 from tests.report.conftest import found_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from retrodict.mechanics import Car, Ground
-from retrodict.mechanics.runout import slope
+from retrodict.mechanics.motion import vector_field
 from retrodict.scene import SceneError, parse_scene
 from retrodict.scene.plausibility import plausibility_warnings
 from retrodict.scene.write import scene_toml
@@ -53,7 +53,7 @@ def test_above_that_height_one_does_at_some_angle() -> None:
     car = Car(1.8, 1.35, 1.50, 1.54)
 
     def lifts(height: float) -> bool:
-        slopes = slope(car._replace(height=height), Ground(0.5 * 1.02))
+        slopes = vector_field(car._replace(height=height), Ground(0.5 * 1.02))
         angles, none = np.linspace(0, 2 * np.pi, 720), np.zeros(720)
         ways = (none, none, none, 10 * np.cos(angles), 10 * np.sin(angles), none, none)
         return bool(np.isnan(jax.vmap(slopes)(ways)[0]).any())

@@ -106,6 +106,10 @@ WRONG = [
     ('"12 ± 0.4 m"', '"12"', f"{A}.approach.skid", '"12"', 'write "12 m"'),
     ('"12 ± 0.4 m"', '"0 m"', f"{A}.approach.skid", '"0 m"', "between 0.1 and 500 m"),
     ('"12 ± 0.4 m"', '"0.3 m"', f"{A}.approach.skid", '"0.3 m"', "default uncertainty is over 100 %"),
+    (
+        *('skid = "12 ± 0.4 m"', "skid_braking = 0.7", f"{A}.approach.skid_braking", "0.7"),
+        "it says something of skid alone; leave it out, or add skid",
+    ),
     ('rotation = "35 deg"', 'skid = "3 m"', f"{A}.rest.skid", '"3 m"', "known here: position, heading"),
     ('heading = "215 ± 3 deg"', "", f"{A}.rest.rotation", '"35 deg"', 'or write heading = "215 ± 3'),
     ('"30 ± 2 mph"', '"30 mph"', f"{B}.departure.delta_v", '"30 mph"', 'like "12 ± 1 m/s"'),

@@ -12,9 +12,10 @@ from scipy import special
 
 from retrodict.scene import parse_scene
 from retrodict.scene.defaults import DEFAULTS, FRICTION
+from retrodict.scene.entries.vehicle import MarkEntry, VehicleEntry
 from retrodict.scene.kinds import Kind
 from retrodict.scene.priors import default_priors
-from retrodict.scene.schema import MarkEntry, SceneEntry, VehicleEntry
+from retrodict.scene.schema import SceneEntry
 
 PAGE = (Path(__file__).parents[2] / "docs" / "scene-file.md").read_text(encoding="utf-8")
 

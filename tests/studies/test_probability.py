@@ -12,7 +12,7 @@ from retrodict.inference.reconstruct import reconstruct
 from retrodict.options import RunOptions
 from retrodict.scene.asked import Comparison, read_proposition
 from retrodict.scene.measured import Measured
-from retrodict.scene.records import SpeedRecord
+from retrodict.scene.speed_record import SpeedRecord
 from retrodict.studies.draws import NotAnswered
 from retrodict.studies.probability import likelihood_ratio, probability
 from tests.models.closed_form import everything_exact, momentum_and_slide

@@ -129,7 +129,7 @@ def reconstruct(
 
 
 def _asking(scene: Scene, propositions: list[str]) -> Scene:
-    """The scene with these questions besides its own."""
+    """The scene with these propositions added to its questions."""
     from retrodict.scene.asked import read_proposition
     from retrodict.scene.errors import shown
     from retrodict.scene.units import QuantityError

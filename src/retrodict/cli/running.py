@@ -41,7 +41,7 @@ def working(quiet: bool) -> Iterator[Progress]:
 
 
 def print_path(file: Path, console: Console) -> None:
-    """Say where results are, so that it can be copied."""
+    """Print the path of a result, so that it can be copied."""
     console.print(printable(str(file)), highlight=False, markup=False, soft_wrap=True)
 
 
@@ -56,7 +56,7 @@ def load_or_fail(path: Path) -> Scene:
 
 
 def require_rung(model: str, *, auto: bool) -> None:
-    """Refuse a name that no rung has; auto may do too."""
+    """End the command where no rung has this name; "auto" passes where `auto` is set."""
     from retrodict.models import RUNGS
 
     if model not in RUNGS and not (auto and model == "auto"):
@@ -64,7 +64,7 @@ def require_rung(model: str, *, auto: bool) -> None:
 
 
 def output_folder(out: Path | None, name: str) -> Path:
-    """Where results go; found out before the work whether they can go there."""
+    """The folder for the results; the command ends before the work where it cannot be one."""
     if out is None and name.strip(". ") == "":
         fail("cannot name the output folder after this scene file: choose one with --out")
     if out == Path():  # an empty option, rarely meant as the current folder

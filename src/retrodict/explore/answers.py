@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from retrodict.scene.records import Scene
 
 _CURVE = 96  # points of a marginal density
-# standard error of a limit of 95 % of a normal law, times the root of the draws and over its sd
+# standard error of a 95 % limit of a normal law, over its sd and times the root of the number of draws
 _OF_LIMITS = 2.67
 _DOTS = 400  # of a joint posterior
 
 
 class Answer(Protocol):
-    """What a session answers, as far as the page reads it."""
+    """An answer of a session, as far as the page reads it."""
 
     @property
     def scene(self) -> Scene:
-        """That was asked about."""
+        """The scene that was asked about."""
 
     @property
     def checks(self) -> Checks:
@@ -40,15 +40,15 @@ class Answer(Protocol):
 
     @property
     def draws(self) -> Mapping[str, np.ndarray]:
-        """Of equal weight, by name, SI units and radians."""
+        """Posterior draws of equal weight, by name, SI units and radians."""
 
     @property
     def seconds(self) -> float:
-        """That it took."""
+        """Computing time of the answer, s."""
 
     @property
     def model(self) -> str:
-        """Name of the rung."""
+        """Name of the model that answered."""
 
     def summary(self, units: Units = "si") -> pd.DataFrame:
         """The reported quantities, a row each."""
@@ -59,13 +59,13 @@ class Row:
     """A quantity's printed answer.
 
     Args:
-        name: its flat name.
-        label: in words.
-        unit: symbol.
-        median: text, marked or withheld.
-        interval: likewise, the limits of 95 %.
-        verdict: of the checks, in a word or two.
-        passed: whether it may be relied on.
+        name: flat name of the quantity.
+        label: label of the quantity, in words.
+        unit: symbol of the unit.
+        median: median as text, marked or withheld.
+        interval: limits of the 95 % interval as text, marked or withheld.
+        verdict: verdict of the checks, in a few words.
+        passed: whether the quantity's answer may be relied on.
         asked: whether the scene's question asks it.
     """
 
@@ -83,7 +83,7 @@ def rows(answer: Answer, units: Units) -> list[Row]:
     """An answer as it is printed.
 
     Args:
-        answer: of a session.
+        answer: answer of a session.
         units: "si" or "us".
 
     Returns:
@@ -119,7 +119,7 @@ def _row(answer: Answer, name: str, numbers: Mapping[str, Any], asked: bool) -> 
 
 
 def drawn(answer: Answer) -> tuple[str, ...]:
-    """The quantities whose marginals are shown: unknowns that are reported and may be."""
+    """The quantities whose marginals are shown: reported unknowns that did not fail the checks."""
     names = answer.scene.reported()
     return tuple(
         name
@@ -132,8 +132,8 @@ def curve(answer: Answer, name: str, units: Units) -> list[list[float]]:
     """The marginal density of a quantity: pairs of its value and the density, in the printed unit.
 
     Args:
-        answer: of a session.
-        name: of the quantity.
+        answer: answer of a session.
+        name: flat name of the quantity.
         units: "si" or "us".
 
     Returns:
@@ -152,9 +152,9 @@ def dots(answer: Answer, one: str, other: str, units: Units) -> list[list[float]
     """Draws of two quantities, thinned: pairs in the printed units.
 
     Args:
-        answer: of a session.
-        one: name of the first quantity.
-        other: of the second.
+        answer: answer of a session.
+        one: flat name of the first quantity.
+        other: flat name of the second quantity.
         units: "si" or "us".
 
     Returns:

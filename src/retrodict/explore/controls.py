@@ -13,11 +13,12 @@ from pydantic import BaseModel
 
 from retrodict.inference.digits import decimals_of
 from retrodict.scene.energy import ENERGY
+from retrodict.scene.entries.priors import PriorsEntry
 from retrodict.scene.kinds import Kind
 from retrodict.scene.load import toml_of, value_at
 from retrodict.scene.priors import prior_keys
 from retrodict.scene.records import Measured, Scene
-from retrodict.scene.schema import PriorsEntry, validated
+from retrodict.scene.schema import validated
 from retrodict.scene.units import (
     ANGLE,
     LENGTH,
@@ -30,8 +31,8 @@ from retrodict.scene.write import scene_text, scene_toml
 
 GROUPS = ("Vehicle A", "Vehicle B", "Impact", "Surfaces", "Evidence", "Priors")
 _EVIDENCE = ("rest", "departure", "marks", "end_of_rotation")
-# of a vehicle: for drawing alone; what only selects a number of whole turns; and of an outline up to
-# two hundred numbers, which make none any more where one of them goes far
+# a vehicle's size, which is for drawing alone; its rotation, which only selects a number of whole turns;
+# and an outline's up to two hundred coordinates, any of which may spoil the outline where it moves far
 _NOT_MOVED = ("length", "width", "rotation", "corners")
 _REACH = 4.0  # standard deviations to either side
 _STEPS = 160  # of a slider
@@ -47,18 +48,19 @@ class Control:
 
     Args:
         key: dotted, as `Scene.change` takes it.
-        group: of `GROUPS`.
-        label: its key as far as the group does not say it.
-        unit: as it stands in the file, or the first that is suggested; empty for a plain number.
-        written: what the file has there; None where it has a default.
-        source: who measured it, or where its default comes from.
-        value: in that unit.
-        sd: one standard deviation in that unit; 0 where there is none.
+        group: name of the control's group, in `GROUPS`.
+        label: key in words, without the part that the group says.
+        unit: unit as in the file, or that of `kind.example` where none is written; empty for a plain
+            number.
+        written: value as written in the file; None where the quantity has a default.
+        source: source of the measurement or of the default.
+        value: value of the quantity, in `unit`.
+        sd: standard deviation, in `unit`; 0 where there is none.
         span: least and greatest value of the slider.
         by_factor: whether the slider moves by factors, and not by differences.
         takes_sd: whether an uncertainty may be written.
-        also: what has to be written with it, by key.
-        kind: what the schema accepts there.
+        also: further values that have to be written with the quantity, by key.
+        kind: kind of value that the schema accepts there.
     """
 
     key: str
@@ -77,7 +79,7 @@ class Control:
 
     @property
     def step(self) -> float:
-        """Of the slider: of the value, or of the logarithm to base 2 of its factor."""
+        """Step of the slider: in `unit`, or in the logarithm to base 2 of the factor."""
         low, high = self.slider_range
         return (high - low) / _STEPS
 
@@ -99,7 +101,7 @@ class Control:
         return round(position, max(decimals_of(self.step, 1) or 0, 0))
 
     def sd_position(self, sd: float) -> float:
-        """The position of the slider of the uncertainty, likewise."""
+        """The position of the uncertainty's slider, at an end where the uncertainty lies beyond."""
         return min(max(math.log2(sd / self.sd), -_OCTAVES), _OCTAVES) if sd > 0 else -_OCTAVES
 
     def sd_at(self, position: float) -> float:
@@ -110,8 +112,8 @@ class Control:
         """The quantity as it is written in a scene file.
 
         Args:
-            value: in the control's unit; None for the file's.
-            sd: likewise; 0 for none.
+            value: value in the control's unit; None for the file's.
+            sd: standard deviation in the control's unit; 0 for none, None for the file's.
         """
         value, sd = self.value if value is None else value, self.sd if sd is None else sd
         number = f"{value:.10g}"
@@ -123,14 +125,14 @@ class Control:
         """Value and standard deviation (0 where none is written) of a text, in the control's unit.
 
         Raises:
-            QuantityError: it is no quantity.
+            QuantityError: the text is no quantity.
         """
         found = read_quantity(text, self.kind.dimension, self.kind.example)
         worth = factor(self.unit, self.kind.dimension) if self.unit else 1.0
         return found.value / worth, (found.sd or 0.0) / worth
 
     def changes(self, text: str) -> dict[str, object]:
-        """What `Scene.change` is given for a text: the file's own words where the text says the same."""
+        """Changes for `Scene.change` by a text: the file's own value where the text says the same."""
         if self.written is not None and text == self.text():
             return {self.key: self.written}
         return {self.key: text, **self.also}
@@ -140,10 +142,10 @@ def controls(scene: Scene) -> tuple[Control, ...]:
     """Everything measured or assumed in a scene that has a number.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
 
     Returns:
-        By group, in the order of a scene file.
+        The controls by group, in the order of a scene file.
     """
     written = toml_of(scene_text(scene).text, scene.name)
     # a file made from the scene has its defaults too

@@ -1,4 +1,4 @@
-"""What the page stands for: the scene as changed so far, its newest answer, and the work under way."""
+"""State behind the page: the scene as changed so far, its newest answer, and the work under way."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Session(Protocol):
 
     @property
     def answer(self) -> Answer:
-        """The present one."""
+        """The present answer."""
 
     def update(self, changes: Scene) -> Answer:
         """Answer the scene as it is to be; where that fails, the session is as it was."""
@@ -46,19 +46,19 @@ class Session(Protocol):
         """The result by NUTS of the scene that was answered."""
 
 
-# scene, a model's name or "auto", and what is called with progress -> a session
+# scene, a model's name or "auto", and a function that is called with progress -> a session
 Open = Callable[[Scene, str, Progress], Session]
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What the page knows besides the scene.
+    """Settings of the page, besides the scene.
 
     Args:
-        models: that can be chosen, by name.
+        models: names of the models that can be chosen.
         out: folder that results are written to.
-        file: of the scene; a changed one is saved beside it.
-        units: that come first.
+        file: path of the scene file; a changed scene is saved in the same folder.
+        units: system of units that is shown first, "si" or "us".
     """
 
     models: tuple[str, ...]
@@ -90,21 +90,21 @@ class Explorer:
     arrive meanwhile are answered together, so that no answer is computed that nobody waits for.
 
     Args:
-        scene: as its file has it.
-        open_session: makes a session of a scene and a model.
+        scene: scene as its file has it.
+        open_session: function that makes a session of a scene and a model.
         model: a rung's name, or "auto".
     """
 
     def __init__(self, scene: Scene, open_session: Open, model: str = "auto") -> None:
         self.original = self.scene = scene
         self.model = model
-        self.texts: dict[str, str] = {}  # of what was changed, by key
+        self.texts: dict[str, str] = {}  # texts of changed quantities, by key
         self.answer: Answer | None = None
-        self.of_file: Answer | None = None  # of the scene as its file has it, by the same model
+        self.of_file: Answer | None = None  # the answer for the original scene, by the same model
         self.fault = ""
         self._open = open_session
         self._session: Session | None = None
-        self._model = ""  # of the session
+        self._model = ""  # the model of the session
         self._asked = False  # whether the scene or the model has changed since it was last asked
         self._tracker: Tracker | None = None
         self._view: View | None = None
@@ -112,7 +112,7 @@ class Explorer:
         self._busy = asyncio.Lock()
 
     def show_in(self, view: View) -> None:
-        """Show in this view from now on, and in no other; the work begins where it has not."""
+        """Show in this view from now on, and in no other; begin the work if there is no answer yet."""
         if self._view is not None:
             self._view.superseded()
         self._view = view
@@ -122,21 +122,21 @@ class Explorer:
             self._ask()
 
     def leave(self, view: View) -> None:
-        """Show nothing more in a view that is no more."""
+        """Stop showing in a view that was closed."""
         if self._view is view:
             self._view = None
 
     def shown_in(self, view: View) -> bool:
-        """Whether this view is the one that is shown in."""
+        """Whether this view is the present one."""
         return self._view is view
 
     def change(self, key: str, text: str, changes: Mapping[str, object]) -> None:
         """Change the scene, and ask about it.
 
         Args:
-            key: of the quantity.
-            text: that stands for it on the page; the file's own removes it from `texts`.
-            changes: as `Scene.change` takes them.
+            key: dotted key of the quantity.
+            text: text of the quantity on the page, which `texts` keeps.
+            changes: new values by dotted key, as `Scene.change` takes them.
 
         Raises:
             SceneError: the scene would be wrong; it stays as it was.
@@ -168,7 +168,7 @@ class Explorer:
         """Reconstruct the scene as it is now by NUTS, and write the result.
 
         Args:
-            directory: that it is written to, as `Result.save` does.
+            directory: folder that the result is written to, as by `Result.save`.
             units: "si" or "us".
 
         Returns:
@@ -176,7 +176,7 @@ class Explorer:
 
         Raises:
             RuntimeError: there is no session to confirm.
-            OSError: it could not be written.
+            OSError: the result could not be written.
         """
         await self.settled()
         async with self._busy:
@@ -191,16 +191,16 @@ class Explorer:
         """Write the scene as it is now.
 
         Args:
-            directory: of the file.
-            name: of the file; a suffix .toml is added where it has none.
+            directory: folder of the file.
+            name: name of the file; a suffix .toml is added where it has none.
             replace: whether a file of that name may be replaced.
 
         Returns:
-            Its path.
+            Path of the file.
 
         Raises:
-            SceneError: the name is none, or is taken.
-            OSError: it could not be written.
+            SceneError: the name is no file name, or is taken.
+            OSError: the file could not be written.
         """
         plain = name.strip()
         if not plain.strip(".") or Path(plain).name != plain or "\\" in plain:
@@ -213,7 +213,7 @@ class Explorer:
 
     @property
     def doing(self) -> str:
-        """How far the present piece of work is, in words; empty where nothing is worked at."""
+        """Progress of the present piece of work, in words; empty where there is none."""
         tracker = self._tracker
         return "" if tracker is None else tracker.now().line.removeprefix("retrodict: ")
 
@@ -250,7 +250,7 @@ class Explorer:
             if scene is self.original:
                 self.of_file = answer
         if self.model != model or self._view is None:
-            return  # of a model that is no longer asked
+            return  # the model is no longer asked, or there is no view
         if self.answer is None:
             self._view.failed(self.fault)
         else:

@@ -20,17 +20,17 @@ from retrodict.scene.errors import SceneError
 from retrodict.scene.quantities import SHORT, Units, label_and_unit
 from retrodict.scene.units import QuantityError
 
-_OCTAVES = 2.0  # of the slider of an uncertainty, to either side
+_OCTAVES = 2.0  # powers of 2 that an uncertainty's slider reaches to either side
 _BEAT = 0.25  # s between looks at how far the work is
 _UNITS = {"si": "m/s", "us": "mph"}
 
 
 class Page:
-    """What one browser shows of an explorer.
+    """The page on which a browser shows an explorer.
 
     Args:
-        explorer: whose scene it changes.
-        setting: what it knows besides.
+        explorer: explorer whose scene the page changes.
+        setting: settings of the page, besides the scene.
     """
 
     def __init__(self, explorer: Explorer, setting: Setting) -> None:
@@ -119,7 +119,7 @@ class Page:
     # what the user does
 
     def change(self, row: ControlRow, text: str) -> None:
-        """Change a quantity to what is written; say at its row where that is refused."""
+        """Change a quantity to a text; say at its row why that is refused, if it is."""
         if not self.explorer.shown_in(self):
             return
         control = row.control
@@ -273,7 +273,7 @@ class Page:
         self._joint.update()
 
     def _window(self, name: str, curve: list[list[float]]) -> tuple[float, float]:
-        """Limits of an axis, which only widen, so that one sees a density move."""
+        """Limits of an axis; they only widen, so that a density is seen to move."""
         if curve:
             low, high = min(x for x, _ in curve), max(x for x, _ in curve)
             room = 0.25 * (high - low)
@@ -289,8 +289,8 @@ class ControlRow:
 
     Args:
         control: the quantity.
-        change: called with this and the text that was set.
-        text: that it has now; None for the file's.
+        change: function that is called with this row and the text that was set.
+        text: present text of the quantity; None for the file's.
     """
 
     def __init__(
@@ -347,7 +347,7 @@ class ControlRow:
         self._back.classes(add="" if changed else "off", remove="off" if changed else "")
 
     def refuse(self, why: str) -> None:
-        """Say why what was set is refused."""
+        """Say why the text is refused."""
         self._fault.set_text(why)
 
     def _moved(self) -> None:

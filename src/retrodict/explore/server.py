@@ -30,7 +30,7 @@ def listen(port: int) -> socket.socket:
     """A socket that listens on the loopback address.
 
     Args:
-        port: 0 for any that is free.
+        port: number of the port; 0 for any free port.
 
     Returns:
         The socket.
@@ -50,7 +50,7 @@ def listen(port: int) -> socket.socket:
 
 
 def address(listening: socket.socket) -> str:
-    """Of the page that is served at a socket."""
+    """Address of the page that is served at a socket."""
     return f"http://{HOST}:{listening.getsockname()[1]}/"
 
 
@@ -60,14 +60,14 @@ def serve(
     """Serve the page until the process is interrupted; once in a process.
 
     Args:
-        explorer: of the scene.
-        setting: what the page knows besides.
-        listening: from `listen`.
+        explorer: explorer of the scene.
+        setting: settings of the page, besides the scene.
+        listening: socket from `listen`.
         browser: whether to open the page in a browser.
 
     Raises:
         MissingLibrary: the extra is not installed.
-        KeyboardInterrupt: it was interrupted.
+        KeyboardInterrupt: the process was interrupted.
     """
     ui = imported("nicegui", "the page", "explore").ui
     uvicorn = imported("uvicorn", "the page", "explore")
@@ -102,11 +102,11 @@ def serve(
 
 
 class Guard:
-    """Refuses what does not come from this server's own page, such as by DNS rebinding.
+    """Refuses requests that do not come from this server's own page, such as by DNS rebinding.
 
     Args:
-        app: that is guarded.
-        port: that it is served at.
+        app: application that is guarded.
+        port: port that the application is served at.
     """
 
     def __init__(self, app: ASGIApp, port: int) -> None:

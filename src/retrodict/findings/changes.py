@@ -22,11 +22,11 @@ def changed_keys(one: Scene, other: Scene) -> dict[str, tuple[str, str]]:
 
     Args:
         one: a scene.
-        other: another.
+        other: the scene compared with it.
 
     Returns:
         Both values by dotted key, such as vehicles.A.approach.speed, as the files have them, in SI
-        units where a file does not spell out the key; a dash where there is none.
+        units where a file does not spell out the key; a dash where a scene has no value.
     """
     before, after = (dict(_leaves(tomllib.loads(scene_toml(scene)))) for scene in (one, other))
     texts = [dict(_leaves(tomllib.loads(scene_text(scene).text))) for scene in (one, other)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -36,11 +36,11 @@ class Difference:
     """A quantity in two results (SI units, radians); None where a number is withheld or not finite.
 
     Args:
-        one, other: what the draws of each say of it.
-        difference: of the means, the other less the one; of angles within half a turn.
-        in_sd: that, over the root mean square of the two standard deviations.
-        in_errors: that, over the Monte Carlo standard error of it.
-        reported: whether it is one of the quantities that were sought, not one that follows.
+        one, other: statistics of the quantity in each result.
+        difference: mean in `other` less mean in `one`; for angles wrapped to within half a turn.
+        in_sd: `difference` over the root mean square of the two standard deviations.
+        in_errors: `difference` over its Monte Carlo standard error.
+        reported: whether the quantity is one of those reported, not a derived one.
     """
 
     one: Quantity
@@ -73,11 +73,11 @@ class Differences:
     """Two results beside each other.
 
     Args:
-        quantities: those that both results have, the reported ones first.
+        quantities: quantities that both results have, the reported ones first.
         scene: keys of the scene file that differ, with both values as they are written.
-        run: what else differs: model, method, seed, draws.
-        verdicts: in sentences, by the units they are in; what was asked comes first.
-        reliable: whether the checks of each passed.
+        run: settings of the run that differ (model, method, seed, draws, …), with both values.
+        verdicts: verdict in sentences, by system of units; the quantity asked for comes first.
+        reliable: whether the checks of each result passed.
     """
 
     quantities: tuple[Difference, ...]
@@ -88,7 +88,7 @@ class Differences:
 
     @property
     def verdict(self) -> str:
-        """In sentences, in SI units."""
+        """The verdict in sentences, in SI units."""
         return self.verdicts["si"]
 
     def table(self, units: Units = "si") -> pd.DataFrame:
@@ -126,7 +126,7 @@ class Differences:
         return frame.astype(dict.fromkeys(numbers, float))
 
     def changes(self) -> pd.DataFrame:
-        """What was done otherwise: keys of the scene file, and of the run, with both values."""
+        """Keys of the scene file and settings of the run that differ, with both values."""
         import pandas as pd
 
         return pd.DataFrame.from_dict(
@@ -155,7 +155,7 @@ def differences(one: Findings, other: Findings) -> Differences:
 
     Args:
         one: findings of a reconstruction.
-        other: those of another, of the same scene or of one that was changed, by any model.
+        other: findings of another reconstruction, of the same or a changed scene, by any model.
 
     Returns:
         The record.
@@ -211,7 +211,7 @@ def _joined(one: float | None, other: float | None) -> float | None:
 
 
 def _ratio(each: Difference) -> float:
-    """Of the standard deviations; infinite where one is nothing."""
+    """Ratio of the standard deviations; infinite where one of them is zero or missing."""
     one, other = each.one.sd, each.other.sd
     return other / one if one and other else math.inf
 
@@ -277,20 +277,24 @@ def _verdict(
     withheld = sum(each.reported and each.difference is None for each in found)
     if withheld:
         sentences.append(f"Of {withheld} reported quantities a number is withheld or missing.")
+    return " ".join([*sentences, *_causes(scene, run)])
+
+
+def _causes(scene: dict[str, tuple[str, str]], run: dict[str, tuple[str, str]]) -> Iterator[str]:
+    """In what scene and run differ, in sentences."""
     listed = [f"{key} {old} → {new}" for key, (old, new) in scene.items()]
     more = f" and {len(listed) - _MOST} more" if len(listed) > _MOST else ""
     if listed:
-        sentences.append(f"In the scene differ: {'; '.join(listed[:_MOST])}{more}.")
+        yield f"In the scene differ: {'; '.join(listed[:_MOST])}{more}."
     else:
-        sentences.append("Both are of the same scene.")
+        yield "Both are of the same scene."
     made = [f"{name} {old} → {new}" for name, (old, new) in run.items() if name != "complete"]
     if made:
-        sentences.append(f"In the run differ: {'; '.join(made)}.")
-    return " ".join(sentences)
+        yield f"In the run differ: {'; '.join(made)}."
 
 
 def _moved(each: Difference, units: Units) -> str:
-    """By how much a quantity moved, in words."""
+    """Move of a quantity between the results, in words."""
     one, other = each.one, each.other
     unit = one.precision[units].unit
     texts = [

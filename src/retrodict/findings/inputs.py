@@ -25,14 +25,14 @@ class InputRow:
     """A measured quantity and what the reconstruction made of it (SI units, radians).
 
     Args:
-        name: its flat name.
+        name: flat name of the quantity.
         kind: "input" or "evidence".
-        measured: as in the scene.
+        measured: measured value and its sd, as in the scene.
         mean: posterior mean of an input, posterior-predictive mean of an item of evidence.
-        sd: likewise.
-        shift: mean less measured, in standard deviations, the model's error included; None for an
-            exact input.
-        quantiles: `QUANTILES` of the same draws less measured, likewise.
+        sd: posterior sd of an input, posterior-predictive sd of an item of evidence.
+        shift: mean less measured value, in standard deviations of the measurement with the model's
+            error included; None for an exact input.
+        quantiles: `QUANTILES` of the same draws less the measured value, in units as of `shift`.
     """
 
     name: str
@@ -45,7 +45,7 @@ class InputRow:
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """Label of the quantity, in words."""
         return label_and_unit(self.name, "si")[0]
 
     @property
@@ -59,7 +59,7 @@ class InputRow:
         return self.measured.assumed
 
     def unit(self, units: Units) -> str:
-        """Symbol of the unit it is printed in."""
+        """Symbol of the unit that the quantity is printed in."""
         return label_and_unit(self.name, units)[1].symbol
 
     def format_measured(self, units: Units) -> str:
@@ -68,7 +68,7 @@ class InputRow:
         return format_with_sd(self.measured.value / worth, self.measured.measured_sd / worth)
 
     def format_model(self, units: Units) -> str:
-        """By how much the model is taken to miss it, one sd, rounded; empty for none."""
+        """Assumed error of the model in the quantity, one sd, rounded; empty where there is none."""
         sd = self.measured.model_sd / label_and_unit(self.name, units)[1].worth
         return f"± {format_value(sd, decimals_of(sd))}" if sd else ""
 

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
+from retrodict.findings.answers import Answered
 from retrodict.findings.inputs import InputRow, input_rows
-from retrodict.findings.questions import Answered, answers_to
+from retrodict.findings.questions import answers_to
 from retrodict.findings.sentences import (
     answer,
     assumptions,
@@ -43,11 +44,12 @@ SCHEMA: Literal[1] = 1  # raised when a reader of `summary.json` has to change
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """A measured quantity that an answer is uncertain by.
+    """A measured quantity that contributes to the uncertainty of an answer.
 
     Args:
-        name: its flat name.
-        share: of the answer's variance that would vanish, were it known exactly; to first order.
+        name: flat name of the measured quantity.
+        share: share of the answer's variance that would vanish if the quantity were known exactly, to
+            first order.
         error: Monte Carlo standard error of the share; None where the draws are not judged.
     """
 
@@ -61,30 +63,31 @@ class Findings:
     """All that is reported of a reconstruction (SI units, radians); plain data, without draws.
 
     Args:
-        scene: what was measured.
-        scene_text: the scene file that says so.
+        scene: the measured scene.
+        scene_text: scene file of that scene.
         description: the model, in words.
-        quantities: the reported ones, by name.
-        derived: what follows from the same draws, by name.
+        quantities: reported quantities, by name.
+        derived: quantities derived from the same draws, by name.
         hours: share of the draws at each hour of the clock that the force on a vehicle came from, by
             vehicle, the largest share first.
-        correlations: of the unknowns, pair by pair.
-        measured: inputs and evidence, with what became of each.
-        left_out: what all else says of each item of evidence.
-        narrowing: the sd of each speed that was sought, were a quantity known exactly; nothing where
-            checks failed.
-        causes: the measured quantities that each speed is uncertain by most; likewise.
-        assumptions: what is taken for granted, one line each.
-        simplifications: what of the scene is left out, or taken for granted though nobody wrote it.
+        correlations: coefficients of correlation of the unknowns, by pair of names.
+        measured: inputs and evidence, each with its posterior or posterior-predictive statistics.
+        left_out: leave-one-out prediction of each item of evidence.
+        narrowing: sd of each sought speed if one more quantity were known exactly; empty where checks
+            failed.
+        causes: measured quantities that contribute most to the uncertainty of each sought speed;
+            empty where checks failed.
+        assumptions: assumptions of the reconstruction, one line each.
+        simplifications: parts of the scene that the answer leaves out, and assumptions that the scene
+            file does not state, one sentence each.
         checks: the verdict on the draws.
-        verdict: the same, in a line.
-        question: what was asked, in words.
+        verdict: the same verdict in one line.
+        question: the question on speeds and impact, in words.
         answers: the answer in sentences, by the system of units that comes first.
-        questions: what was asked, with its answers.
+        questions: further questions put to the reconstruction, with their answers.
         size: chains, and draws kept of each; None where there are none.
-        seconds, versions, seed, settings, asked, complete, notes: as of the outcome.
-        ladder: what the other models say, where the ladder chose this one.
-        questions: that were put beside it, with their answers.
+        seconds, versions, seed, settings, asked, complete, notes: fields of `Outcome`.
+        ladder: comparison of the models, where the ladder chose this one; None otherwise.
         schema: version of this record and of its serialisation.
     """
 
@@ -123,11 +126,11 @@ class Findings:
 
 
 def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
-    """Compute what a reconstruction comes to.
+    """Compute the findings of a reconstruction.
 
     Args:
         outcome: the reconstruction.
-        ladder: what the other models say, where the ladder chose this one.
+        ladder: comparison of the models, where the ladder chose this one; None otherwise.
 
     Returns:
         The record; each statistic in it was computed once.
@@ -182,7 +185,7 @@ def _narrowing(
 
 
 def _causes(answer: Quantity, known: tuple[Narrowed, ...]) -> tuple[Cause, ...]:
-    """Those of what was measured that would narrow an answer the most."""
+    """The measured quantities that would narrow an answer the most, if known exactly."""
     if not answer.sd:
         return ()
     causes = []

@@ -1,4 +1,4 @@
-"""What a run anew says beside a recorded one: which numbers are the same, which are not, and where."""
+"""A repeated run compared with the recorded one: which numbers are the same, and which are not."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Compared:
     """A number of a summary, as it was recorded and as it came out again (SI units, radians).
 
     Args:
-        name: its place in the summary, such as "parameters.speed_b.mean".
-        recorded, again: the numbers; None where there is none that is finite.
+        name: path of the number in the summary, such as "parameters.speed_b.mean".
+        recorded, again: number in each run; None where it is missing or not finite.
         sameness: a key of `SAMENESS`.
     """
 
@@ -54,14 +54,14 @@ class Compared:
 
 @dataclass(frozen=True, slots=True)
 class Reproduction:
-    """What a run anew came to.
+    """A repeated run compared with the recorded one.
 
     Args:
         link: last link of the archive's chain.
-        title: of the scene.
-        numbers: all of the summary.
+        title: title of the scene.
+        numbers: all numbers of the summary.
         draws: whether each variable of the draws is the same to the bit, by group and name.
-        versions: of libraries and platform that differ: recorded and now, by name.
+        versions: versions of libraries and platform that differ: recorded and current, by name.
     """
 
     link: str
@@ -87,14 +87,14 @@ def compare(
     again: Findings,
     draws_again: xr.DataTree,
 ) -> Reproduction:
-    """Compare a recorded summary and its draws with a run anew.
+    """Compare a recorded summary and its draws with a repeated run.
 
     Args:
         link: last link of the archive's chain.
         recorded: the summary, as read from JSON.
-        draws: its draws.
-        again: findings of the run anew.
-        draws_again: their draws.
+        draws: draws of the recorded run.
+        again: findings of the repeated run.
+        draws_again: draws of the repeated run.
 
     Returns:
         Every number of either, and every variable of the draws.

@@ -14,8 +14,8 @@ def format_value(value: float | None, decimals: int | None) -> str:
     """A number as it is printed.
 
     Args:
-        value: in the unit to be printed; None or not finite where there is none.
-        decimals: from `decimals_of`; None prints six significant digits.
+        value: number in the unit to be printed; None or not finite where there is none.
+        decimals: number of decimals, from `decimals_of`; None prints six significant digits.
 
     Returns:
         The text, with a true minus sign; a dash where there is no value.
@@ -34,9 +34,10 @@ def format_with_sd(value: float | None, sd: float | None, decimals: int | None =
     """A value ± its standard uncertainty, both to the same decimals.
 
     Args:
-        value: in the unit to be printed.
-        sd: its standard uncertainty; 0 for an exact value, which is printed alone.
-        decimals: from `decimals_of`; None leaves the uncertainty two significant digits.
+        value: number in the unit to be printed.
+        sd: standard uncertainty of the value; 0 for an exact value, which is printed alone.
+        decimals: number of decimals, from `decimals_of`; None leaves the uncertainty two significant
+            digits.
 
     Returns:
         The text, such as "18.9 ± 1.2".
@@ -53,8 +54,8 @@ def format_range(bounds: tuple[float | None, float | None], decimals: int | None
     """An interval as it is printed, such as "17.2 to 20.6".
 
     Args:
-        bounds: lower and upper, in the unit to be printed.
-        decimals: from `decimals_of` of the standard uncertainty.
+        bounds: lower and upper limit, in the unit to be printed.
+        decimals: number of decimals, from `decimals_of` of the standard uncertainty.
 
     Returns:
         The text; a dash where there is no interval.

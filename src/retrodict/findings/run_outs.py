@@ -25,13 +25,13 @@ class Motion:
     """The motion of the vehicles in one draw, keyed by vehicle (SI units, radians).
 
     Args:
-        number: of the draw among those whose motion is recorded, from 1.
+        number: number of the draw among those whose motion is recorded, from 1.
         before: velocity just before the impact, shape (2,).
-        speed: its size.
-        time: after the impact, shape (steps,), ascending from 0.
-        pose: x, y and heading at these times, shape (steps, 3); the last is the rest.
-        skid: of vehicles that skidded up to the impact, the speed before the skid, m/s, and its
-            length, m.
+        speed: speed just before the impact, m/s.
+        time: times after the impact, shape (steps,), ascending from 0.
+        pose: x, y and heading at these times, shape (steps, 3); the last is the rest pose.
+        skid: speed before the skid, m/s, and length of the skid, m, of vehicles that skidded up to the
+            impact.
     """
 
     number: int
@@ -78,7 +78,8 @@ def motions(outcome: Outcome, count: int | None = None) -> tuple[Motion, ...]:
 
     Args:
         outcome: the reconstruction.
-        count: how many; an odd number has the median in its middle. None for all that are recorded.
+        count: number of motions; an odd number has the median in its middle. None for all that are
+            recorded.
 
     Returns:
         The slowest first; fewer where fewer run-outs are recorded, none where none is.
@@ -139,7 +140,7 @@ def motion_of(found: tuple[Motion, ...], which: str | int) -> Motion:
     """One of the recorded motions.
 
     Args:
-        found: all of them, the slowest first.
+        found: all recorded motions, the slowest first.
         which: "median" or a percentage such as "5%" of the sought speed, or a draw's number.
 
     Returns:
@@ -169,8 +170,8 @@ def place_of(outcome: Outcome, motion: Motion) -> tuple[int, int] | None:
     """Chain and draw of the posterior, from 0, whose motion this is; None where they do not show.
 
     Args:
-        outcome: that the motion is of.
-        motion: recorded in it.
+        outcome: the reconstruction that the motion is recorded in.
+        motion: recorded motion whose draw is looked up.
     """
     if "posterior" not in outcome.idata.children:
         return None

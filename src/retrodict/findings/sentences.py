@@ -64,11 +64,11 @@ def answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units) -
 
     Args:
         outcome: the reconstruction.
-        quantities: by name; of a speed that is missing nothing is known.
-        units: which come first; both are given.
+        quantities: statistics of the quantities, by name; a speed that is missing counts as withheld.
+        units: system of units that comes first; both are given.
 
     Returns:
-        One sentence or two, that of A first.
+        The sentences, those on A first.
     """
     sought = outcome.scene.reported()
     said = [
@@ -172,10 +172,10 @@ _OF_CLASS = {
 
 
 def of_class(scene: Scene) -> tuple[str, ...]:
-    """What of which vehicle is known by its class alone: a line each.
+    """Quantities that are known by the vehicle's class alone, one line per vehicle.
 
     Args:
-        scene: what was measured.
+        scene: the measured scene.
     """
     found = []
     for v, vehicle in scene.vehicles.items():

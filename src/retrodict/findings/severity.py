@@ -16,8 +16,8 @@ def pdof(posterior: xr.Dataset, scene: Scene) -> dict[str, xr.DataArray]:
     """Principal direction of force on each vehicle: `pdof_a`, and `pdof_b` where there is a B.
 
     Args:
-        posterior: draws; those of a model without these velocities give nothing.
-        scene: what was measured.
+        posterior: posterior draws; without the velocities at the impact the result is empty.
+        scene: the measured scene.
 
     Returns:
         Clockwise from straight ahead, rad, as SAE J224 has it: 0 is a force from the front, pi/2 from

@@ -35,9 +35,9 @@ class Precision:
     """How a quantity's numbers are printed in a system of units.
 
     Args:
-        unit: that they are printed in.
-        decimals: of median, mean and sd; None where there is no uncertainty to round to.
-        of_level: of the limits of the interval of each level in per cent; likewise.
+        unit: unit that the numbers are printed in.
+        decimals: decimals of median, mean and sd; None where there is no uncertainty to round to.
+        of_level: decimals of the limits of each interval, by level in per cent; None as in `decimals`.
     """
 
     unit: Unit
@@ -50,20 +50,20 @@ class Quantity:
     """What the posterior draws say of a quantity (SI units, radians); None where not finite.
 
     Args:
-        name: its flat name.
-        label: in words.
+        name: flat name of the quantity.
+        label: name in words.
         unit: symbol of the SI unit that its numbers are in.
-        mean, sd, median: of the draws.
-        intervals: the central ones of so many per cent of the draws, by level: as many draws lie
-            below as above.
-        ess_bulk, ess_tail, rhat: diagnostics.
+        mean, sd, median: mean, standard deviation and median of the draws.
+        intervals: central intervals, by level in per cent of the draws: as many draws lie below as
+            above.
+        ess_bulk, ess_tail, rhat: bulk and tail effective sample size, and R-hat.
         mcse_mean: Monte Carlo standard error of the mean.
         error: Monte Carlo standard error of mean and median, the larger.
-        errors: of the limits of the intervals, the larger, by level.
-        passed: whether it has numbers, and no check of its own failed.
-        withheld: whether its numbers are held back, for a check of its own or of what it follows
-            from failed.
-        precision: how its numbers are printed, by system of units.
+        errors: Monte Carlo standard error of the limits of each interval, the larger, by level.
+        passed: whether the quantity has numbers, and no check of its own failed.
+        withheld: whether the numbers are withheld, because a check of the quantity or of what it
+            follows from failed.
+        precision: unit and decimals that the numbers are printed with, by system of units.
     """
 
     name: str
@@ -98,10 +98,10 @@ def reported(outcome: Outcome, names: Iterable[str] | None = None) -> tuple[str,
 
     Args:
         outcome: the reconstruction.
-        names: to choose from; None for those that its scene reports.
+        names: names to choose from; None for the quantities that the scene reports.
 
     Returns:
-        Those that it has draws of, in their order; all where there are no draws.
+        The names that the model has draws of, in their order; all where there are no draws.
     """
     names = outcome.scene.reported() if names is None else names
     if "posterior" not in outcome.idata.children:
@@ -123,31 +123,20 @@ def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
 
     Args:
         outcome: the reconstruction.
-        names: of variables in the posterior group, each once.
+        names: names of variables in the posterior group, each once.
 
     Returns:
         One record a name, whether there are draws of it or not.
     """
     # arviz_stats takes a while to import, and findings are not always asked for
-    from arviz_stats import ess, eti, mcse, rhat
+    from arviz_stats import eti
 
     names, posterior, checks = tuple(names), posterior_of(outcome), outcome.checks
     data = posterior[[name for name in names if name in posterior.data_vars]]
     measures, intervals = {}, {}
     if data.data_vars:
         with np.errstate(all="ignore"):
-            of_mean = mcse(data, method="mean")
-            measures = {
-                "mean": data.mean(),
-                "sd": data.std(ddof=1),
-                "median": data.median(),
-                "ess_bulk": ess(data, method="bulk"),
-                "ess_tail": ess(data, method="tail"),
-                "rhat": rhat(data, method="rank"),
-                "mcse_mean": of_mean,
-                "error": monte_carlo_error(data, 0, of_mean),
-                **{f"error_{level}": monte_carlo_error(data, level / 100) for level in LEVELS},
-            }
+            measures = _measures(data)
             intervals = {level: eti(data, prob=level / 100) for level in LEVELS}
 
     def number(measure: str, name: str) -> float | None:
@@ -186,6 +175,24 @@ def statistics(outcome: Outcome, names: Iterable[str]) -> dict[str, Quantity]:
             },
         )
     return found
+
+
+def _measures(data: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Moments, diagnostics and Monte Carlo errors of draws, by name of the measure."""
+    from arviz_stats import ess, mcse, rhat
+
+    of_mean = mcse(data, method="mean")
+    return {
+        "mean": data.mean(),
+        "sd": data.std(ddof=1),
+        "median": data.median(),
+        "ess_bulk": ess(data, method="bulk"),
+        "ess_tail": ess(data, method="tail"),
+        "rhat": rhat(data, method="rank"),
+        "mcse_mean": of_mean,
+        "error": monte_carlo_error(data, 0, of_mean),
+        **{f"error_{level}": monte_carlo_error(data, level / 100) for level in LEVELS},
+    }
 
 
 def _precision(

@@ -32,10 +32,10 @@ def stored(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, bytes]:
 
     Args:
         outcome: the reconstruction.
-        ladder: what the other models say, where the ladder chose this one.
+        ladder: comparison of the models, where the ladder chose this one; None otherwise.
 
     Returns:
-        What they hold, by name: the draws in netCDF, and everything else in JSON.
+        Contents of the files, by name: the draws in netCDF, and everything else in JSON.
     """
     known = {each.name: getattr(outcome, each.name) for each in fields(outcome)}
     record = {name: known[name] for name in _record_types() if name in known}
@@ -51,10 +51,10 @@ def load(folder: Path) -> tuple[Outcome, Ladder | None]:
     """A reconstruction from a folder of results.
 
     Args:
-        folder: where a result was saved.
+        folder: folder in which a result was saved.
 
     Returns:
-        The outcome, without what an interrupted run would go on from; and what the ladder said.
+        The outcome, without what an interrupted run would go on from; and the comparison of the models.
 
     Raises:
         NotStored: there is no result, a file is not of the run that the summary is of, or it was
@@ -78,11 +78,11 @@ def of_files(files: Mapping[str, bytes], place: Path) -> tuple[Outcome, Ladder |
     """A reconstruction from what its files hold.
 
     Args:
-        files: as of `stored`, and any others, by name.
-        place: where they are from, for messages.
+        files: contents of the files of `stored`, and of any others, by name.
+        place: path that the files were read from, for messages.
 
     Returns:
-        As of `load`.
+        The outcome and the comparison of the models, as from `load`.
 
     Raises:
         NotStored: a file is missing, or was saved by a version that this one does not read.
@@ -112,7 +112,7 @@ def draws_of(content: bytes) -> xr.DataTree:
 
 
 def _reader() -> TypeAdapter[Any]:
-    """Of all but the draws; made here, because pydantic and JAX take a while to import."""
+    """Reader of all but the draws; made here, because pydantic and JAX take a while to import."""
     from pydantic import ConfigDict, TypeAdapter
     from typing_extensions import TypedDict
 

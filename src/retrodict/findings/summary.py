@@ -19,8 +19,8 @@ from retrodict.studies.probability import LikelihoodRatio, Probability
 if TYPE_CHECKING:
     import pandas as pd
 
+    from retrodict.findings.answers import Answered, Numbers
     from retrodict.findings.inputs import InputRow
-    from retrodict.findings.questions import Answered, Numbers
     from retrodict.findings.record import Findings
     from retrodict.findings.schema import (
         LadderEntry,
@@ -45,7 +45,7 @@ def summarise(findings: Findings) -> Summary:
     """A reconstruction in numbers that are strict JSON, in SI units and radians.
 
     Args:
-        findings: of the reconstruction.
+        findings: findings of the reconstruction.
 
     Returns:
         What `schema.Summary` describes; what is not finite is None.
@@ -239,8 +239,8 @@ def summary_json(findings: Findings, files: Mapping[str, bytes]) -> bytes:
     """`summarise` as a JSON file, with the digests of the files of the same result.
 
     Args:
-        findings: of the reconstruction.
-        files: what these hold, by path from where the summary is.
+        findings: findings of the reconstruction.
+        files: contents of these files, by path relative to the summary.
 
     Returns:
         What the file holds; its entry `files` has the SHA-256 of each of the others.
@@ -254,7 +254,7 @@ def summary_frame(findings: Findings, units: Units = "si") -> pd.DataFrame:
     """The reported quantities, and what follows from the same draws, in a table of numbers.
 
     Args:
-        findings: of the reconstruction.
+        findings: findings of the reconstruction.
         units: "si" or "us".
 
     Returns:
@@ -319,10 +319,10 @@ def strangers(directory: Path) -> tuple[str, ...]:
     """Which files of a folder of results are not those that its summary was written with.
 
     Args:
-        directory: with a summary that `read_summary` can read.
+        directory: folder with a summary that `read_summary` can read.
 
     Returns:
-        Their paths in the folder, those that are missing among them.
+        Paths in the folder of files that are missing or differ from their digest.
     """
     found = read_summary(directory) or {"files": {}}
     other = []

@@ -1,4 +1,4 @@
-"""What follows: the posterior as a function, its coordinates, the draws and the verdict on them."""
+"""Bayesian inference: the posterior as a function, its coordinates, the draws and their checks."""
 
 from retrodict.inference.errors import Interrupted, Unanswerable
 

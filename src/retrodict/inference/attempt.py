@@ -1,6 +1,6 @@
 """Draws of a posterior by one way after the other, until some pass: draw, judge, take more, go on.
 
-What each way failed by is noted in one place.
+The reason why each way failed is noted in one place.
 """
 
 from __future__ import annotations
@@ -54,20 +54,20 @@ def first_that_passes(
 ) -> Run:
     """Draws by the first way whose draws pass; where none does, by the first that gave any.
 
-    Chains are not asked where modes share a density, for they may miss one. Where the modes in a way's
-    coordinates are at fault, any way in others goes first.
+    Methods with chains are passed over where several modes share a density, for chains may miss one.
+    Where the solutions in a way's coordinates have faults, all other ways go first.
 
     Args:
-        ways: in the order of trying.
-        find: where the posterior lies in a way's coordinates.
-        draw: draws by a way, and judges them.
-        quick: whether the first draws will do, whatever they lack.
+        ways: methods with their coordinates, in the order of trying.
+        find: function that finds the posterior's solutions in a way's coordinates.
+        draw: function that draws by a way, and judges the draws.
+        quick: whether the first draws are accepted, whatever they lack.
 
     Returns:
-        The run, with notes of what else was tried; one that was interrupted ends the work.
+        The run, with notes of what else was tried; an interrupted run ends the work.
 
     Raises:
-        Unanswerable: in no coordinates a posterior was found.
+        Unanswerable: no posterior was found in any coordinates.
         Interrupted: stopped before any draw was kept.
     """
     queue, late = deque(ways), set[Way]()
@@ -87,8 +87,11 @@ def first_that_passes(
         place = id(where)
         if place in closed or (way.method, place) in done:
             continue
-        if where.shared and METHODS[way.method].follows and queue:
+        if METHODS[way.method].follows and queue and way not in late and len(where.found) > 1:
             tried.append((way.method, "the posterior has several modes, which chains may miss"))
+            if not where.shared:  # each is a part of its own, of which chains take longest
+                late.add(way)
+                queue.append(way)
             continue
         missed = _missed(where.found)
         if where.faults and queue and way not in late and not missed:
@@ -124,18 +127,18 @@ def first_that_passes(
 
 @dataclass(frozen=True)
 class Run:
-    """What a method made of all solutions.
+    """Draws of all solutions by one method, with the verdict on them.
 
     Args:
         method: a name in METHODS.
         idata: the draws, mixed.
         checks: the verdict on them.
-        failed: reasons in it that are the draws' own, and not known before.
-        draws: asked for of each chain.
-        seconds: of sampling, without compilation.
+        failed: reasons in `checks` that are the draws' own, and not known before.
+        draws: number of draws asked for of each chain.
+        seconds: duration of sampling, without compilation, s.
         complete: False when interrupted.
-        notes: how it helped itself.
-        unfinished: interrupted chains as a file holds them.
+        notes: remedies that the run applied by itself, and methods tried besides, in words.
+        unfinished: content of a file of interrupted chains; None where there are none to continue.
         found: the solutions, by weight.
     """
 
@@ -153,13 +156,13 @@ class Run:
 
 @dataclass(frozen=True)
 class Sampling:
-    """What is known of a posterior before it is sampled.
+    """A posterior that is to be sampled: its solutions, and the reference for its draws.
 
     Args:
         where: the solutions, in the coordinates of the draws, and faults known of them.
         reference: crashes of the prior, with which draws have to agree.
-        pictured: whether the prior and run-outs are recorded too, which figures show.
-        report: called as the work goes on.
+        pictured: whether the prior and run-outs, which figures show, are recorded too.
+        report: callback that is called with (stage, done, of all) as the work goes on.
     """
 
     where: PosteriorModes
@@ -177,9 +180,9 @@ class Sampling:
 
         Args:
             method: a name in METHODS.
-            options: options of the run; the method that was asked for draws as many as they say, another
-                no fewer than it does by default.
-            resume: file of interrupted chains to go on with; None begins anew.
+            options: options of the run; the method that was asked for makes as many draws as they say,
+                another no fewer than by default.
+            resume: file of interrupted chains to be continued; None to begin anew.
         """
         usual = METHODS[method].draws
         asked = usual if options.draws is None else options.draws
@@ -200,7 +203,7 @@ class Sampling:
         return run
 
     def _by(self, method: str, task: Task) -> Run:
-        """Draws of every solution, those that stand included."""
+        """Draws of every solution, including those kept from a method whose other draws failed."""
         sampling = Stopwatch()
         with self._sampling(sampling):
             drawn = self._of_each(method, task)
@@ -212,7 +215,7 @@ class Sampling:
                 return self._of_each(method, task, times)
 
         def judge(drawn: list[Draws], times: int) -> _Judged:
-            # of what was evaluated importance sampling keeps no more than twice
+            # importance sampling keeps at most twice the draws asked for
             return self._judged(drawn, replace(task, draws=min(times, 2) * task.draws))
 
         def is_short(judged: _Judged, times: int) -> bool:
@@ -243,7 +246,7 @@ class Sampling:
         )
 
     def _lacking(self, checks: Checks) -> list[str]:
-        """What of draws more of them may improve."""
+        """Shortcomings of draws that more draws may improve, in words."""
         lacking = [*checks.reasons[len(self.where.faults) :]]
         if checks.imprecise:
             names = ", ".join(describe(name)[0] for name in checks.imprecise)
@@ -252,7 +255,7 @@ class Sampling:
 
     @contextmanager
     def _sampling(self, stopwatch: Stopwatch) -> Iterator[None]:
-        """A context in which draws are made: its seconds are added, but for compilation."""
+        """A context in which draws are made; its duration, less compilation, is added to a stopwatch."""
         self.report("sampling", 0, 1)
         before = COMPILATION.seconds
         with stopwatch.running():
@@ -287,7 +290,7 @@ class Sampling:
         return drawn
 
     def _leave_standing(self, method: str, drawn: list[Draws]) -> None:
-        """Keep what of a method's draws is not at fault, where the others are."""
+        """Keep a method's draws of the solutions where they have no faults, if others have."""
         if not (METHODS[method].weighs and len(drawn) == len(self.found) > 1):
             return
         weights = shares(np.array([each.attributes["log_evidence"] for each in drawn]))
@@ -324,7 +327,7 @@ class Sampling:
         return _Judged(idata, checks, found)
 
     def _weighted(self, drawn: list[Draws]) -> tuple[list[Solution], list[Draws]]:
-        """The solutions, weighted by what their draws say of the evidence, and the draws of each."""
+        """The solutions, weighted by the evidence that their draws give, and the draws of each."""
         sampled = len(drawn) == len(self.found) > 1
         if not (sampled and all("log_evidence" in each.attributes for each in drawn)):
             return self.found, drawn
@@ -348,7 +351,7 @@ def _noted(runs: list[Run], tried: list[tuple[str, str]]) -> Run:
     """The run that counts, with notes of what else was tried, and the seconds of all.
 
     Args:
-        runs: in their order; the last one counts if it passed, else the first.
+        runs: runs in the order of trying; the last one counts if it passed, else the first.
         tried: methods that were not accepted, with the reasons.
     """
     passed = not runs[-1].checks.reasons
@@ -386,13 +389,13 @@ def until_enough[J](
     """Draws, doubled for as long as they are short of what more of them may improve.
 
     Args:
-        drawn: of each solution.
-        judge: gives a verdict on draws that are so many times those at first.
-        short: whether it lacks anything that more may improve.
-        more: doubles them, to so many times those at first.
+        drawn: first draws of each solution.
+        judge: function that judges draws, given them and their number as a multiple of the first.
+        short: function that tells, given a verdict and that multiple, whether more draws may improve it.
+        more: function that doubles draws, given them and the multiple that they come to.
 
     Returns:
-        The draws, the verdict on them, and how many times those at first they are.
+        The draws, the verdict on them, and their number as a multiple of the first.
     """
     times, verdict = 1, judge(drawn, 1)
     while all(each.complete and each.more for each in drawn) and short(verdict, times):
@@ -407,13 +410,13 @@ def doubled(drawn: list[Draws], _: int) -> list[Draws]:
 
 
 def may_improve(checks: Checks, task: Task, times: int, method: str) -> bool:
-    """Whether more draws may improve what these lack.
+    """Whether more draws may improve what the present ones lack.
 
     Args:
-        checks: of the draws.
-        task: that asked for them.
-        times: as many as it asked for were drawn already; for a digit alone they are doubled but once.
-        method: a name in METHODS; populations of smc are all anew, so they need not be near.
+        checks: verdict on the draws.
+        task: task that the draws were made for.
+        times: number of draws as a multiple of those asked for; for a digit alone they are doubled once.
+        method: a name in METHODS; for one that weighs, R-hat need not be near its limit.
     """
     short = bool(checks.failed or (checks.imprecise and times == 1))
     if METHODS[method].weighs:  # R-hat says nothing of independent draws, and weights may settle
@@ -422,13 +425,13 @@ def may_improve(checks: Checks, task: Task, times: int, method: str) -> bool:
 
 
 def _missed(found: list[Solution]) -> str:
-    """By how much the model misses the evidence even where the posterior is highest; empty if hardly.
+    """A sentence if the model misses the evidence even where the posterior is highest; else empty.
 
     At the mode, and with a degree of freedom for every item, the chi-square is the most lenient.
     """
     from scipy.stats import chi2
 
-    if found[0].scene.robust:  # whose errors may be of any size
+    if found[0].scene.robust:  # errors may be of any size
         return ""
     squares = []
     for solution in found:

@@ -26,10 +26,10 @@ def tree_of(
     """Draws as an ArviZ DataTree, named, with units.
 
     Args:
-        solution: that they are of.
-        drawn: by any method.
-        seed: of the errors of predictions.
-        reference: crashes of the prior, which figures show beside run-outs; None for neither.
+        solution: solution that the draws are of.
+        drawn: draws of the solution, by any method.
+        seed: integer seed of the measurement errors in predictions.
+        reference: crashes of the prior, which figures show as they do run-outs; None to record neither.
     """
     import xarray as xr
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +28,7 @@ _SURPRISE = 2.5  # standard deviations from what was measured
 _LITTLE = 0.1  # share of the prior's crashes that weakly informative evidence leaves at least
 _OFTEN = 0.01  # share of draws from which on an unusual outcome is flagged
 _NONE = np.zeros(0)
-_ROUNDING = 1e-6  # of the critical mu, where sliding just ends
+_ROUNDING = 1e-6  # tolerance over the critical mu, where sliding just ends
 
 
 def judge(
@@ -39,13 +39,13 @@ def judge(
 ) -> Checks:
     """Check draws (Vehtari et al. 2021: R-hat, bulk and tail ESS; Betancourt 2016: E-BFMI).
 
-    A number is printed to the digits of which its Monte Carlo error is below a unit; where not
-    one is left of its standard deviation, the quantity fails.
+    A number is printed to the last digit whose unit is above its Monte Carlo error; a quantity fails
+    where that leaves no digit of its standard deviation.
 
     Args:
-        idata: with groups posterior, posterior_predictive, observed_data, constant_data and
-            sample_stats; and prior, where it was drawn.
-        scene: what was measured.
+        idata: draws, with groups posterior, posterior_predictive, observed_data, constant_data and
+            sample_stats; and sample_stats_prior, where the prior was drawn.
+        scene: scene with the measurements.
         reasons: faults already known; any makes the verdict negative.
         reference: crashes of the prior, with which the draws have to agree; None for no comparison.
 
@@ -126,7 +126,7 @@ def _nothing_left(name: str, sd: float, error: float) -> bool:
 
 
 def _weights(idata: xr.DataTree) -> np.ndarray:
-    """Weights of crashes of the prior by the evidence; none where they were not drawn."""
+    """Likelihood weights of crashes of the prior, shape (any,); empty where none were drawn."""
     if "sample_stats_prior" not in idata.children:
         return _NONE
     return np.asarray(idata["sample_stats_prior"]["weight"]).ravel()
@@ -156,9 +156,9 @@ def flags(
     Args:
         posterior: draws of the unknowns, of the inputs and of what follows from them, by name.
         predicted: draws of what each item of evidence would be measured as, by name.
-        scene: what was measured.
-        weights: of crashes of the prior by the evidence; none where they were not drawn.
-        noise: whether predictions have the measurement's own error on them.
+        scene: scene with the measurements.
+        weights: likelihood weights of crashes of the prior, shape (any,); empty where none were drawn.
+        noise: whether the predictions include the measurement's own error.
     """
 
     def draws(name: str) -> np.ndarray:
@@ -185,24 +185,7 @@ def flags(
             f"the post-impact measurements are weakly informative: they leave {kept:.0%} of crashes "
             "drawn from the priors and inputs, so that the answer is mostly what these assume"
         )
-    if "mu" in posterior:
-        share = draws("mu") / draws("mu_critical")
-        reversed_ = float(np.mean(share > 1 + _ROUNDING))
-        if reversed_ > _OFTEN:
-            found.append(
-                f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
-                "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
-            )
-    if "energy_lost" in posterior:
-        pulled = float(np.mean(draws("normal_impulse") < 0))
-        if pulled > _OFTEN:
-            found.append(
-                f"in {pulled:.0%} of the draws the normal impulse holds the vehicles together, as no "
-                "contact can"
-            )
-        gained = float(np.mean(draws("energy_lost") < 0))
-        if gained > _OFTEN:
-            found.append(f"in {gained:.0%} of the draws the impact gains kinetic energy")
+    found += _odd_physics(posterior)
     items = [(n, m, posterior[n]) for n, m in scene.inputs().items() if n in posterior and m.sd > 0]
     items += [(n, m, predicted[n]) for n, m in scene.evidence().items() if n in predicted]
     for name, m, each in items:
@@ -213,3 +196,29 @@ def flags(
                 f"{'below' if shift > 0 else 'above'} what everything else together says"
             )
     return tuple(found)
+
+
+def _odd_physics(posterior: Mapping[Any, Any]) -> Iterator[str]:
+    """Findings of draws in which the impact does what no contact can."""
+
+    def share(holds: np.ndarray) -> float:
+        return float(np.mean(holds))
+
+    def draws(name: str) -> np.ndarray:
+        return np.asarray(posterior[name])
+
+    if "mu" in posterior:
+        reversed_ = share(draws("mu") / draws("mu_critical") > 1 + _ROUNDING)
+        if reversed_ > _OFTEN:
+            yield (
+                f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
+                "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
+            )
+    if "energy_lost" in posterior:
+        if (pulled := share(draws("normal_impulse") < 0)) > _OFTEN:
+            yield (
+                f"in {pulled:.0%} of the draws the normal impulse holds the vehicles together, as no "
+                "contact can"
+            )
+        if (gained := share(draws("energy_lost") < 0)) > _OFTEN:
+            yield f"in {gained:.0%} of the draws the impact gains kinetic energy"

@@ -1,4 +1,4 @@
-"""How many decimals of a number its uncertainty, and the error of drawing it, support."""
+"""Number of decimals that the uncertainty of a number, and its Monte Carlo error, support."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def decimals_of(sd: float | None, digits: int = 2, error: float | None = None) -
     Args:
         sd: the standard uncertainty, in the unit to be printed.
         digits: significant digits kept of it.
-        error: of the numbers to be printed, in the same unit; None where there is none.
+        error: standard error of the numbers to be printed, in the same unit; None where there is none.
 
     Returns:
         Decimals, negative for tens and up; None where there is no uncertainty to round to.
@@ -39,8 +39,8 @@ def monte_carlo_error(
     """The larger standard error of the limits of each variable's interval (Vehtari et al. 2021).
 
     Args:
-        draws: with dimensions chain and draw.
-        level: of the interval, which leaves as much at either end; 0 for mean and median.
+        draws: draws of each variable, with dimensions chain and draw.
+        level: probability of the interval, which has equal tails; 0 for mean and median.
         of_mean: standard error of the mean, where it has been computed already.
 
     Returns:
@@ -56,10 +56,10 @@ def monte_carlo_error(
 
 
 def rhat_text(rhat: float | None) -> str:
-    """R-hat as it is printed: chains that stand still have any, and 100 says as much.
+    """R-hat as it is printed: "over 100" for larger values, as chains that stand still have.
 
     Args:
-        rhat: None or not finite where there is none.
+        rhat: R-hat; None or not finite where there is none.
     """
     if rhat is None or not math.isfinite(rhat):
         return "–"

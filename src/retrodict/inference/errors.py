@@ -1,4 +1,4 @@
-"""Why a reconstruction can end without a result."""
+"""Exceptions that end a reconstruction without a result."""
 
 
 class Unanswerable(Exception):

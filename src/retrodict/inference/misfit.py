@@ -1,4 +1,4 @@
-"""How far the measurements lie, together, from what a model makes of them."""
+"""Misfit of all measurements together with what a model predicts of them."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ class Misfit(NamedTuple):
     """A chi-square of evidence and inputs.
 
     At the posterior mean every measurement, of evidence and of inputs, has a residual in its
-    standard deviations; of a linear model with normal errors their squares add up to a chi-square.
+    standard deviations; for a linear model with normal errors their squares add up to a chi-square.
     Each measurement brings one degree of freedom, less the share of its variance that the
     posterior still has (its leverage; Spiegelhalter et al. 2002 count parameters likewise). Inputs
     count because a wrong model fits its evidence by pushing them away from what was measured.
 
     Args:
         chi_square: sum of the squared residuals.
-        freedom: its degrees of freedom, at least one.
-        probability: of so large a chi-square or a larger one, were the model true.
+        freedom: degrees of freedom of the chi-square, at least one.
+        probability: probability of a chi-square at least as large, were the model true.
     """
 
     chi_square: float
@@ -37,13 +37,13 @@ class Misfit(NamedTuple):
 def misfit(
     posterior: Mapping[Any, Any], predicted: Mapping[Any, Any], scene: Scene, *, noise: bool
 ) -> Misfit:
-    """How far the measurements lie from the model, as of `Misfit`.
+    """Misfit of the measurements with the model, as defined in `Misfit`.
 
     Args:
         posterior: draws of the inputs, by name.
         predicted: draws of the evidence that the likelihood holds, by name.
-        scene: what was measured.
-        noise: whether these have the measurement's own error on them.
+        scene: scene with the measurements.
+        noise: whether the predictions include the measurement's own error.
     """
     from scipy.special import chdtrc, logit, ndtri, stdtr
 

@@ -46,11 +46,12 @@ class Solution:
     """A part of a scene's posterior: at one number of turns to rest, and about one peak.
 
     Args:
-        posterior: of the scene.
-        scene: with whole turns added to the rest headings.
-        differs: in what other solutions of the same turns differ from this: signs of divisors, speeds.
-        mode: its record: weight, turns, and the quantities there.
-        peak: about which its coordinates are; None where none was sought.
+        posterior: this part of the posterior, in its own coordinates.
+        scene: the scene, with whole turns added to the rest headings.
+        differs: traits by which other solutions of the same turns differ: names of divisors of another
+            sign; "speed" if one has the same signs.
+        mode: record of the solution: weight, turns, and the quantities at its mode.
+        peak: peak that the coordinates are made about; None where none was sought.
     """
 
     posterior: Posterior
@@ -65,7 +66,7 @@ class Solution:
         return self.mode.turns
 
     def label(self) -> str:
-        """What sets it apart, in words: the total rotations to rest, and the branch."""
+        """Description that tells the solution apart: the total rotations to rest, and the branch."""
         labels = []
         for v in self.turns:
             heading = self.scene.rest[v].heading
@@ -98,7 +99,7 @@ def _solution(part: Prepared, parts: list[Prepared]) -> Solution:
     differs = tuple(name for name in own if any(each[name] != own[name] for each in theirs))
     if own in theirs:
         differs = (*differs, _SPEED)
-    # until it is sampled, its weight is Laplace's
+    # until the solution is sampled, its weight is by the Laplace approximation
     weights = shares(np.array([each.peak.log_evidence for each in parts]))
     place = next(i for i, each in enumerate(parts) if each is part)
     values = _reported(part.peak.quantities)
@@ -114,11 +115,11 @@ def weighted_by_evidence(
 
     Args:
         found: the solutions.
-        evidence: of each.
+        evidence: log evidence of each solution.
 
     Returns:
-        Solutions of more weight than LEAST_WEIGHT; their places among all; and faults, where a weight
-        does not settle that may count.
+        Solutions of more weight than LEAST_WEIGHT; their places among all; and faults of the evidence of
+        each solution whose weight counts.
     """
     weights = shares(np.array([e.value for e in evidence]))
     variances = np.array([e.error**2 for e in evidence])
@@ -151,13 +152,13 @@ def _settled(posterior: Posterior, seed: int) -> Evidence:
 def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree:
     """Draws of several solutions in one, each as often as its weight asks.
 
-    Every draw is taken at its place in the chains of the solution that chance gives it, and
-    `sample_stats/mode` says which.
+    For every place in the chains a solution is chosen at random by weight, and its draw at that place is
+    taken; `sample_stats/mode` says which solution.
 
     Args:
         trees: draws of each solution, with the same chains.
-        modes: their weights and turns, in the same order; what follows them is left out.
-        seed: of the chance.
+        modes: weights and turns of the solutions, in the same order; those past the trees are left out.
+        seed: integer seed of the random choice of solutions.
 
     Returns:
         One tree; its rest headings are counted as those of the first solution.
@@ -210,15 +211,15 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
 
 @dataclass(frozen=True)
 class PosteriorModes:
-    """Where a scene's posterior lies on a rung.
+    """The solutions that make up a scene's posterior on a rung, and what was drawn of them.
 
     Args:
-        found: its solutions.
-        faults: for which no draws are to be relied on.
-        drawn: what was drawn of a solution, by its place, method and numbers of draws, which another
-            run on the same rung need not draw again.
-        standing: of a method some of whose draws were at fault, those that were not, by place: another
-            method that weighs solutions draws the others alone.
+        found: the solutions.
+        faults: reasons not to rely on any draws, in words.
+        drawn: draws of a solution, by its place, method, numbers of chains, draws and warm-up, seed and
+            multiple of the draws, for another run on the same rung to use again.
+        standing: draws without faults, by place of the solution, of a method that had faults elsewhere:
+            another method that weighs solutions draws the others alone.
     """
 
     found: list[Solution]
@@ -228,7 +229,7 @@ class PosteriorModes:
 
     @property
     def evidence(self) -> list[Evidence]:
-        """Of each solution, where all were drawn by importance sampling; else none."""
+        """Log evidence of each solution, where all were drawn by importance sampling; else empty."""
         weighed = {
             place[0]: draws for place, draws in self.drawn.items() if place[1] == "importance"
         }
@@ -241,15 +242,15 @@ class PosteriorModes:
 
     @property
     def shared(self) -> bool:
-        """Whether several solutions share a density, of which chains would follow all."""
+        """Whether several solutions share a density, of which chains may miss parts."""
         return any(solution.posterior.basins is not None for solution in self.found)
 
 
 class ModeSearch:
-    """Where a scene's posterior lies on each rung: sought when first asked, and remembered.
+    """Search for the solutions of a scene's posterior on each rung; what was found is kept.
 
     Args:
-        scene: what was measured.
+        scene: scene to be reconstructed.
         seed: integer seed of the search, and of the draws that weight solutions.
     """
 
@@ -263,12 +264,12 @@ class ModeSearch:
 
     @one_blas_thread()
     def on(self, rung: str, coordinates: Coordinates, *, weighted: bool = True) -> PosteriorModes:
-        """Where it lies on a rung.
+        """Solutions of the posterior on a rung.
 
         Args:
             rung: a name in `retrodict.models.RUNGS`.
-            coordinates: in which it will be drawn from.
-            weighted: whether the evidence of several solutions is sampled, and not Laplace's.
+            coordinates: coordinates in which the posterior will be drawn from.
+            weighted: whether several solutions are weighted by sampling, not by Laplace approximation.
 
         Raises:
             Unanswerable: as of `prepare`.
@@ -290,7 +291,7 @@ class ModeSearch:
         return self._found[place]
 
     def plainest(self, rung: str, coordinates: Coordinates) -> Coordinates:
-        """What coordinates come to for the posterior; arguments as of `on`."""
+        """The coordinates; deviates if rest poses cover none of the posterior; arguments as of `on`."""
         crashes, sought = self._sought(rung)
         return plainest(crashes, self.scene, sought, coordinates, self.seed)
 

@@ -1,4 +1,4 @@
-"""What a reconstruction comes to: draws, checks and the record of how they were made."""
+"""Outcome of a reconstruction: draws, checks and the record of how they were made."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ class Checks:
     """The verdict on the draws' numerical quality.
 
     Args:
-        divergences: divergent transitions after warm-up; None of a method that has none.
-        pareto_k: of the importance weights; None of a method without.
+        divergences: number of divergent transitions after warm-up; None for a method without any.
+        pareto_k: Pareto k of the importance weights; None for a method without any.
         max_rhat: largest R-hat of a reported quantity.
         min_ess_bulk: smallest bulk effective sample size of a reported quantity.
         min_ess_tail: smallest tail effective sample size of a reported quantity.
         passed: whether every check held.
-        reasons: one sentence for each check that did not.
+        reasons: sentences, one for each check that failed.
         failed: reported quantities that failed a check of their own.
         flags: findings about the scene (energy gained, reversed sliding, a surprising item of
             evidence), which do not fail the draws.
-        imprecise: reported quantities of which the draws do not support one whole digit of the
-            standard deviation: more draws would print more.
+        imprecise: reported quantities whose draws do not support one whole digit of the standard
+            deviation: more draws would allow more digits.
     """
 
     divergences: int | None
@@ -54,8 +54,8 @@ class Mode:
     """A solution that the draws were mixed from.
 
     Args:
-        weight: its share of the posterior.
-        error: standard error of the weight; NaN where it is by the Laplace approximation.
+        weight: share of the posterior, from 0 to 1.
+        error: standard error of the weight; NaN for a weight by the Laplace approximation.
         values: the reported quantities at its mode, SI units and radians.
         turns: whole turns added to the rest heading of each vehicle of unknown rotation.
     """
@@ -71,7 +71,7 @@ class Outcome:
     """All that findings are computed from: plain data, which can be pickled.
 
     Args:
-        scene: what was measured.
+        scene: scene that was reconstructed, with the whole turns of the first of `modes`.
         description: the model, in words.
         idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
             sample_stats, observed_data, constant_data and trajectories; each variable has
@@ -80,16 +80,16 @@ class Outcome:
             after the impact) and `before` (velocity before it, axis = x, y) are of the same draws.
             Its own attributes are those of `attributes_of`.
         checks: the verdict on the draws.
-        seconds: total, compile and sample.
-        versions: of retrodict, Python and the libraries that made the numbers.
-        seed: of every random number.
-        settings: method, chains, draws, warmup.
+        seconds: durations by name: total, compile and sample, s.
+        versions: versions of retrodict, Python and the libraries that made the numbers, by name.
+        seed: integer seed of all random numbers.
+        settings: settings by name: method, chains, draws, warmup.
         asked: options as the user gave them, by which the run can be repeated.
         complete: False when the run was interrupted.
-        notes: how the run helped itself.
+        notes: remedies that the run applied by itself, and other remarks on it, in words.
         unfinished: content of the file that an interrupted run goes on from; None where there is none.
-        modes: the solutions found, the first of them the scene's; `mode` in sample_stats counts them
-            where the draws are of several.
+        modes: the solutions found, the first of them that of `scene`; where the draws are of several,
+            `mode` in sample_stats is the index of each draw's.
     """
 
     scene: Scene
@@ -116,7 +116,7 @@ class Outcome:
 
 
 def attributes_of(outcome: Outcome) -> dict[str, str | int]:
-    """What the draws are of and how they were made, as attributes of their DataTree.
+    """Attributes for the DataTree of the draws: their scene, and how they were made.
 
     Args:
         outcome: the reconstruction.

@@ -11,7 +11,7 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
     """Pareto-smoothed normalised weights, and the tail's shape k.
 
     Args:
-        log_weight: of each draw, up to a constant; -inf for draws outside the support.
+        log_weight: log importance weight of each draw, up to a constant; -inf outside the support.
 
     Returns:
         Weights that sum to one, and k; infinite where the whole tail is copies of one draw, and where
@@ -24,14 +24,14 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
         return np.full(inside.size, 1 / inside.size), np.inf
     if np.ptp(log_weight[inside]) < 1e-9:  # a proposal that is the target: there is no tail
         return inside / inside.sum(), 0.0
-    # it takes what weights are the inverse of, a log likelihood
+    # psislw takes minus the log weights, as log likelihoods are in leave-one-out
     log_weight = np.where(inside, log_weight, log_weight[inside].min())
     try:
         with np.errstate(all="ignore"):  # a tail of copies is met below
             log_smooth, k = array_stats.psislw(-log_weight)
     except ValueError:  # a tail of copies of one draw has no shape
         log_smooth, k = log_weight, np.inf
-    # nor has one of a few draws that outweigh all others
+    # nor has a tail of a few draws that outweigh all others
     if np.isnan(k) or np.isnan(log_smooth).any():
         log_smooth, k = log_weight, np.inf
     weights = np.exp(log_smooth - np.max(log_smooth)) * inside

@@ -1,4 +1,4 @@
-"""How a posterior is to be drawn from, decided once: methods in the order of trying, and coordinates.
+"""Plan of how to draw from a posterior: methods in the order of trying, and their coordinates.
 
 Chains need flat coordinates, which rest poses are of a sharp crash whose approach is unknown. Importance
 sampling does without them on nearly every scene, in deviates that need one compiled program, and draws
@@ -37,11 +37,11 @@ _DEVIATES, _PINNED = Coordinates.DEVIATES, Coordinates.PINNED
 
 
 def ways(method: str, scene: Scene) -> tuple[Way, ...]:
-    """Ways to draw from a posterior, the one by a method that is asked for first.
+    """Ways to draw from a posterior, beginning with the method that is asked for.
 
     Args:
         method: a name in METHODS.
-        scene: what was measured.
+        scene: scene to be reconstructed.
     """
     if METHODS[method].solves_back:
         return (Way(method, Coordinates.SOLVED_BACK),)
@@ -60,7 +60,7 @@ def ways(method: str, scene: Scene) -> tuple[Way, ...]:
 def _for_chains(scene: Scene) -> Coordinates:
     """Coordinates in which chains mix.
 
-    Where rest poses alone tell how a vehicle came, they are. Where it is known how all came, the little
+    Rest poses are, where they alone tell how a vehicle came. Where it is known how all came, the little
     that their speeds leave open bends in rest poses and is nearly normal in deviates: of ten
     scenes of users that would have had rest poses, two failed there and none in deviates, which took as
     long or less (measured).
@@ -73,7 +73,7 @@ def suited(scene: Scene) -> str:
     """The method for a scene whose user names none: run-outs of wheels that roll have no cheap slopes.
 
     Args:
-        scene: what was measured.
+        scene: scene to be reconstructed.
     """
     return "importance" if scene.rolling else "nuts"
 
@@ -84,7 +84,7 @@ def kept_warm(scene: Scene, model: str) -> Coordinates:
     Rest poses move with what is measured, but pin no vehicle whose rolling is integrated.
 
     Args:
-        scene: what was measured.
+        scene: scene to be reconstructed.
         model: a name in `retrodict.models.RUNGS`.
     """
     return _DEVIATES if RUNGS[model].of_scene(scene)[0].paced else _PINNED
@@ -94,7 +94,7 @@ def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tu
     """The `ways` of a run, once its options are seen to be possible.
 
     Args:
-        scene: what was measured.
+        scene: scene to be reconstructed.
         options: options of the run.
         resume: file of interrupted chains that are to go on; None where there is none.
 

@@ -1,7 +1,7 @@
-"""What a scene's posterior says by weighted points: scrambled Sobol points about each solution.
+"""A scene's posterior by weighted points: scrambled Sobol points about each solution.
 
-The scramblings show the error. The density is exact; where points are drawn from only costs efficiency.
-`answer` is the whole way from a scene to them, with nothing kept for the next scene.
+The scramblings show the error. The density is exact; the choice of proposal only affects efficiency.
+`answer` computes the points from a scene alone, and keeps nothing for the next scene.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from retrodict.scene.records import Scene
 
 SCRAMBLINGS = 8
 USELESS = 12.0  # log weight by which a solution may fall behind, and be sampled
-_POINTS = 256  # of each scrambling at first
-_MOST = 4  # times as many at most
+_POINTS = 256  # points of each scrambling at first
+_MOST = 4  # largest multiple of them
 _PILOT = 512  # points that a proposal is moved by
 # The same where these do not do and a whole run would follow, which takes ten times as long.
 _THEN_MOST, _THEN_PILOT = 16, 2048
@@ -46,7 +46,7 @@ _TAILS = np.array([0.025, 0.975])
 
 @dataclass(frozen=True)
 class _Drawn:
-    """Points of a solution, the logs of their weights, and what they are known by."""
+    """Points of a solution, the logs of their weights, and the model's quantities there."""
 
     w: np.ndarray
     log_weight: np.ndarray
@@ -55,13 +55,13 @@ class _Drawn:
 
 @dataclass(frozen=True)
 class Precision:
-    """How precise reported quantities are.
+    """Precision of reported quantities.
 
     Args:
-        bulk, tail: independent draws that would leave the same errors of means, and of probabilities in
-            the tails, the least of any quantity.
-        imprecise: quantities of which not one digit is sure.
-        faults: for which they are not to be relied on.
+        bulk, tail: number of independent draws that would leave the same errors of means, and of
+            probabilities in the tails, the least of any quantity.
+        imprecise: quantities of which not one digit of the standard deviation is sure.
+        faults: reasons not to rely on the quantities, in words.
     """
 
     bulk: float
@@ -75,16 +75,16 @@ class Estimate:
     """A posterior by weighted points.
 
     Args:
-        scene: what was measured.
-        quantities: at each point, by name, SI units and radians.
-        draws: of equal weight, by name.
+        scene: scene that the estimate is of.
+        quantities: the model's quantities at each point, by name, SI units and radians.
+        draws: the same for draws of equal weight, by name.
         weighted: the weights of the points.
-        checks: the verdict on them: effective sample sizes are the numbers of independent draws that
+        checks: verdict on the points; its effective sample sizes are numbers of independent draws that
             would leave the same error, the least of any reported quantity; R-hat is NaN, without chains.
-        share: of the points that are effective.
-        evaluations: of the density.
-        seconds: that it took.
-        refitted: whether coordinates had to be fitted for it.
+        share: effective sample size over the number of points.
+        evaluations: number of density evaluations.
+        seconds: duration of the computation, s.
+        refitted: whether coordinates had to be fitted for the scene.
     """
 
     scene: Scene
@@ -100,18 +100,18 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Part:
-    """A solution's share in an estimate: its posterior, and where points of it are drawn from.
+    """A solution's share in an estimate: its posterior, and the proposal for its points.
 
     Args:
-        posterior: of the scene, at one number of turns and on one branch.
-        proposal: the first one; it moves to where a pilot of points finds the posterior.
+        posterior: posterior of the scene, at one number of turns and on one branch.
+        proposal: first proposal; it moves to where a pilot of points finds the posterior.
     """
 
     posterior: Posterior
     proposal: Proposal
 
     def moved(self, pilot: np.ndarray) -> Adapted:
-        """What a pilot of points makes of the proposal."""
+        """The proposal adapted by a pilot of points in the unit cube."""
         return adapted(self.posterior, self.proposal, lambda at: at.at(pilot))
 
     def drawn(self, proposal: Proposal, points: np.ndarray) -> _Drawn:
@@ -125,15 +125,15 @@ class Points:
     """Scrambled points of one seed, for posteriors of one size.
 
     Args:
-        size: coordinates of a posterior.
-        seed: of the scrambling.
-        most: times as many points as at first that are made at most, a power of two.
-        pilot: points that a proposal is moved by, a power of two.
+        size: number of coordinates of a posterior.
+        seed: integer seed of the scramblings.
+        most: largest number of points as a multiple of those at first, a power of two.
+        pilot: number of points in each pilot that adapts a proposal, a power of two.
     """
 
     def __init__(self, size: int, seed: int, most: int = _MOST, pilot: int = _PILOT) -> None:
         self.pilot = scrambled(size + 2, pilot, 1, seed + 1)
-        # of each scrambling in a row; the first of them are even too
+        # a row of points for each scrambling, of which the first ones fill the cube evenly too
         points = scrambled(size + 2, most * _POINTS, SCRAMBLINGS, seed)
         self._most = most
         self._points = points.reshape(SCRAMBLINGS, -1, size + 2)
@@ -144,10 +144,11 @@ class Points:
         """The posterior of a scene.
 
         Args:
-            scene: what was measured.
-            parts: its solutions.
-            begin: when the work began, by `time.perf_counter`.
-            enough: independent draws that would leave the same errors: fewer ask for more points.
+            scene: scene that is asked about.
+            parts: solutions that make up its posterior.
+            begin: time when the work began, by `time.perf_counter`, s.
+            enough: number of independent draws whose errors are small enough; larger ones ask for more
+                points.
 
         Returns:
             The estimate; its checks say whether it can be relied on.
@@ -194,9 +195,9 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
     """The posterior of a scene by importance sampling: no chains, no predictions, no tree.
 
     Args:
-        scene: what was measured.
+        scene: scene that is asked about.
         rung: a name in `retrodict.models.RUNGS`.
-        seed: of the points.
+        seed: integer seed of the search and of the points.
 
     Returns:
         The estimate; its checks say whether it can be relied on.
@@ -216,7 +217,7 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
 
 
 def too_sharp(posterior: Posterior) -> tuple[str, ...]:
-    """That rest poses are sharper than run-outs resolve; nothing where they are not."""
+    """A fault where rest poses are sharper than run-outs resolve; else empty."""
     if posterior.unresolved <= RESOLVED:
         return ()
     return (
@@ -238,14 +239,14 @@ def estimated(
     """Weighted points with the verdict on them.
 
     Args:
-        scene: what was measured.
-        quantities: at each point, by name.
-        weighted: their weights.
-        precise: how precise they are.
-        faults: other reasons for which they are not to be relied on.
-        evaluations: of the density.
-        begin: when the work began, by `time.perf_counter`.
-        pareto_k: of the importance weights, where they are.
+        scene: scene that the points are of.
+        quantities: the model's quantities at each point, by name, SI units and radians.
+        weighted: weights of the points.
+        precise: precision of the quantities.
+        faults: other reasons not to rely on the quantities, in words.
+        evaluations: number of density evaluations.
+        begin: time when the work began, by `time.perf_counter`, s.
+        pareto_k: Pareto k of the importance weights; None where there is none.
     """
     reasons = faults + precise.faults
     draws = _equally_weighted(weighted, quantities)
@@ -290,7 +291,7 @@ def _equally_weighted(
 
 
 def _weighted(parts: list[Part], drawn: list[_Drawn]) -> tuple[Weighted, tuple[str, ...], float]:
-    """Solutions side by side by their evidence; faults of their weights, and the worst Pareto k."""
+    """Weights of the points of all solutions; faults of the weights, and the worst Pareto k."""
     evidence = np.array([log_mean(each.log_weight)[0] for each in drawn])
     odds = shares(evidence) if np.isfinite(evidence).any() else np.ones(len(drawn)) / len(drawn)
     reasons: list[str] = []
@@ -326,7 +327,7 @@ def _reported(scene: Scene, quantities: dict[str, np.ndarray]) -> list[str]:
 
 
 def precision(scene: Scene, quantities: dict[str, np.ndarray], weighted: Weighted) -> Precision:
-    """How precise the reported quantities of weighted points are; arguments as of `estimated`."""
+    """Precision of the reported quantities of weighted points; arguments as of `estimated`."""
     bulk, tail = {}, {}
     imprecise, faults = [], []
     for name in _reported(scene, quantities):

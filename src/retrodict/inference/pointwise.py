@@ -17,11 +17,11 @@ def pointwise(idata: xr.DataTree) -> xr.DataTree:
     posterior predictions, so that metres and degrees lie on one axis.
 
     Args:
-        idata: as of an outcome.
+        idata: draws, with the groups of `Outcome.idata`.
 
     Returns:
-        Groups posterior and sample_stats as they are, log_likelihood, posterior_predictive and
-        observed_data of that one variable.
+        Groups posterior and sample_stats as they are; log_likelihood, posterior_predictive and
+        observed_data with that one variable.
 
     Raises:
         ValueError: there are no draws.

@@ -1,6 +1,6 @@
 """The reference that needs no coordinates: crashes of the prior, weighted by their likelihood.
 
-Where the evidence leaves enough of them they are a second way to the posterior, which cannot miss a part
+Where the evidence leaves enough of them they give the posterior a second time, and cannot miss a part
 of it. An answer that differs from theirs beyond Monte Carlo error is withheld.
 """
 
@@ -23,13 +23,13 @@ class PriorCheck:
     """Settings of the reference.
 
     Args:
-        first: crashes of the prior that are always drawn.
-        most: crashes in all, where `promising` of the first ones are effective.
-        promising: effective crashes among the first for which more are drawn.
-        enough: effective crashes at which no more are drawn.
-        least: effective crashes that can refute draws.
-        errors: standard errors between means, or standard deviations, that refute draws.
-        heavy: largest share of the weight of one crash, above which none can be refuted.
+        first: number of crashes of the prior that are always drawn.
+        most: largest number of crashes, where `promising` of the first ones are effective.
+        promising: number of effective crashes among the first from which on more are drawn.
+        enough: number of effective crashes at which no more are drawn.
+        least: number of effective crashes from which on they can refute draws.
+        errors: number of standard errors between means, or between variances, that refutes draws.
+        heavy: largest weight of one crash above which no draws can be refuted.
     """
 
     first: int = 4096
@@ -50,7 +50,7 @@ class Reference:
 
     Args:
         quantities: reported quantities of each crash, by name.
-        weights: of the crashes by their likelihood; they sum to one, or all are zero.
+        weights: likelihood weights of the crashes, shape (crashes,); they sum to one, or all are zero.
         every: all quantities of the first crashes, by name.
     """
 
@@ -70,10 +70,10 @@ def reference(
     """Crashes of the prior, as many as are of use.
 
     Args:
-        crashes: that the model allows.
+        crashes: crashes that the model allows, by deviates.
         names: reported quantities, which are compared.
         seed: integer seed of the random number generator.
-        settings: of the reference.
+        settings: settings of the reference.
     """
     rng = np.random.default_rng([seed, 9])
     every: dict[str, np.ndarray] = {}
@@ -103,13 +103,13 @@ def refuted(
     worth: Mapping[str, float],
     settings: PriorCheck = SETTINGS,
 ) -> dict[str, str]:
-    """What the reference says otherwise: a sentence with both numbers, by name of the quantity.
+    """Quantities that the reference refutes: a sentence with both numbers, by name of the quantity.
 
     Args:
         reference: weighted crashes of the prior.
-        draws: of the posterior, by name, each of any shape.
+        draws: draws of the posterior, by name, each of any shape.
         worth: effective sample size of each quantity's draws.
-        settings: of the reference.
+        settings: settings of the reference.
     """
     crashes, weights = reference.effective, reference.weights
     if crashes < settings.least or weights.max() > settings.heavy:

@@ -1,4 +1,4 @@
-"""From a scene to an outcome: coordinates, draws, checks, and the record of how it was done."""
+"""Reconstruction of a scene: coordinates, draws, checks, and the record of how it was done."""
 
 from __future__ import annotations
 
@@ -47,13 +47,14 @@ def reconstruct(
     """The joint posterior of the speeds that are sought, e, e_m and mu, with its checks.
 
     Args:
-        scene: what was measured.
+        scene: scene to be reconstructed.
         options: options of the run; None for the defaults.
-        asked: the same as a user gave them, for the record; None for these.
-        progress: called with (stage, done, of all) as the work goes on.
-        resume: chains.npz of a run that was interrupted, to go on with.
-        pictured: whether the prior and run-outs are recorded too, which figures show.
-        search: for where this scene's posteriors lie, by this seed; shared by the models of a ladder.
+        asked: options as the user gave them, for the record; None for `options`.
+        progress: callback that is called with (stage, done, of all) as the work goes on.
+        resume: chains.npz of an interrupted run that is to be continued; None to begin anew.
+        pictured: whether the prior and run-outs, which figures show, are recorded too.
+        search: search for this scene's solutions by the same seed, shared by the models of a ladder;
+            None for a new one.
 
     Returns:
         The outcome; marked incomplete when interrupted with some draws already kept.
@@ -98,12 +99,7 @@ def reconstruct(
         },
         versions=_versions(),
         seed=options.seed,
-        settings={
-            "method": run.method,
-            "chains": options.chains,
-            "draws": run.draws,
-            "warmup": options.warmup,
-        },
+        settings=_settings(run, options),
         asked=asked or options,
         complete=run.complete,
         notes=(*run.notes, *_notes(run)),
@@ -114,8 +110,18 @@ def reconstruct(
     return outcome
 
 
+def _settings(run: Run, options: RunOptions) -> dict[str, int | str]:
+    """Method and numbers that the draws came from."""
+    return {
+        "method": run.method,
+        "chains": options.chains,
+        "draws": run.draws,
+        "warmup": options.warmup,
+    }
+
+
 def _notes(run: Run) -> list[str]:
-    """What is to be said of any run by its method and its modes."""
+    """Remarks on a run that follow from its method and its modes."""
     notes = [_several_modes_note(run.found)] if len(run.found) > 1 else []
     method = METHODS[run.method]
     if not method.exact:
@@ -134,7 +140,7 @@ def _several_modes_note(found: tuple[Solution, ...]) -> str:
 
 
 def compile_search(scene: Scene, model: str) -> None:
-    """Have compiled what the search for modes needs; arguments as of `compile_ahead`."""
+    """Compile in the background what the search needs; arguments as of `compile_ahead`."""
     structure, data = RUNGS[model].of_scene(scene)
     crash = np.zeros((ROWS, structure.deviates))
     programs_for(structure.without_transform).expect(CRASHES, data, crash)
@@ -143,13 +149,13 @@ def compile_search(scene: Scene, model: str) -> None:
 def compile_ahead(
     scene: Scene, model: str, method: str, coordinates: Coordinates, warmup: int
 ) -> None:
-    """Have compiled side by side what fitting coordinates and drawing need, in the order of the need.
+    """Compile in the background what fitting coordinates and drawing need, in the order of the need.
 
     Args:
-        scene: what was measured.
+        scene: scene to be reconstructed.
         model: a name in `retrodict.models.RUNGS`.
         method: a name in METHODS.
-        coordinates: coordinates of its draws; deviates need nothing but what the search does.
+        coordinates: coordinates of the draws; deviates need no more programs than the search does.
         warmup: iterations before the draws.
     """
     structure, data = RUNGS[model].of_scene(scene)

@@ -1,4 +1,4 @@
-"""How many threads there are: programs take every core, and linear algebra beside them one thread.
+"""Numbers of threads: programs take every core, and linear algebra beside them one thread.
 
 BLAS's own threads wait for more work by spinning, some hundredths of a second after each product. Two
 reconstructions in two threads took 2.1 times the time of one after the other by that, and 1.3 to 2 with
@@ -23,7 +23,7 @@ _inside: list[Any] = []  # what restores BLAS, once for each caller within: the 
 
 
 def cores() -> int:
-    """As many as XLA takes for its own threads: NPROC in the environment, or all."""
+    """Number of cores that XLA takes for its own threads: NPROC in the environment, or all."""
     return int(os.environ.get("NPROC") or os.cpu_count() or 1)
 
 

@@ -1,7 +1,7 @@
 """A scene changed and asked again: coordinates are fitted once, and taken along as its numbers change.
 
 The search for a posterior's modes and coordinates takes most of a reconstruction, and few of its numbers
-change with a measurement. Here it is done once. A scene of the same structure is answered in
+change with a measurement. Here the search is done once. A scene of the same structure is answered in
 coordinates rebased to its numbers, by some thousands of weighted points about where the first posterior
 lay.
 """
@@ -27,7 +27,7 @@ from retrodict.models import RUNGS
 from retrodict.progress import Progress, silent
 from retrodict.scene.records import Scene
 
-_FITTED = 4096  # points that a proposal is made by
+_FITTED = 4096  # points by which a proposal is fitted
 # Effective draws that a fitted proposal's covariance counts for beside those of a pilot. (Of 24 changes
 # of up to 3 sd on the paper's scene 24 % or more of the points were effective with 2 q = 54, 44 % with
 # this.)
@@ -39,9 +39,9 @@ class Fitted:
     """A solution of the scene that coordinates were fitted to.
 
     Args:
-        solution: with its posterior.
-        constrained: where constraints take the centre of its coordinates, shape (q,).
-        proposal: that its draws suggest.
+        solution: solution, with its posterior.
+        constrained: centre of its coordinates as constraints move it, shape (q,).
+        proposal: proposal that its draws suggest.
     """
 
     solution: Solution
@@ -53,10 +53,10 @@ class Warm:
     """A rung's posterior of a scene, ready to be asked of scenes that differ in numbers.
 
     Args:
-        scene: that coordinates are fitted to.
+        scene: scene that coordinates are fitted to.
         rung: a name in `retrodict.models.RUNGS`.
-        seed: of the points.
-        progress: as of `solutions`.
+        seed: integer seed of the search and of the points.
+        progress: callback that is called with (stage, done, of all) as the work goes on.
 
     Raises:
         Unanswerable: as of `solutions`.
@@ -90,7 +90,7 @@ class Warm:
         """The posterior of a scene that this one `fits`.
 
         Args:
-            scene: what was measured.
+            scene: scene of the same structure that is asked about.
 
         Returns:
             The estimate; its checks say whether it can be relied on.
@@ -98,7 +98,7 @@ class Warm:
         begin = time.perf_counter()
         parts = [Part(self._rebased(each, scene), each.proposal) for each in self.fitted]
         found = self._points.estimate(scene, parts, begin)
-        if found.checks.passed or scene != self.scene:  # whose coordinates might do
+        if found.checks.passed or scene != self.scene:  # refitted coordinates may do
             return found
         more = more_points(self.fitted[0].solution.posterior.size, self.seed)
         return more.estimate(scene, parts, begin)

@@ -18,13 +18,14 @@ from pydantic import (
 
 from retrodict.interchange.points import SPOTS, Angles, Compass
 from retrodict.scene import units
+from retrodict.scene.entries.impact import SurfaceName
+from retrodict.scene.entries.vehicle import Direction, RecordTime, RecordUncertainty, RestHeading
 from retrodict.scene.errors import SceneError, shown
 from retrodict.scene.explain import problems_of
-from retrodict.scene.kinds import Direction, Kind, RecordTime, RecordUncertainty, RestHeading, fault
+from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.outlines import MOST_CORNERS
 from retrodict.scene.records import Measured
-from retrodict.scene.schema import SurfaceName
 from retrodict.scene.units import Dimension, QuantityError, factor
 
 
@@ -35,7 +36,7 @@ def load_map(path: str | Path) -> MapEntry:
         path: a TOML file; its keys are described in docs/import.md.
 
     Returns:
-        What it says, checked.
+        The map, checked.
 
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.

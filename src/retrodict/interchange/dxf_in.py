@@ -35,15 +35,15 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
     """The places on each layer of a drawing's model space.
 
     Args:
-        file: DXF as text.
-        drawing: the map's table for it.
+        file: DXF file in text form.
+        drawing: the map's [drawing] table.
 
     Returns:
         Points, named LAYER#1, LAYER#2 … in the order of the drawing, LAYER being their group, with
         headings of blocks from the drawing's x axis towards its y axis; and lines on what is left out.
 
     Raises:
-        SceneError: it is not DXF, or too large.
+        SceneError: the file is not DXF, or too large.
     """
     entities, unit = _read(file)
     points: list[Point] = []

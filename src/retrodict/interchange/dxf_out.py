@@ -30,7 +30,7 @@ def dxf(drawing: Drawing) -> bytes:
     """The drawing as a DXF file, in its own coordinates; the same drawing gives the same bytes.
 
     Args:
-        drawing: what it shows.
+        drawing: drawing to write.
 
     Returns:
         The file. Texts are data: no character of them can end a record of the file.

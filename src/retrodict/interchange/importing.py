@@ -1,4 +1,4 @@
-"""From a file of another program and a map to a scene file with its values, each with its source."""
+"""Import of another program's file by a map: a scene file with its values, each with its source."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ class Import:
     """What an import takes, what it leaves, and the scene file that it makes.
 
     Args:
-        taken: in the order of the map.
+        taken: values that the scene file takes from the file, one for each key that is written.
         left: lines, each naming something of the file that was not taken, with the reason.
-        scene: that the new text describes; None while something is still missing from it.
-        text: of the scene file.
+        scene: scene that the new text describes; None while something is still missing from it.
+        text: new text of the scene file.
     """
 
     taken: tuple[Taken, ...]
@@ -66,14 +66,14 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
 
     Args:
         file: survey points as CSV, a drawing as DXF, or a recorder's table as CSV.
-        map_file: says how to read it and what to take; see docs/import.md.
+        map_file: map (TOML) that says how to read the file and what to take; see docs/import.md.
         into: the scene file (TOML), which needs no evidence yet.
 
     Returns:
         What was taken and left, and the new text of the scene file.
 
     Raises:
-        SceneError: of the file, the map or the scene file: what is wrong, where, and the fix.
+        SceneError: the file, the map or the scene file cannot be used; says why, where, and the fix.
     """
     refuse_vendor(file)
     if Path(into).suffix.lower() in set(READERS) - {".toml"}:
@@ -113,7 +113,7 @@ def _finished(
     file: str,
     left: list[str],
 ) -> Scene | None:
-    """The changed scene; None, with a line on it, where only what was wrong before still is."""
+    """The changed scene; None, with a line in `left`, where its only faults are those from before."""
     try:
         return scene_from(changed, name, text, file)
     except SceneError as error:

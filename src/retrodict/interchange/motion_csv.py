@@ -18,12 +18,12 @@ def frame_times(rate: float, count: int) -> Float[np.ndarray, "count"]:
     """The times of frames as a file holds them, s.
 
     Args:
-        rate: frames a second.
-        count: how many.
+        rate: frame rate, frames a second.
+        count: number of frames.
 
     Returns:
-        From 0, to the microsecond. Programs find the frame by `int(time * rate)`, in which 0.29 s at 100
-        frames a second is frame 28: such a time is a microsecond later.
+        Times from 0, to the microsecond, s. Programs find the frame by `int(time * rate)`, in which
+        0.29 s at 100 frames a second is frame 28: such a time is a microsecond later.
     """
     number = np.arange(count)
     times = np.ceil(np.round(number / rate / _TICK, 3)) * _TICK
@@ -34,7 +34,7 @@ def motion_csv(time: Float[np.ndarray, "rows"], pose: Float[np.ndarray, "rows 3"
     """A motion in the road plane, in which a vehicle neither heaves nor rolls nor pitches.
 
     Args:
-        time: s.
+        time: times, s.
         pose: x, y (m) and heading (rad, counter-clockwise from the x axis, not cut at whole turns).
 
     Returns:

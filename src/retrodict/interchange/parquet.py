@@ -18,13 +18,13 @@ def parquet(
     """A table of draws as a Parquet file.
 
     Args:
-        columns: by name.
-        attributes: of columns, by name: "unit" (empty for a number) and "label".
-        about: the run, in plain data.
+        columns: values of each column, by name.
+        attributes: attributes of each column, by name: "unit" (empty for a number) and "label".
+        about: description of the run, in plain data.
 
     Returns:
         The file. Each field has its attributes as metadata; the schema has all of them once more in JSON
-        under "columns", for readers that do not see those of fields, and the run under "run".
+        under "columns", for readers that do not see the fields' metadata, and the run under "run".
 
     Raises:
         ImportError: pyarrow is not installed.

@@ -50,10 +50,10 @@ class Layer:
     """Shapes that are shown, hidden and coloured together.
 
     Args:
-        name: letters, digits and hyphens.
-        colour: as "#0072B2".
-        shapes: in the order in which they are drawn.
-        dashed: whether its lines are.
+        name: name in letters, digits and hyphens.
+        colour: RGB colour in hexadecimal, such as "#0072B2".
+        shapes: shapes in the order in which they are drawn.
+        dashed: whether the layer's lines are dashed.
     """
 
     name: str
@@ -67,9 +67,9 @@ class Drawing:
     """Layers, the lowest first.
 
     Args:
-        title: of the drawing.
-        layers: none of them empty.
-        text_height: m.
+        title: title of the drawing.
+        layers: layers, the lowest first, none of them empty.
+        text_height: height of the texts, m.
     """
 
     title: str
@@ -110,7 +110,7 @@ def edge_within(
 
     Args:
         at: a point of the line, m.
-        direction: of the line from the x axis, counter-clockwise, rad.
+        direction: direction of the line, counter-clockwise from the x axis, rad.
         bounds: x0, x1, y0, y1 of the rectangle, m.
 
     Returns:

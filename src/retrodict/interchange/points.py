@@ -28,13 +28,13 @@ class Point:
     """A point of a survey or a drawing.
 
     Args:
-        name: by which a map asks for it.
-        group: what it has in common with others: its description, or its layer.
-        x: as the file has it, in the file's unit.
-        y: likewise.
-        where: in the file.
-        heading: of what stands there, rad, in the file's own convention; None where it has none.
-        fault: why it cannot be used; empty where it can.
+        name: name by which a map refers to the point.
+        group: description (survey) or layer (drawing), which several points may share.
+        x: x coordinate in the file's axes and unit.
+        y: y coordinate in the file's axes and unit.
+        where: origin in the file: the row of a table, or the kind of a drawing's entity.
+        heading: heading of the object at the point, rad, in the file's own convention; None for none.
+        fault: reason why the point cannot be used; empty where it can.
     """
 
     name: str
@@ -51,10 +51,10 @@ class Frame:
     """How a file's coordinates become those of a scene.
 
     Args:
-        unit: m that the file's unit is worth.
-        axes: where the file's x and y point.
-        angles: how the file, or its map, counts angles.
-        origin: of the scene, x and y in the file, m.
+        unit: length of the file's unit, m.
+        axes: compass directions of the file's x and y axes.
+        angles: convention in which the file, or its map, counts angles.
+        origin: origin of the scene, x and y in the file's axes, m.
         x_axis: direction of the scene's x axis, counter-clockwise from east, rad.
     """
 
@@ -76,7 +76,7 @@ class Frame:
         return _once(from_east(angle, self.angles) - self.x_axis)
 
     def drawn_heading(self, angle: float) -> float:
-        """The same of an angle that counts from the file's x axis towards its y axis."""
+        """A direction as from `heading`, of an angle from the file's x axis towards its y axis, rad."""
         x, y = self._turned(*self._east_north(math.cos(angle), math.sin(angle)))
         return math.atan2(y, x)
 
@@ -140,14 +140,14 @@ def fitted_pose(
 
     Args:
         body: two points or more, ahead and to the left of the centre of gravity, m.
-        road: the same in the scene, m.
-        sd: of each coordinate of a point, m.
+        road: positions of the same points in the scene, m.
+        sd: standard deviation of each coordinate of a point, m.
 
     Returns:
         The pose of the centre of gravity; misfit is the root mean square distance that remains.
 
     Raises:
-        ValueError: all points on the vehicle are one.
+        ValueError: all points on the vehicle coincide.
     """
     count = len(body)
     (bx, by), (rx, ry) = _mean(body), _mean(road)
@@ -185,11 +185,11 @@ def posed(
     """The pose by one point on a vehicle and its heading.
 
     Args:
-        body: ahead and to the left of the centre of gravity, m.
-        road: the same point in the scene, m.
-        heading: rad.
-        sd: of each coordinate, m.
-        sd_heading: rad.
+        body: position of the point ahead and to the left of the centre of gravity, m.
+        road: position of the same point in the scene, m.
+        heading: heading of the vehicle, rad.
+        sd: standard deviation of each coordinate of the point, m.
+        sd_heading: standard deviation of the heading, rad.
     """
     c, s = math.cos(heading), math.sin(heading)
     lever_x, lever_y = c * body[0] - s * body[1], s * body[0] + c * body[1]
@@ -209,10 +209,10 @@ def fitted_line(
 ) -> tuple[tuple[float, float], float, float]:
     """The line closest to two points or more: a point of it (m), its direction (rad), the misfit (m).
 
-    It points from the first towards the last.
+    The direction is that from the first point towards the last.
 
     Raises:
-        ValueError: all points are one.
+        ValueError: all points coincide.
     """
     mx, my = _mean(points)
     centred = [(x - mx, y - my) for x, y in points]

@@ -33,15 +33,15 @@ def recorder_taken(
     """What a scene takes of a recorder's table.
 
     Args:
-        file: CSV.
-        entry: the map's table for it.
+        file: table of the recorder, as CSV.
+        entry: the map's [recorder] table.
         document: tables and keys of the scene file.
 
     Returns:
         The values; and lines on what is left.
 
     Raises:
-        SceneError: it is no table, lacks a column, or ends before the time that is asked for.
+        SceneError: the file is no table, lacks a column, or does not cover a time that is asked for.
     """
     return _Recorder(file, entry, document).all()
 
@@ -166,7 +166,7 @@ class _Recorder:
         return v + (v_next - v) * (time - t) / (t_next - t)
 
     def _curve(self, column: str) -> Curve:
-        """A column over time; rows without a number in it are left, and said to be where not empty."""
+        """A column over time; a row without a number is left, with a line unless its cell is empty."""
         curve = Curve([], [], [])
         for row in self.rows:
             cells = {key: _cell(row, self.places[key]) for key in ("time", column)}

@@ -28,9 +28,9 @@ class SourceFile:
     """A file that was read whole.
 
     Args:
-        path: as the user named it.
-        content: its bytes.
-        sha256: of these.
+        path: path as the user wrote it.
+        content: bytes of the file.
+        sha256: SHA-256 of the bytes, in hexadecimal.
     """
 
     path: str
@@ -59,10 +59,10 @@ def read_source(path: str | Path) -> SourceFile:
     """A file, with its digest.
 
     Args:
-        path: of a file of at most `MEGABYTES`.
+        path: path of a file of at most `MEGABYTES`.
 
     Raises:
-        SceneError: it cannot be read, is empty or too large.
+        SceneError: the file cannot be read, is empty or too large.
     """
     empty = SourceFile(str(path), b"", "")
     try:
@@ -84,14 +84,15 @@ def table_rows(file: SourceFile, separator: str = "") -> list[Row]:
     """The rows of a table as CSV.
 
     Args:
-        file: UTF-8, with or without a byte order mark, or UTF-16 with one.
-        separator: of cells; empty for the first of semicolon, tab and comma that its first line has.
+        file: text in UTF-8, with or without a byte order mark, or in UTF-16 with one.
+        separator: separator of cells; empty for the first of semicolon, tab and comma that the first
+            line has.
 
     Returns:
         All rows that are not empty, cells without spaces around them.
 
     Raises:
-        SceneError: it is no text, or has too many rows, columns or characters.
+        SceneError: the file is no text, or has too many rows, columns or characters.
     """
     text = _text(file)
     first = next((line for line in text.splitlines() if line.strip()), "")
@@ -137,11 +138,11 @@ def number(cell: str, decimal: str) -> float:
     """The number in a cell.
 
     Args:
-        cell: as written.
-        decimal: its decimal sign.
+        cell: text of the cell.
+        decimal: decimal sign, "." or ",".
 
     Raises:
-        NoNumber: it is none.
+        NoNumber: the cell is no number.
     """
     if not cell:
         raise NoNumber("is empty")

@@ -14,13 +14,13 @@ def columns_of(
     """Where the columns of a table stand.
 
     Args:
-        file: of the table, for messages.
-        rows: its rows.
-        wanted: a name in the header, or a number from 1, by what the column is.
-        table: of the map, for messages.
+        file: file of the table, for messages.
+        rows: rows of the table.
+        wanted: name in the header, or number from 1, of each wanted column, by what it holds.
+        table: name of the map's table, for messages.
 
     Returns:
-        Place of each column from 0, the rows below the header, and a line on each column left.
+        Index of each wanted column from 0, the rows below the header, and a line on each other column.
 
     Raises:
         SceneError: the header has no such column, or two of them.
@@ -47,15 +47,15 @@ def survey_points(file: SourceFile, survey: SurveyEntry) -> tuple[list[Point], l
     """The points of a survey.
 
     Args:
-        file: CSV.
-        survey: the map's table for it.
+        file: table of the points, as CSV.
+        survey: the map's [survey] table.
 
     Returns:
         Every point with where it stands, those that cannot be used with the reason; and a line on each
         column that the map leaves out.
 
     Raises:
-        SceneError: it is no table, or lacks a column.
+        SceneError: the file is no table, or lacks a column.
     """
     rows = table_rows(file, survey.separator or "")
     wanted = {key: column for key, column in survey.columns if column is not None}

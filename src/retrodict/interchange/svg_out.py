@@ -24,7 +24,7 @@ def svg(drawing: Drawing) -> bytes:
     """The drawing as an SVG file, whose units are metres on the road and 10 mm on paper.
 
     Args:
-        drawing: what it shows.
+        drawing: drawing to write.
 
     Returns:
         The file; y points up on paper, and so is counted negative in it. Coordinates are to 0.1 mm on

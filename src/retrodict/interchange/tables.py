@@ -34,7 +34,7 @@ def no_formula(text: str) -> str:
     """A text that no spreadsheet takes for a formula: with an apostrophe in front where one would.
 
     Args:
-        text: of a cell; a number stays one.
+        text: text of a cell; a number stays a number.
     """
     number = text.replace(_MINUS, "-")
     try:

@@ -14,11 +14,11 @@ class Taken:
     """A value that a scene file gets.
 
     Args:
-        key: of the scene file.
-        value: what is written there, as TOML has it; None removes the key.
-        where: in the file it comes from.
-        before: what the scene file had there; None for nothing.
-        remark: how well it fits; empty where there is nothing to say.
+        key: dotted key of the scene file.
+        value: value to write at the key, in TOML's types; None removes the key.
+        where: place in the source file that the value comes from.
+        before: value that the scene file had at the key; None for none.
+        remark: note on the value, such as the misfit of its points; empty for none.
     """
 
     key: str
@@ -29,7 +29,7 @@ class Taken:
 
 
 def replaced(document: dict[str, Any], key: str) -> Iterator[Taken]:
-    """The removal of a key, if the scene file has it, that what is taken stands in the place of."""
+    """The removal of a key whose place another key takes; nothing where the scene file lacks it."""
     if (before := value_at(document, key)) is not None:
         yield Taken(key, None, "what is taken stands in its place", before)
 

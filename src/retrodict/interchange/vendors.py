@@ -34,10 +34,10 @@ def refuse_vendor(path: str | Path) -> None:
     """Refuse a file in a format that only its vendor's program reads.
 
     Args:
-        path: of the file; its suffix says the format.
+        path: path of the file, whose suffix says the format.
 
     Raises:
-        SceneError: it is one of these; says how to get a CSV or DXF.
+        SceneError: the file has such a format; says how to get a CSV or DXF.
     """
     suffix = Path(path).suffix.lower()
     if suffix in _VENDORS:

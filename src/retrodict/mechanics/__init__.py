@@ -28,18 +28,10 @@ from retrodict.mechanics.impact import (
     separation,
     undo,
 )
+from retrodict.mechanics.motion import Car, Ground, Incline
 from retrodict.mechanics.rigid_bodies import CentralImpact, central_impact
 from retrodict.mechanics.rollout import Way, drag_factor, rolled, rolled_back, way_taken
-from retrodict.mechanics.runout import (
-    Car,
-    Ground,
-    Incline,
-    Path,
-    rest,
-    run_out,
-    step_error,
-    wheel_paths,
-)
+from retrodict.mechanics.runout import Path, rest, run_out, step_error, wheel_paths
 from retrodict.mechanics.severity import (
     Audit,
     Severity,

@@ -18,9 +18,9 @@ class Approach(NamedTuple):
     """A vehicle's motion up to the impact.
 
     Args:
-        speed: at the impact, m/s.
-        initial: before the skid, m/s; the same without one.
-        skid: its length up to the impact, m; 0 without one.
+        speed: speed at the impact, m/s.
+        initial: speed before the skid, m/s; equal to `speed` without a skid.
+        skid: length of the skid up to the impact, m; 0 without one.
     """
 
     speed: Number
@@ -32,8 +32,8 @@ class Arrival(NamedTuple):
     """When and how fast a vehicle reaches a point.
 
     Args:
-        time: s; infinite where it stops before the point.
-        speed: there, m/s; 0 where it stops.
+        time: time until the vehicle reaches the point, s; infinite where it stops before.
+        speed: speed at the point, m/s; 0 where the vehicle stops before.
     """
 
     time: Float[Array, "*any"]
@@ -50,11 +50,11 @@ def distance_before(approach: Approach, time: Number) -> Float[Array, "*any"]:
     """How far a vehicle was from where the impact came, measured along its path.
 
     Args:
-        approach: its motion.
-        time: before the impact, s.
+        approach: motion of the vehicle up to the impact.
+        time: time before the impact, s.
 
     Returns:
-        m.
+        The distance, m.
     """
     skidding = skid_time(approach)
     slowing = (approach.initial - approach.speed) / jnp.where(skidding > 0, skidding, 1.0)
@@ -63,7 +63,7 @@ def distance_before(approach: Approach, time: Number) -> Float[Array, "*any"]:
 
 
 def time_before(approach: Approach, distance: Number) -> Float[Array, "*any"]:
-    """How long before the impact a vehicle was that far from it: the inverse of `distance_before`, s."""
+    """How long before the impact a vehicle was at a distance from it, s; inverts `distance_before`."""
     share = distance / jnp.where(jnp.asarray(approach.skid) > 0, approach.skid, 1.0)
     square = approach.speed**2 + share * (approach.initial**2 - approach.speed**2)
     within = 2 * distance / (approach.speed + jnp.sqrt(square))
@@ -74,13 +74,13 @@ def time_before(approach: Approach, distance: Number) -> Float[Array, "*any"]:
 def arrival(distance: Number, speed: Number, reaction: Number, deceleration: Number) -> Arrival:
     """When and how fast a vehicle reaches a point, if its driver brakes after the reaction time.
 
-    It stops before the point where v t + v² / (2 a) is at most the distance.
+    The vehicle stops before the point where v t + v² / (2 a) is at most the distance.
 
     Args:
-        distance: to the point when the hazard is perceived, m.
-        speed: then, m/s.
-        reaction: t, s.
-        deceleration: a, m/s².
+        distance: distance to the point when the hazard is perceived, m.
+        speed: speed v when the hazard is perceived, m/s.
+        reaction: reaction time t, s.
+        deceleration: deceleration a while the driver brakes, m/s².
 
     Returns:
         Time from the perception, and speed at the point.
@@ -97,12 +97,12 @@ def way_to_clear(offset: Number, half_widths: Number, rate: Number) -> Float[Arr
     """How far a vehicle has to go on until its outline has left the strip that another sweeps.
 
     Args:
-        offset: of its centre from the middle of the strip, m.
-        half_widths: of the strip and of the outline, across the strip, together, m.
-        rate: by how much the offset changes per metre of its way, between -1 and 1.
+        offset: offset of the vehicle's centre from the middle of the strip, m.
+        half_widths: half the width of the strip plus that of the outline across the strip, m.
+        rate: change of the offset per metre that the vehicle travels, between -1 and 1.
 
     Returns:
-        m; infinite where it travels along the strip.
+        The distance, m; infinite where the vehicle travels along the strip.
     """
     across = jnp.abs(rate)
     left = half_widths - jnp.sign(rate) * offset
@@ -116,13 +116,13 @@ def half_extent(
     """Half of how wide an outline is across a direction.
 
     Args:
-        length: of the outline, m.
-        width: likewise.
-        heading: of the outline, rad.
-        direction: across which, rad.
+        length: length of the outline, m.
+        width: width of the outline, m.
+        heading: heading of the outline, rad.
+        direction: direction that the extent is measured across, rad.
 
     Returns:
-        m.
+        Half of the extent, m.
     """
     turn = heading - direction
     return jnp.asarray(length * jnp.abs(jnp.sin(turn)) + width * jnp.abs(jnp.cos(turn))) / 2

@@ -46,8 +46,8 @@ def lever_arms(
     """The paper's d1..d4 from the two levers (eqs 15-18).
 
     Args:
-        lever_a: from A's centre of gravity to the impact centre, road frame, m.
-        lever_b: from B's centre of gravity to the impact centre, road frame, m.
+        lever_a: vector from A's centre of gravity to the impact centre, road frame, m.
+        lever_b: vector from B's centre of gravity to the impact centre, road frame, m.
 
     Returns:
         (d1, d2, d3, d4) in m; eqs 11, 14 and 22 fix the signs: lever_b = (d2, d1), lever_a = (-d4, -d3).
@@ -65,9 +65,9 @@ def against_barrier(m_a: Scalar, I_a: Scalar, d3: Scalar, d4: Scalar, Gamma: Sca
         Gamma: angle of the barrier's face from the y axis, rad.
 
     Returns:
-        Bodies with the barrier as B: m_b and I_b infinite. Its velocities must be given, usually
+        Bodies with the barrier as B: m_b and I_b infinite. B's velocities must be given, usually
         zeros; A must be the vehicle, since the inverse takes the impulse from A's change of motion.
-        That inverse gives e, mu and e_m, but of B only that it kept its velocity: the
+        The inverse gives e, mu and e_m, but of B only that it kept its velocity: the
         velocities of an immovable body do not determine those of A.
     """
     return Bodies(m_a, jnp.inf, I_a, jnp.inf, 0.0, 0.0, d3, d4, Gamma)
@@ -77,7 +77,7 @@ def axes(bodies: Bodies) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
     """Normal and tangent of the contact line.
 
     Args:
-        bodies: of which only Gamma matters.
+        bodies: vehicles in contact, of which only Gamma is used.
 
     Returns:
         Two unit vectors in the road frame; the sign of the normal is arbitrary.

@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from retrodict.mechanics.motion import Car, Pose
 from retrodict.mechanics.rotation import cos_sin
-from retrodict.mechanics.runout import Car, Path, Pose
+from retrodict.mechanics.runout import Path
 
 # Slip angles of the rear axle between which sliding sideways passes into rolling: judgement. The side
 # force of a rolling tyre is 0.9 of its maximum at the first and 0.8 at the second (`tyre.SLIP`).
@@ -22,12 +23,13 @@ def end_of_rotation(path: Path, car: Car) -> Pose:
     """The pose at which a vehicle stops sliding sideways and begins to roll, forwards or backwards.
 
     It is where the slip angle of the rear axle falls below a threshold for the last time, averaged over
-    thresholds from 12 to 8 deg: a vehicle that swings out once more then moves it continuously. One that
-    slides sideways until it rests ends there, one that never slides sideways at its start.
+    thresholds from 12 to 8 deg: the pose changes continuously where a vehicle swings out once more. For
+    a vehicle that slides sideways until it rests this is the rest pose; for one that never slides
+    sideways, the start of the path.
 
     Args:
-        path: from `run_out`.
-        car: its axles.
+        path: path of the vehicle to rest, from `run_out`.
+        car: properties of the vehicle, of which only the rear axle is used.
 
     Returns:
         x, y and heading, m and rad; the heading is not wrapped.

@@ -47,10 +47,10 @@ class Undone(NamedTuple):
         approach_b: (v_bx, v_by, omega_b) from eqs 19, 20, 21, m/s and rad/s.
         P: force impulse on A, along the normal and the tangent, N s.
         opening, closing: normal contact velocity after and before (eq 22), m/s.
-        spin: Omega_b - Omega_a, rad/s.
-        free_spin: the same after the force impulse alone (eq 24), rad/s.
-        sliding: of A along B at the impact centre after the impact, m/s.
-        free_sliding: the same without the friction impulse, m/s.
+        spin: relative spin after the impact, Omega_b - Omega_a, rad/s.
+        free_spin: relative spin after the force impulse alone (eq 24), rad/s.
+        sliding: sliding velocity of A along B at the impact centre after the impact, m/s.
+        free_sliding: sliding velocity without the friction impulse, m/s.
     """
 
     approach_b: Float[Array, "3"]
@@ -80,7 +80,7 @@ class Capped(NamedTuple):
 
 
 def printed_e_m(e_m: Scalar) -> Scalar:
-    """The e_m that makes the corrected eq 24 move bodies as the printed one does with the given.
+    """The e_m with which the corrected eq 24 moves bodies as the printed one does with the given e_m.
 
     Args:
         e_m: impact moment coefficient.
@@ -207,7 +207,7 @@ def undo(separation: State, approach_a: Float[Array, "3"], bodies: Bodies) -> Un
     c, s = jnp.cos(Gamma), jnp.sin(Gamma)
 
     def normal(v_x: Scalar, v_y: Scalar, w_a: Scalar, w_b: Scalar) -> Scalar:
-        """Of A relative to B at the impact centre, from the difference of the centres' (eq 22)."""
+        """Normal velocity of A relative to B at the impact centre, from that of the centres (eq 22)."""
         return (v_x + d3 * w_a + d1 * w_b) * c + (v_y - d4 * w_a - d2 * w_b) * s
 
     spin_a, spin_b = (P_x * d3 - P_y * d4) / I_a, (P_x * d1 - P_y * d2) / I_b
@@ -274,14 +274,14 @@ def friction_impulse(
     """The force impulse along the tangent that leaves a share of the sliding.
 
     Args:
-        kept: sliding after the impact over that without friction.
+        kept: share of the sliding that is left: sliding after the impact over that without friction.
         P_n: force impulse on A along the normal, N s.
         approach: velocities before, as in `separation`.
         bodies: masses, inertias, lever arms and Gamma.
         e_m: impact moment coefficient.
 
     Returns:
-        On A, N s.
+        The tangential force impulse on A, N s.
     """
     response = _response(bodies, e_m)
     drift = _drift(approach, bodies, response)
@@ -299,7 +299,7 @@ def normal_impulse(e: Scalar, kept: Scalar, approach: State, bodies: Bodies, e_m
         e_m: impact moment coefficient.
 
     Returns:
-        On A, N s: eq 22 solved for it.
+        The normal force impulse on A, N s: eq 22 solved for it.
     """
     response = _response(bodies, e_m)
     u_n, carried = _without_force(approach, bodies, response)
@@ -353,7 +353,7 @@ def capped(
         bodies: masses, inertias, lever arms and Gamma.
         e: restitution.
         mu: equivalent friction; "critical" means that sliding just ends within the contact. For a
-            share r of that, `r * critical_mu(...)`.
+            share r of the critical value, pass `r * critical_mu(...)`.
         e_m: impact moment coefficient.
 
     Returns:

@@ -1,6 +1,6 @@
-"""Run-out along a measured way: speed from its length and the drag factor on it, without integration.
+"""Run-out along a measured path: speed from its length and drag factor, without integration.
 
-V² = 2 g f L, f the mean of the drag factor over the way. After the impact the wheels slide sideways
+V² = 2 g f L, f the mean of the drag factor over the path. After the impact the wheels slide sideways
 and nearly all their friction decelerates the car; once its heading follows its course, only their drag
 remains. The length of the first part therefore dominates; it follows from the rotation.
 """
@@ -14,29 +14,21 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from retrodict.constants import GRAVITY
+from retrodict.mechanics.motion import PATCH, Car, Ground, Pose, Velocity, wheel_loads, wheel_places
 from retrodict.mechanics.rotation import cos_sin
-from retrodict.mechanics.runout import (
-    GRAVITY,
-    PATCH,
-    Car,
-    Ground,
-    Pose,
-    Velocity,
-    wheel_loads,
-    wheel_places,
-)
 from retrodict.mechanics.surface import friction
 from retrodict.mechanics.tyre import force
 
-# Numbers of the turning, found by `benchmarks/roll.py` against run-outs on wheels, of one locked to
-# four rolling: what of its friction a spinning car's yaw is held back by, its least drag while it turns
-# (over friction too), and the mean yaw rate of the time to rest over the first, were it to turn all
-# the way (0.5 if it slowed down evenly).
+# Constants of the turning, found by `benchmarks/roll.py` against run-outs on wheels, from one locked to
+# four rolling: the share of its friction that brakes a spinning car's yaw; its least drag factor while
+# it turns, over friction; and the mean yaw rate over the initial one, were it to turn until it rests
+# (0.5 if it slowed down evenly).
 _YAW_BRAKING, _TURNING_DRAG, MEAN_YAW_RATE = 0.5, 0.6, 0.55
-_POINTS = 12  # of the sum, on the part where it turns and on the part after
-_PASSES = 2  # of the sum, for the speeds along the way
-_LEAST_SHARE = 0.02  # of the way, on which it turns
-_LEAST_DRAG = 0.02  # of that of its wheels straight ahead: smooths the mean drag factor at nothing
+_POINTS = 12  # points of the sum, on the part where the vehicle turns and on the part after
+_PASSES = 2  # passes of the sum, for the speeds along the path
+_LEAST_SHARE = 0.02  # least share of the path on which the vehicle turns
+_LEAST_DRAG = 0.02  # share of its wheels' drag straight ahead: smooths the mean drag factor near 0
 _LEAST_TURN = 0.1  # rad: smooths the turning time where it hardly turns
 _LEAST_SPEED2 = 0.01  # m²/s²
 _TINY = 1e-18
@@ -46,9 +38,9 @@ class Way(NamedTuple):
     """Measured points of a vehicle's path after the impact, in order.
 
     Args:
-        points: x and y of its centre of gravity, the last where it came to rest, m.
-        heading: there, unwrapped, rad; NaN where unknown. The first known heading ends
-            the turning; where that is the one at rest, the share of the way is computed.
+        points: x and y of the centre of gravity, the last where the vehicle came to rest, m.
+        heading: heading at each point, unwrapped, rad; NaN where unknown. The first known heading ends
+            the turning; where none before rest is known, the share of the path with turning is computed.
     """
 
     points: Float[Array | np.ndarray, "points 2"]
@@ -56,17 +48,17 @@ class Way(NamedTuple):
 
 
 class WayTaken(NamedTuple):
-    """A measured way and the mean drag factor on it.
+    """A measured path and the mean drag factor on it.
 
     Args:
-        stations: share of the way at its start and at each point.
-        places: of these from the start, m.
-        length: of the way, m.
-        course: first direction of travel, rad.
-        share: of the way on which it turns.
-        turned: there, rad.
-        turned_after: from there to rest, rad.
-        drag: mean deceleration over g.
+        stations: shares of the path at its start and at each point, from 0 to 1.
+        places: x and y of the stations from the start, m.
+        length: length of the path, m.
+        course: initial direction of travel, rad.
+        share: share of the path on which the vehicle turns, from its start.
+        turned: rotation on this share of the path, rad.
+        turned_after: rotation on the remainder of the path, rad.
+        drag: mean drag factor: mean deceleration over g.
     """
 
     stations: Float[Array, " stations"]
@@ -88,17 +80,17 @@ def drag_factor(
     car: Car,
     ground: Ground,
 ) -> Float[Array, " points"]:
-    """Deceleration along the course over g, at points of a way.
+    """Deceleration along the course over g, at points of a path.
 
     The sum over the wheels of load share times friction times the tyre's force against the course.
 
     Args:
-        place: of the centre of gravity, m.
+        place: x and y of the centre of gravity, m.
         course: direction of travel, rad.
-        heading: of the vehicle, rad.
-        turning: of the heading along the way, rad/m.
-        speed: m/s.
-        car: its axles, track and wheels; loads are static.
+        heading: heading of the vehicle, rad.
+        turning: change of the heading along the path, rad/m.
+        speed: speed of the centre of gravity, m/s.
+        car: axles, track and wheels of the vehicle; loads are static.
         ground: friction of the surfaces and where they lie; taken as level.
 
     Source:
@@ -127,17 +119,17 @@ def drag_factor(
 
 
 def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
-    """A measured way and the mean drag factor on it.
+    """A measured path and the mean drag factor on it.
 
     The course is that of the straight lines between points, smoothed. The vehicle turns at a yaw rate
-    that falls linearly, on the first part of the way, which is as long as friction at the wheels takes
+    that falls linearly, on the first part of the path, which is as long as friction at the wheels takes
     to end so much rotation; a car that rolls is then held back by its wheels' drag alone. Where no
-    heading is known it is taken to end along its course.
+    heading is known the vehicle is taken to end along its course.
 
     Args:
-        way: where it was seen.
+        way: measured points of the path after the impact.
         start: x, y, heading at the impact, m and rad.
-        car: its yaw inertia, axles, track and wheels.
+        car: yaw inertia, axles, track and wheels of the vehicle.
         ground: friction of the surfaces and where they lie; taken as level.
     """
     start = jnp.asarray(start)
@@ -195,15 +187,15 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
 def rolled(
     velocity: Velocity, start: Pose, taken: WayTaken, at: Float[Array, " rows"]
 ) -> Float[Array, "rows 3"]:
-    """Poses along the run-out: the measured way, rotated and scaled in length.
+    """Poses along the run-out: the measured path, rotated and scaled in length.
 
-    L = V² / (2 g f) and rotation = 0.55 Omega (2 L / V) (share of the way on which it turns).
+    L = V² / (2 g f) and rotation = 0.55 Omega (2 L / V) (share of the path on which the vehicle turns).
 
     Args:
         velocity: Vx, Vy, Omega at the start, m/s and rad/s.
-        start: x, y, heading there, m and rad.
-        taken: the measured way.
-        at: shares of the way, 1 for rest.
+        start: x, y, heading at the start, m and rad.
+        taken: the measured path.
+        at: shares of the path at which poses are given, 1 for rest.
 
     Returns:
         x, y, m, and heading, unwrapped, rad, at each share.
@@ -225,8 +217,8 @@ def rolled_back(end: Pose, start: Pose, taken: WayTaken) -> Velocity:
 
     Args:
         end: x, y, heading at rest, unwrapped, m and rad.
-        start: at the impact.
-        taken: the measured way.
+        start: x, y, heading at the impact, m and rad.
+        taken: the measured path.
     """
     x, y, turned = jnp.asarray(end) - jnp.asarray(start)
     chord_x, chord_y = taken.places[-1]
@@ -244,20 +236,21 @@ def turning(
     car: Car,
     xp: ModuleType = jnp,
 ) -> tuple[Any, Any]:
-    """Share of the way on which the wheels end a rotation, and the initial speed.
+    """Share of the path on which the wheels end a rotation, and the initial speed.
 
-    Friction at the wheels ends it in the time T, turned = alpha T² / 2, at a drag factor f_1, and what
-    speed v is left, v T + g f_1 T² / 2 from the start, is lost over the rest at f_2: v² / (2 g f_2).
+    Friction at the wheels ends the rotation in the time T, turned = alpha T² / 2, at a drag factor f_1.
+    The speed v left then, v T + g f_1 T² / 2 from the start, is lost on the remainder of the path at a
+    drag factor f_2: v² / (2 g f_2).
 
     Args:
         turned: rotation, rad.
-        length: of the way, m.
-        grip: mean friction on it.
-        car: its yaw inertia, axles, track and wheels.
-        xp: NumPy, to compute without tracing or compiling.
+        length: length of the path, m.
+        grip: mean friction on the path.
+        car: yaw inertia, axles, track and wheels of the vehicle.
+        xp: jax.numpy, or NumPy to compute without tracing or compiling.
 
     Returns:
-        The share, 1 where the way is too short, and V at the start, m/s.
+        The share, 1 where the path is too short, and the initial speed V, m/s.
     """
     arm = xp.sqrt(car.front_axle * car.rear_axle + (car.track / 2) ** 2)
     size = xp.sqrt(turned**2 + _LEAST_TURN**2)
@@ -283,7 +276,7 @@ def _own_drag(car: Car) -> Any:
 def _heading(
     at: Float[Array, " rows"], share: Array, turned: Array, turned_after: Array
 ) -> Float[Array, " rows"]:
-    """Rotation at shares of the way, rad."""
+    """Rotation at shares of the path, rad."""
     to_come = 1 - jnp.clip(at / share, 0.0, 1.0)
     after = jnp.clip((at - share) / jnp.maximum(1 - share, _LEAST_SHARE), 0.0, 1.0)
     return turned * (1 - to_come**2) + turned_after * after

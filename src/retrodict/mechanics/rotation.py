@@ -30,7 +30,7 @@ def cos_sin(angle: Float[Array, "*any"]) -> tuple[Float[Array, "*any"], Float[Ar
     (`python -m benchmarks` charts the run-out).
 
     Args:
-        angle: rad.
+        angle: angle, rad, of any shape.
 
     Returns:
         (cosine, sine).

@@ -38,12 +38,12 @@ class Severity(NamedTuple):
     Args:
         after: velocities after, as from `separation`, m/s and rad/s.
         delta_v: change of velocity of A and of B, road frame, (2, 2), m/s.
-        delta_v_size: its size for A and for B, m/s.
+        delta_v_size: magnitude of delta-v of A and of B, (2,), m/s.
         pdof: principal direction of force on A and on B, clockwise from straight ahead, 0 to 2 pi;
             0 is a force from the front, pi/2 from the right. NaN without a change of velocity.
         closing_normal: speed at which the contact points close along the normal, m/s.
-        closing: their whole relative speed, m/s.
-        energy: the audit.
+        closing: magnitude of the contact points' relative velocity, m/s.
+        energy: energy audit.
         gains_energy: whether the outcome has more kinetic energy than the approach.
         reverses_sliding: whether mu exceeds its critical value or has the other sign.
         pulls: whether the normal impulse holds the vehicles together, as no contact can.
@@ -129,7 +129,7 @@ def severity(
         approach: velocities before, as in `separation`.
         bodies: masses, inertias, lever arms and Gamma.
         coefficients: e, mu and e_m.
-        headings: where A and B point, counter-clockwise from the x axis, rad.
+        headings: headings of A and B, counter-clockwise from the x axis, rad, shape (2,).
 
     Returns:
         The record. `clock` turns its directions into hours, `feeding_term` names the work that

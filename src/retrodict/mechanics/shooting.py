@@ -19,7 +19,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from retrodict.mechanics.runout import GRAVITY, Car, Ground, rest
+from retrodict.constants import GRAVITY
+from retrodict.mechanics.motion import Car, Ground
+from retrodict.mechanics.runout import rest
 from retrodict.mechanics.tyre import Wheels
 
 TURNS = tuple(range(-3, 4))
@@ -56,7 +58,7 @@ class Departures(NamedTuple):
         miss: distance and angle by which the run-out misses, m and rad, shape (*grid, rows, 2).
         converged: whether both are within the tolerance, shape (*grid, rows).
         turns: whole turns beyond the shortest rotation between the headings, shape (*grid, rows).
-        rotation: from impact to rest, rad, shape (*grid, rows).
+        rotation: rotation from impact to rest, rad, shape (*grid, rows).
     """
 
     velocity: Float[np.ndarray, "*grid rows 3"]
@@ -88,8 +90,8 @@ def departures(
         turns: whole turns to try beyond the shortest rotation from one heading to the other, which
             lies in [-pi, pi), positive counter-clockwise; None where the total rotation is known:
             it is then the difference of the headings as they are.
-        steps: of the integration of each run-out.
-        tolerance: of a solution's rest pose, m and rad.
+        steps: number of integration steps of each run-out.
+        tolerance: largest miss of a solution's rest pose, m and rad.
 
     Returns:
         The solutions. For each number of turns, what Newton's method found from six starts; it
@@ -178,7 +180,7 @@ def _from_starts(
     tolerance: float,
     steps: int,
 ) -> tuple[Float[Array, "starts 3"], Float[Array, "starts 2"]]:
-    """One problem: x, y and rotation from one start pose."""
+    """Velocities that Newton's method finds for one problem from every start, and their misses."""
     # speeds (Vx, Vy, k Omega) and distances (x, y, k heading): all in m/s and m
     k = jnp.sqrt(car.k2)
     weight = jnp.stack([jnp.ones_like(k), jnp.ones_like(k), k])
@@ -262,7 +264,7 @@ def _rows(
     k: float,
     tolerance: float,
 ) -> Departures:
-    """What differs, in order."""
+    """Distinct solutions, and a smallest miss for turns without one, in the order of `Departures`."""
     rows = []
     for V, by, whole, angle in zip(velocity, miss, turns, rotation, strict=True):
         size = np.nan_to_num(np.hypot(by[:, 0], k * by[:, 1]), nan=np.inf)

@@ -42,7 +42,7 @@ class NotDetermined(ValueError):
     """Eqs 19-24 do not determine the unknowns.
 
     Args:
-        rank: of the 6 x 6 Jacobian of eqs 19-24 in the unknowns.
+        rank: rank of the 6 x 6 Jacobian of eqs 19-24 in the unknowns.
         trade_off: the unknowns that can change together, or alone, without breaking an equation.
         contradicts: whether the known values moreover contradict one another.
     """
@@ -63,9 +63,9 @@ class Solution:
     """All fifteen quantities.
 
     Args:
-        values: by name, m/s, rad/s and coefficients.
+        values: value of each quantity by name, m/s, rad/s and coefficients.
         residual: the largest misfit of eqs 19-24, over the largest velocity.
-        condition: of the scaled Jacobian: how many times a relative error may grow.
+        condition: condition number of the scaled Jacobian: factor by which a relative error may grow.
         reverses_sliding: whether mu exceeds its critical value or has the other sign.
     """
 

@@ -17,9 +17,9 @@ TYRE_WIDTH = 0.2
 _TINY = 1e-18  # m²: a point on the outline has a derivative too
 
 Polygon = Float[Array | np.ndarray, "corners 2"]
-# of every surface in order; a number where there is but one
+# one number for each surface in order; a number where there is but one
 Coefficients = Float[Array | np.ndarray, " surfaces"] | Sequence[float] | float
-# of every polygon in order; a number where all have the same
+# one number for each polygon in order; a number where all have the same
 Insets = Float[Array | np.ndarray, " polygons"] | Sequence[float] | float
 
 
@@ -51,15 +51,15 @@ def friction(
     """Sliding friction at each wheel: f exp(-c v) of the surface it is on.
 
     Args:
-        x: of the wheels, m.
-        y: likewise.
-        speed: of their slip, m/s.
+        x: x coordinate of each wheel, m.
+        y: y coordinate of each wheel, m.
+        speed: slip speed of each wheel, m/s.
         coefficients: f of the surface that lies everywhere, then of each zone, then of each
             polygon; later ones cover. A number where there is no other.
-        speed_dependence: c, s/m, likewise; None where friction does not depend on speed.
-        zones: half-planes.
-        polygons: corners of each, m.
-        insets: how far each polygon's outline lies inwards of its corners, m.
+        speed_dependence: c of the same surfaces, s/m; None where friction does not depend on speed.
+        zones: half-planes with a friction of their own.
+        polygons: corners of each polygon, m, shape (corners, 2).
+        insets: distance of each polygon's outline inwards of its corners, m.
 
     Returns:
         Friction of each wheel, passing smoothly over a tyre's width at an edge.

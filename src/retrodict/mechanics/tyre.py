@@ -43,7 +43,7 @@ def force(
         wheels: drag and steer.
 
     Returns:
-        Its parts along and across the vehicle, of size 1 at most together.
+        Components along and across the vehicle, shape (2, 4); each wheel's resultant is at most 1.
     """
     drag, steer = jnp.asarray(wheels.drag), jnp.asarray(wheels.steer)
     c, s = jnp.cos(steer), jnp.sin(steer)

@@ -1,4 +1,4 @@
-"""An archive: what a result came from and to, in one file, with a chain of hashes over what it holds.
+"""An archive: a result and its inputs in one file, with a chain of hashes over the content.
 
 A zip file, nothing in it compressed and no time in it, so that the same result gives the same bytes.
 The last entry, manifest.json, lists the others in their order: each with its SHA-256 and a link, the
@@ -34,11 +34,11 @@ class NotArchived(ValueError):
 
 @dataclass(frozen=True)
 class Archive:
-    """What an archive holds, verified.
+    """The verified content of an archive.
 
     Args:
-        files: content by name, in their order.
-        link: the last of the chain, in hexadecimal digits.
+        files: content of each file by name, in the order of the chain.
+        link: last link of the chain, in hexadecimal digits.
     """
 
     files: dict[str, bytes]
@@ -52,10 +52,11 @@ def archive_bytes(files: Mapping[str, bytes]) -> bytes:
     """Files as an archive.
 
     Args:
-        files: content by name, in the order of the chain; letters, digits, dots, dashes only.
+        files: content of each file by name, in the order of the chain; names of at most 100 letters,
+            digits, underscores, dots and dashes, the first no dot or dash.
 
     Returns:
-        What the archive's file holds.
+        Content of the archive file.
 
     Raises:
         ValueError: a name is not allowed.
@@ -90,15 +91,15 @@ def read_archive(path: Path) -> Archive:
     """Read an archive and verify its chain; nothing is unpacked onto the disk.
 
     Args:
-        path: of the file.
+        path: path of the archive file.
 
     Returns:
-        What it holds.
+        The verified content.
 
     Raises:
-        NotArchived: it is no archive, has an entry that no archive has, or was altered: the message
-            names each file whose content, place or presence is not that of the manifest.
-        OSError: it cannot be read.
+        NotArchived: the file is no archive, has an entry that no archive has, or was altered: the
+            message names each entry whose content, place or presence is not that of the manifest.
+        OSError: the file cannot be read.
     """
     if path.is_file() and path.stat().st_size > _MOST_BYTES:
         raise NotArchived(f"{path}: larger than {_MOST_BYTES // 1_000_000} MB; no archive is")
@@ -139,7 +140,7 @@ def _chain(files: Mapping[str, bytes]) -> list[dict[str, Any]]:
 
 
 def _entries(path: Path, content: bytes) -> dict[str, bytes]:
-    """What a zip file holds, by name; refused where it holds what no archive does."""
+    """Content of a zip file by name; refused where an entry is such as no archive has."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = archive.infolist()
         if len(members) > _MOST_ENTRIES:

@@ -10,7 +10,7 @@ from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import scaled
 from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.report.blocks import Block, Listing, Paragraph, Picture, Section, Table
-from retrodict.report.ladder import headings, ladder_rows
+from retrodict.report.ladder import LadderRow, headings, ladder_rows
 from retrodict.report.results import marked, named, result_rows
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.quantities import Units, label_and_unit, unit_of
@@ -25,7 +25,7 @@ _MAX_NARROWING = 8  # quantities that would narrow an answer
 
 
 def sensitivity(findings: Findings, units: Units, pictures: Mapping[str, list[Picture]]) -> Section:
-    """What the answers depend on."""
+    """Section on what the answers depend on."""
     blocks: list[Block] = []
     if findings.narrowing:
         blocks.append(Section("What would narrow the answer", tuple(_narrowed(findings, units))))
@@ -73,7 +73,7 @@ def _sd_left(findings: Findings, sought: str, units: Units, known: Narrowed) -> 
 
 
 def _decimals(findings: Findings, name: str, units: Units, sd: float) -> int | None:
-    """Decimals of an sd that stands beside the one of a quantity, which it does not exceed in digits."""
+    """Decimals of an sd printed beside a quantity: as its size asks, but no more than the quantity's."""
     own, known = decimals_of(sd), findings.quantities[name].precision[units].decimals
     return own if known is None or own is None else min(own, known)
 
@@ -151,12 +151,12 @@ def _believed(findings: Findings, units: Units) -> Iterable[Block]:
 
 
 def _who(findings: Findings) -> str:
-    """Whose speed studies follow."""
+    """The vehicle, "A" or "B", whose speed is sought."""
     return str(vehicle_of(findings.scene.sought)).upper()
 
 
 def numerical_quality(findings: Findings, units: Units) -> Section:
-    """How far the draws can be relied on."""
+    """Section on how far the draws can be relied on."""
     checks = findings.checks
     size = NOTHING if findings.size is None else " × ".join(map(str, findings.size))
     own = ("Divergent transitions", format_value(checks.divergences, 0))
@@ -181,6 +181,12 @@ def numerical_quality(findings: Findings, units: Units) -> Section:
         blocks.append(Section("How the run was completed", (Listing(findings.notes),)))
     flags: Block = Listing(checks.flags) if checks.flags else Paragraph("None was raised.")
     blocks.append(Section("Findings to note", (flags,)))
+    blocks.append(_by_quantity(findings, units))
+    return Section("Numerical quality", tuple(blocks))
+
+
+def _by_quantity(findings: Findings, units: Units) -> Section:
+    """Diagnostics and Monte Carlo error of each reported quantity."""
     rows = tuple(
         (
             named(row.label, row.unit),
@@ -198,26 +204,18 @@ def numerical_quality(findings: Findings, units: Units) -> Section:
         "Error of the 95 % limits",
         "Last digit printed",
     )
-    blocks.append(
-        Section(
-            "Quantity by quantity",
-            (
-                Table(rows, heads),
-                Paragraph(
-                    "The error is that of drawing (Monte Carlo); only those digits are printed of "
-                    "which it is below a unit. R-hat compares the chains with one another; the "
-                    "effective sample size (ESS) says how many independent draws they are worth, for "
-                    "the middle (bulk) and for the ends (tail) of a distribution.",
-                    "quiet",
-                ),
-            ),
-        )
+    explained = Paragraph(
+        "The error is that of drawing (Monte Carlo); only those digits are printed of "
+        "which it is below a unit. R-hat compares the chains with one another; the "
+        "effective sample size (ESS) says how many independent draws they are worth, for "
+        "the middle (bulk) and for the ends (tail) of a distribution.",
+        "quiet",
     )
-    return Section("Numerical quality", tuple(blocks))
+    return Section("Quantity by quantity", (Table(rows, heads), explained))
 
 
 def model_comparison(findings: Findings, units: Units) -> Section | None:
-    """What the other models say; None where they were not asked."""
+    """Section on the results of the other models; None where the findings have no ladder."""
     if (ladder := findings.ladder) is None:
         return None
     known = {name: q.precision[units].decimals for name, q in findings.quantities.items()}
@@ -253,13 +251,7 @@ def model_comparison(findings: Findings, units: Units) -> Section | None:
             texts=(1, 2, 3),
         ),
     ]
-    left = [row for row in rows if not row.ran]
-    blocks += [
-        Paragraph(
-            f"Not run: {', '.join(row.name for row in left if row.verdict == verdict)}: {verdict}."
-        )
-        for verdict in dict.fromkeys(row.verdict for row in left)
-    ]
+    blocks += _not_run([row for row in rows if not row.ran])
     blocks.append(
         Paragraph(
             "p is the probability of a misfit as large, of evidence and inputs together, were the model "
@@ -270,3 +262,13 @@ def model_comparison(findings: Findings, units: Units) -> Section | None:
         )
     )
     return Section("Comparison of models", tuple(blocks))
+
+
+def _not_run(left: list[LadderRow]) -> list[Paragraph]:
+    """A paragraph for each reason why models were not run, with their names."""
+    return [
+        Paragraph(
+            f"Not run: {', '.join(row.name for row in left if row.verdict == verdict)}: {verdict}."
+        )
+        for verdict in dict.fromkeys(row.verdict for row in left)
+    ]

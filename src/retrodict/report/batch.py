@@ -34,17 +34,18 @@ class InUse(OSError):
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """A context in which no other process answers into a folder.
+    """A context in which no other process writes answers to a folder.
 
     The lock ends with the process, however it ends. Where a system has no such locks nothing is
-    refused; nothing is lost either, for all files are written whole and by what they are of.
+    refused; nothing is lost either, for each file of answers is written whole and named after the keys
+    of its answers.
 
     Args:
-        folder: made where missing.
+        folder: folder of the batch, made where missing.
 
     Raises:
-        InUse: another one does.
-        OSError: nothing can be written there.
+        InUse: another process has locked the folder.
+        OSError: nothing can be written to the folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / _LOCK).open("w") as file:
@@ -62,14 +63,14 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def write_answers(answers: Mapping[str, Answered], folder: Path) -> None:
-    """Keep some answers, in a file of their own.
+    """Store some answers in a file of their own.
 
     Args:
-        answers: by key.
-        folder: of the batch.
+        answers: answers by key, from `retrodict.studies.batch.Entry.kept_under`.
+        folder: folder of the batch.
 
     Raises:
-        OSError: the file could not be written; then there is none.
+        OSError: the file could not be written; then there is no such file.
     """
     lines = [
         json.dumps({"key": key, **strict(asdict(answer))}, ensure_ascii=False, allow_nan=False)
@@ -104,14 +105,14 @@ def table_of(
     """Answers in a table.
 
     Args:
-        labels: of the scenes.
-        answers: of each; None leaves it out.
+        labels: label of each scene.
+        answers: answer of each scene; None leaves the scene out of the table.
         units: "si" or "us".
 
     Returns:
         One row a scene: `scene`, `model`, `method`, `checks` ("passed", or why there are no numbers),
         `flags`, then mean, sd, median, limits of the central 95 % and the Monte Carlo error of the mean
-        of each quantity that some scene reports; NaN where there is none. `attrs["units"]` has the
+        of each quantity that some scene reports; NaN where a scene has none. `attrs["units"]` has the
         unit of each column of numbers.
     """
     import pandas as pd
@@ -137,11 +138,11 @@ def write_table(table: pd.DataFrame, folder: Path) -> None:
     """Write table.csv and, where pyarrow is installed, table.parquet, with units in the header.
 
     Args:
-        table: as `table_of` gives it.
-        folder: of the batch.
+        table: table of answers, from `table_of`.
+        folder: folder of the batch.
 
     Raises:
-        OSError: one could not be written; then none has changed.
+        OSError: a file could not be written; then no file has changed.
     """
     units = table.attrs["units"]
     headed = table.rename(columns={k: f"{k} [{unit}]" for k, unit in units.items() if unit})
@@ -152,7 +153,7 @@ def write_table(table: pd.DataFrame, folder: Path) -> None:
         headed.to_parquet(content, index=False)
         contents.append(content.getvalue())
     write_together(folder, dict(zip(TABLES, contents, strict=False)))
-    if len(contents) < len(TABLES):  # one that is there is of another batch
+    if len(contents) < len(TABLES):  # an existing file is of an earlier table
         (folder / TABLES[1]).unlink(missing_ok=True)
 
 
@@ -162,7 +163,7 @@ def files_of(folder: Path) -> list[Path]:
 
 
 def in_words(table: pd.DataFrame) -> str:
-    """How many scenes are answered, by which methods, and how many are not, for which reasons."""
+    """A sentence or two: scenes answered, by method, and scenes without numbers, by reason."""
     passed = table["checks"] == PASSED
     by = Counter(table["method"][passed])
     kinds = Counter(reason.partition(":")[0] for reason in table["checks"][~passed])

@@ -1,4 +1,4 @@
-"""What a document is made of, as plain data: every renderer lays out the same texts and numbers."""
+"""The parts of a document as plain data: every renderer lays out the same texts and numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 from retrodict.scene.quantities import Units
 
 _NARROWEST, _WIDEST = 10, 48  # characters that a column is taken to have, for its width
-_BOLD = 6  # that a word of a heading, which is bold and cannot break, takes more than its own
+_BOLD = 6  # characters added to a word of a heading, which is bold and cannot break
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +31,10 @@ class Table:
     """A table whose first column names its rows.
 
     Args:
-        rows: cells, as many as there are columns.
-        header: of the columns; empty for a table of names and values.
-        title: above it; empty for none.
-        texts: numbers of the columns that hold words, beside the first; all others hold numbers.
+        rows: rows of cells, one cell per column.
+        header: headings of the columns; empty for a table of names and values.
+        title: title above the table; empty for none.
+        texts: indices from 0 of the columns that hold words, besides 0; all others hold numbers.
     """
 
     rows: tuple[tuple[str, ...], ...]
@@ -44,7 +44,7 @@ class Table:
 
     @property
     def shares(self) -> tuple[float, ...]:
-        """Of the width, for each column: by its longest text, within limits; headings break at words."""
+        """Share of the width for each column, by its longest text within limits; headings may break."""
         longest = [max(map(len, column)) for column in zip(*self.rows, strict=True)]
         headed = [
             max(len(cell) // 2, *(len(word) + _BOLD for word in cell.split()), 0)
@@ -62,10 +62,10 @@ class Picture:
     """A figure.
 
     Args:
-        number: in the document.
-        title: in a few words; it stands for the figure where that cannot be seen.
-        caption: what it shows and how to read it.
-        image: PNG.
+        number: number of the figure in the document.
+        title: short title; also the alternative text where the figure cannot be seen.
+        caption: explanation of what the figure shows and how to read it.
+        image: PNG image.
     """
 
     number: str
@@ -93,9 +93,9 @@ class Section:
     """A heading with what stands below it.
 
     Args:
-        title: in words.
-        blocks: in order; sections among them are its parts.
-        number: such as "3.1"; empty on the first page.
+        title: text of the heading.
+        blocks: content in order; nested sections are the section's parts.
+        number: section number such as "3.1"; empty on the first page.
     """
 
     title: str
@@ -111,14 +111,14 @@ class Document:
     """A report.
 
     Args:
-        title: of the scene.
-        subtitle: what kind of document this is, and of which vehicles.
+        title: title of the scene.
+        subtitle: kind of the document, with the names of the vehicles in a report.
         author: the examiner; empty if not stated.
-        date: of the report, as stated; empty if not.
-        first: the first page.
-        sections: the rest, numbered.
+        date: date of the report, as stated; empty if not stated.
+        first: blocks of the first page.
+        sections: sections after the first page, numbered.
         replay: HTML fragment in which the motion is played, for formats that can; empty for none.
-        units: which come first; with "us" it is laid out for letter paper, else for A4.
+        units: system of units that comes first; the paper is letter with "us", A4 with "si".
     """
 
     title: str
@@ -132,11 +132,11 @@ class Document:
 
 
 def numbered(section: Section, number: str) -> Section:
-    """A section with its number, and its parts with theirs.
+    """A section with its number, and its parts with numbers below it.
 
     Args:
-        section: with or without numbers.
-        number: such as "3".
+        section: section to number; numbers that it has are replaced.
+        number: number of the section, such as "3".
     """
     parts, blocks = 0, list[Block]()
     for block in section.blocks:
@@ -150,7 +150,7 @@ def numbered(section: Section, number: str) -> Section:
 def printable(value: Any) -> Any:
     """A tree with codes in place of characters that do not print.
 
-    These could steer a terminal or a reader's eye, and XML cannot hold them.
+    Such characters could steer a terminal or a reader's eye, and XML cannot hold them.
 
     Args:
         value: a document or a part of one.

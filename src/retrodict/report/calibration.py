@@ -26,19 +26,19 @@ from retrodict.studies.calibration import (
 from retrodict.studies.uniformity import BAND, LEVELS, Uniformity, uniformity
 
 RANKS = "calibration.csv"
-# simulations; with fewer, a withheld one or two are beyond the share that may be
+# fewest simulations for a verdict; with fewer, one or two that are withheld exceed MOST_WITHHELD
 LEAST = 50
 _SETTINGS = ("model", "method", "seed", "scene", "closing_from")
-_OLDER = {"closing_from": "3.0"}  # m/s, before tables said so
+_OLDER = {"closing_from": "3.0"}  # m/s, for tables that do not state it
 _COLUMNS = (*_SETTINGS, "simulation", *QUANTITIES, "reason", "closing_speed")  # the last in m/s
 
 
 def calibrated(calibration: Calibration, found: dict[str, Uniformity]) -> bool:
-    """Whether nothing speaks against the method: ranks jointly inside, and few runs withheld.
+    """Whether nothing speaks against the method: enough ranks, jointly inside, and few runs withheld.
 
     Args:
-        calibration: its rows.
-        found: as `uniformity` gives it.
+        calibration: calibration to be judged.
+        found: uniformity of the ranks by quantity, from `uniformity`.
     """
     few = calibration.withheld <= MOST_WITHHELD
     enough = len(calibration.ranked) >= LEAST
@@ -46,11 +46,11 @@ def calibrated(calibration: Calibration, found: dict[str, Uniformity]) -> bool:
 
 
 def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
-    """What a calibration comes to, in a few sentences.
+    """The verdict on a calibration in a few sentences.
 
     Args:
-        calibration: its rows.
-        found: as `uniformity` gives it.
+        calibration: calibration to be judged.
+        found: uniformity of the ranks by quantity, from `uniformity`.
     """
     done, ranked = len(calibration.rows), len(calibration.ranked)
     withheld = f"{done - ranked} of {done} runs ({calibration.withheld:.1%}) were withheld"
@@ -81,11 +81,11 @@ def verdict(calibration: Calibration, found: dict[str, Uniformity]) -> str:
 
 
 def print_calibration(calibration: Calibration, console: Console) -> None:
-    """Print coverage and verdict of each quantity, then of all.
+    """Print coverage and verdict of each quantity, then the verdict on all.
 
     Args:
-        calibration: its rows.
-        console: where to.
+        calibration: calibration to be printed.
+        console: rich console to print on.
     """
     found = uniformity(calibration)
     table = Table(title=f"{calibration.model}, {calibration.method}", title_justify="left")
@@ -149,11 +149,11 @@ def write_calibration(calibration: Calibration, directory: Path) -> None:
     """Write calibration.csv, calibration.json, and the chart as calibration.png and .svg.
 
     Args:
-        calibration: its rows.
-        directory: made where missing; files of the same names in it are replaced together.
+        calibration: calibration to be written.
+        directory: output directory, made where missing; files of the same names are replaced together.
 
     Raises:
-        OSError: a file could not be written; then none has changed.
+        OSError: a file could not be written; then no file has changed.
     """
     from retrodict.report.figure_calibration import calibration_figure
     from retrodict.report.study_files import write_study
@@ -164,20 +164,20 @@ def write_calibration(calibration: Calibration, directory: Path) -> None:
 
 
 def write_ranks(calibration: Calibration, directory: Path) -> None:
-    """Write calibration.csv, a row a simulation, from which a run goes on.
+    """Write calibration.csv, one row per simulation; an interrupted calibration goes on from the file.
 
     Args:
-        calibration: its rows.
-        directory: made where missing.
+        calibration: calibration whose rows are written.
+        directory: output directory, made where missing.
 
     Raises:
-        OSError: it could not be written.
+        OSError: the file could not be written.
     """
     write_whole(directory / RANKS, _table(calibration).encode())
 
 
 def _table(calibration: Calibration) -> str:
-    """A row a simulation."""
+    """A CSV table with one row per simulation."""
     settings = _settings(calibration)
     rows = [
         settings
@@ -196,14 +196,14 @@ def read_ranks(like: Calibration, directory: Path) -> tuple[Row, ...]:
     """The rows that `write_ranks` wrote.
 
     Args:
-        like: of the same scene, model, method and seed.
-        directory: where they were written.
+        like: calibration with the scene, model, method and seed that the file must have.
+        directory: directory of the file calibration.csv.
 
     Returns:
-        The rows; none where there is no file.
+        The rows; empty where there is no file.
 
     Raises:
-        ValueError: the file is of another calibration, or is none.
+        ValueError: the file is of another calibration, or is no table of ranks.
     """
     file = directory / RANKS
     if not file.exists():

@@ -48,11 +48,12 @@ def compared(
     """A document that sets two results beside each other.
 
     Args:
-        differences: of the results.
-        one: findings and outcome of the first.
-        other: likewise of the second.
-        steps: each difference of the scenes made alone; empty where that was not asked for.
-        of: flat name of the answer that the steps are of.
+        differences: differences between the two results.
+        one: findings and outcome of the first result.
+        other: findings and outcome of the second result.
+        steps: the first scene as it is, then each difference of the scenes made alone; empty where
+            no such steps were computed.
+        of: flat name of the quantity whose means the steps hold.
         units: "si" or "us".
 
     Returns:
@@ -90,7 +91,7 @@ def compared(
 
 
 def quantities_table(differences: Differences, units: Units = "si") -> Table:
-    """The quantities that both results have, with the move of each."""
+    """The quantities that both results have, with the difference of each."""
     rows = []
     for each in differences.quantities:
         one, other = each.one.precision[units], each.other.precision[units]
@@ -112,7 +113,7 @@ def quantities_table(differences: Differences, units: Units = "si") -> Table:
 
 
 def steps_table(steps: Sequence[Step], of: str, units: Units = "si") -> Table:
-    """How far each difference moves an answer, the one that moves it most first."""
+    """Table of how far each difference of the scenes moves an answer, the largest move first."""
     label, dimension = describe(of)
     unit = unit_of(dimension, units)
     as_it_is, *others = steps
@@ -153,11 +154,11 @@ def beside_figure(
     """Posterior densities of two results.
 
     Args:
-        findings: of the first.
-        outcome: its draws.
+        findings: findings of the first result.
+        outcome: outcome of the first result, with its draws.
         units: "si" or "us".
-        findings_of_other: of the second.
-        other: its draws.
+        findings_of_other: findings of the second result.
+        other: outcome of the second result, with its draws.
 
     Returns:
         The figure.

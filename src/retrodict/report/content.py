@@ -1,4 +1,4 @@
-"""What a report says: the document is made once of the findings, with every cell formatted."""
+"""The content of a report: a document is made once from the findings, with every cell formatted."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ def content(
     """The report of a reconstruction.
 
     Args:
-        findings: of the reconstruction.
-        images: of the figures, PNG, by name.
-        figures: their titles and captions, and where they stand, by name.
-        units: which come first, and which inputs are printed in.
-        case: what the expert says; None where nothing is stated.
+        findings: findings of the reconstruction.
+        images: PNG images of the figures, by name.
+        figures: titles, captions and places of the figures, by name.
+        units: "si" or "us", the system that comes first and that inputs are printed in.
+        case: the expert's statements on the case; None where nothing is stated.
 
     Returns:
         The document. Characters that do not print are written as their codes.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Images = Callable[[], dict[str, bytes]]  # figures' images by name
 Renderer = Callable[[Document], bytes]
 
-# by the suffix of the file; heavy libraries are imported where a document is rendered
+# renderers by file suffix; heavy libraries are imported where a document is rendered
 FORMATS: dict[str, Renderer] = {
     "html": html.render,
     "pdf": pdf.render,
@@ -30,7 +30,7 @@ FORMATS: dict[str, Renderer] = {
 
 
 class UnknownFormat(ValueError):
-    """No document has that suffix; the message lists those that there are."""
+    """No document has that suffix; the message lists the suffixes that there are."""
 
     def __init__(self, suffix: str) -> None:
         super().__init__(f"no document format {suffix!r}: choose of {', '.join(FORMATS)}")
@@ -43,14 +43,15 @@ def document_of(
     case: Case | None = None,
     drawn: Images | None = None,
 ) -> Document:
-    """What the report of a reconstruction says, in every format.
+    """The report of a reconstruction, for every format.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws, for the figures.
-        units: "si" or "us": which come first, and which inputs and figures are printed in.
-        case: what the expert says; None where nothing is stated.
-        drawn: gives the figures' images, where they are drawn elsewhere.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with the draws that the figures show.
+        units: "si" or "us", the system that comes first and that inputs and figures are printed in.
+        case: the expert's statements on the case; None where nothing is stated.
+        drawn: function that returns the figures' images, where another process draws them; None to
+            draw them here.
 
     Returns:
         The document.
@@ -65,10 +66,10 @@ def document_of(
 
 
 def renderers(suffixes: Iterable[str]) -> dict[str, Renderer]:
-    """The renderers of formats.
+    """The renderers of document formats.
 
     Args:
-        suffixes: of their files, in any case.
+        suffixes: file suffixes of the formats, without the dot, in any case.
 
     Returns:
         Functions that render a document, by suffix.
@@ -93,11 +94,11 @@ def write_report(
     """Write the report in the format of the file's suffix, whole or not at all.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws, for the figures.
-        path: of the file.
-        units: as of `document_of`.
-        case: likewise.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with the draws that the figures show.
+        path: path of the report; its suffix selects the format.
+        units: "si" or "us", as in `document_of`.
+        case: the expert's statements on the case, as in `document_of`.
 
     Returns:
         The path.
@@ -105,7 +106,7 @@ def write_report(
     Raises:
         UnknownFormat: no format has that suffix.
         MissingLibrary: the format needs a library that is not installed.
-        OSError: the file could not be written; one that was there is as it was.
+        OSError: the file could not be written; an existing file is unchanged.
     """
     ((_, render),) = renderers([path.suffix.removeprefix(".")]).items()
     return write_whole(path, render(document_of(findings, outcome, units, case)))
@@ -117,16 +118,16 @@ def write_reports(
     """Write a document as NAME.SUFFIX in each of several formats, once all are rendered.
 
     Args:
-        document: from `document_of`.
-        folder: made where missing.
-        suffixes: of `FORMATS`.
-        name: of the files.
+        document: document to render, such as `document_of` returns.
+        folder: output folder, made where missing.
+        suffixes: keys of `FORMATS`, in any case.
+        name: name of the files without suffix.
 
     Returns:
         The files.
 
     Raises:
-        UnknownFormat, MissingLibrary, OSError: as of `write_report`.
+        UnknownFormat, MissingLibrary, OSError: as in `write_report`.
     """
     made = {suffix: render(document) for suffix, render in renderers(suffixes).items()}
     return [write_whole(folder / f"{name}.{suffix}", each) for suffix, each in made.items()]

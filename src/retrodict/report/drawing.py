@@ -1,4 +1,4 @@
-"""What the figures share: size, colours, the mark of a failed run, and how draws are shown.
+"""The common parts of the figures: size, colours, mark of a failed run, and plots of draws.
 
 Figures are drawn with matplotlib directly and not with ArviZ's plots: they need units, fixed
 panels, line styles that survive a greyscale printer, and the mark of a failed run.
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Concatenate
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -35,7 +36,7 @@ INK, GREY, PALE = "#222222", "#777777", "#d9d9d9"
 BLUE, ORANGE = "#0072B2", "#D55E00"
 OF_VEHICLE = {"a": BLUE, "b": ORANGE}
 LINE_OF_VEHICLE = {"a": "-", "b": (0, (4, 1.5))}
-_DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45  # of a cloud
+_DOTS, _FOR_DENSITY, _GRID = 500, 1000, 45  # of a cloud: dots, draws for its density, grid side
 SHORT = {k: re.sub(r"_(\w)", r"$_\1$", label) for k, label in quantities.SHORT.items()}
 
 STYLE: dict[Any, Any] = {
@@ -58,6 +59,8 @@ STYLE: dict[Any, Any] = {
     "figure.dpi": DPI,
     "savefig.dpi": DPI,
 }
+# drawn around texts that stand on lines
+HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 
 
 def styled[**P](
@@ -128,7 +131,7 @@ def to_png(figure: Figure) -> bytes:
 
 
 def to_svg(figure: Figure) -> bytes:
-    """A figure as an SVG drawing; what is drawn alike is so byte for byte."""
+    """A figure as an SVG drawing; equal figures give equal bytes."""
     buffer = io.BytesIO()
     with mpl.rc_context({"svg.hashsalt": "retrodict"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
@@ -136,13 +139,13 @@ def to_svg(figure: Figure) -> bytes:
 
 
 def to_pdf(figure: Figure) -> bytes:
-    """A figure as a PDF page; what is drawn alike is so byte for byte."""
+    """A figure as a PDF page; equal figures give equal bytes."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="pdf", metadata={"CreationDate": None})
     return buffer.getvalue()
 
 
-# by suffix
+# functions that encode a figure, by file suffix
 IMAGES: dict[str, Callable[[Figure], bytes]] = {".png": to_png, ".svg": to_svg, ".pdf": to_pdf}
 
 
@@ -174,7 +177,7 @@ def density(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
 
 def cloud(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str) -> None:
     """Draws of two quantities, thinned, and the smallest regions that hold 50 and 90 % of them."""
-    from scipy.stats import gaussian_kde  # likewise
+    from scipy.stats import gaussian_kde  # a plan of a scene does not wait for it
 
     thin = np.linspace(0, x.size - 1, min(_DOTS, x.size)).astype(int)
     axes.plot(x[thin], y[thin], ".", color=GREY, ms=2.2, alpha=0.5, mew=0)

@@ -43,8 +43,8 @@ class DrawingProcess:
         """Hand over what to draw, once.
 
         Args:
-            findings: of the reconstruction.
-            outcome: its draws.
+            findings: findings of the reconstruction.
+            outcome: outcome of the reconstruction, with its draws.
             units: "si" or "us".
 
         Returns:

@@ -42,18 +42,20 @@ _FASTEST, _LONGEST = 1000.0, 60.0  # frames a second; s
 
 
 class NotExported(ValueError):
-    """What was asked for cannot be exported; the message says what can."""
+    """The export that was asked for is not possible; the message says what is."""
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """How a result is exported.
+    """Options of an export.
 
     Args:
-        draws: whose motion; as of `motion_of`, at least one. Drawings show the first.
-        rate: frames a second.
-        before: how long before the impact a motion begins, s; whole frames, at least so many.
-        units: of tables.
+        draws: draws whose motion is exported, each as `which` of `motion_of`; at least one. Drawings
+            show the first.
+        rate: frame rate, frames per second.
+        before: duration of the approach before the impact, s; rounded up to whole frames in motion
+            files.
+        units: "si" or "us", the system of units of the tables.
     """
 
     draws: tuple[str | int, ...] = DRAWS
@@ -62,11 +64,11 @@ class Asked:
     units: Units = "si"
 
 
-Files = dict[str, bytes]  # what they hold, by path
+Files = dict[str, bytes]  # content of each file, by its path in the folder
 
 
 def motion_files(findings: Findings, outcome: Outcome, asked: Asked) -> Files:
-    """Motions, one CSV a vehicle and draw, and `motion.json`, which says what they are of."""
+    """Motions, one CSV per vehicle and draw, and `motion.json`, which describes them."""
     found, files, entries = motions(outcome), Files(), []
     lead = math.ceil(round(asked.before * asked.rate, 6))
     impact = float(frame_times(asked.rate, lead + 1)[lead])
@@ -162,14 +164,14 @@ EXPORTS: dict[str, Export] = {
 
 
 def checked(formats: Iterable[str], asked: Asked) -> list[str]:
-    """The formats that are meant, once each.
+    """The formats to export, once each.
 
     Args:
         formats: names of `EXPORTS`, in any case.
-        asked: how they are to be.
+        asked: options of the export; its frame rate and approach are checked.
 
     Returns:
-        Their names; all for none.
+        Names of the formats; all of `EXPORTS` where `formats` is empty.
 
     Raises:
         NotExported: there is no such format, or frame rate or approach are out of range.
@@ -197,17 +199,18 @@ def write_export(
     """Write a result in formats of other programs, once all are made.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
-        folder: made where missing; files of the same names in it are replaced.
-        formats: names of `EXPORTS`; all for none.
-        asked: how; None for the defaults.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
+        folder: output folder, made where missing; files of the same names in it are replaced.
+        formats: names of `EXPORTS`, in any case; all of them where empty.
+        asked: options of the export; None for the defaults.
 
     Returns:
         The files.
 
     Raises:
-        NotExported: there is no such format, or there are no draws for it.
+        NotExported: there is no such format, there are no draws for it, or frame rate or approach are
+            out of range.
         NoMotion: there is no such draw, or no motion is recorded.
         MissingLibrary: a format needs a library that is not installed.
         OSError: something could not be written; then nothing in the folder has changed.
@@ -225,7 +228,7 @@ def _drawing(findings: Findings, outcome: Outcome, asked: Asked) -> Drawing:
 
 
 def _tables(section: Section) -> Iterator[tuple[str, Table]]:
-    """The tables of a section and its parts, named for where they stand."""
+    """The tables of a section and its parts, named after the section that they stand in."""
     own = [block for block in section.blocks if isinstance(block, Table)]
     for number, table in enumerate(own, start=1):
         last = table.title or (str(number) if number > 1 else "")

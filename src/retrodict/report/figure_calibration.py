@@ -24,10 +24,10 @@ _COLUMNS = 4
 
 
 def calibration_figure(calibration: Calibration) -> Figure:
-    """ECDF of ranks less the diagonal, a panel a quantity.
+    """ECDF of ranks less the diagonal, one panel per quantity.
 
     Args:
-        calibration: its rows.
+        calibration: calibration whose ranks are plotted.
 
     Returns:
         The figure.

@@ -39,8 +39,8 @@ def delta_v_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
     """Delta-v in each vehicle's axes, and the clock of its force.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
         units: "si" or "us".
 
     Returns:

@@ -28,10 +28,10 @@ _ENOUGH, _FITS, _WRONG = drawing.BLUE, drawing.PALE, "white"
 
 
 def ladder_figure(ladder: Ladder) -> Figure:
-    """Seconds across, distance from the fullest fitting rung's answer up, a mark a rung.
+    """Run time across, distance from the fullest fitting rung's answer up; one mark per rung.
 
     Args:
-        ladder: what every rung says.
+        ladder: results of every rung of the ladder of models.
 
     Returns:
         The figure.
@@ -70,7 +70,7 @@ def ladder_figure(ladder: Ladder) -> Figure:
 
 
 def distance(step: Step, fullest: Step) -> float:
-    """How far the medians lie from the fullest rung's, in its sds: the most over the question."""
+    """Largest distance of a median from the fullest rung's, in its sd, over the asked quantities."""
     return max(
         abs(answer.median - step.answers[name].median) / answer.sd
         for name, answer in fullest.answers.items()

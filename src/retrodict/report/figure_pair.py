@@ -32,8 +32,8 @@ def pair_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Fi
     """Pair plot of the unknown speeds, e, e_m and μ with density regions and correlations.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
         units: "si" or "us".
 
     Returns:

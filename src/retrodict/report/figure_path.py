@@ -1,4 +1,4 @@
-"""One run-out from above: the path of the centre of gravity, the wheels, and outlines on the way."""
+"""One run-out from above: path of the centre of gravity, wheel paths, and outlines along the path."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
-    from retrodict.mechanics.runout import Car, Path
+    from retrodict.mechanics.motion import Car
+    from retrodict.mechanics.runout import Path
 
 _OUTLINES = 6  # between the start and rest, at most
-_INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between them
+_INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between outlines
 _AROUND = (0, 1, 3, 2)  # wheels in the order of an outline
 
 
@@ -29,8 +30,8 @@ def plot_path(path: Path, car: Car | None = None, units: Units = "si") -> Figure
     """Draw a run-out from above, to scale.
 
     Args:
-        path: from `retrodict.mechanics.run_out`, of one vehicle.
-        car: its axles and track, for the paths of its wheels and its outlines, which join the wheels;
+        path: run-out of one vehicle, from `retrodict.mechanics.run_out`.
+        car: vehicle whose axles and track give the wheel paths and the outlines through the wheels;
             None for the path of the centre of gravity alone.
         units: "si" or "us".
 
@@ -38,7 +39,7 @@ def plot_path(path: Path, car: Car | None = None, units: Units = "si") -> Figure
         The figure.
 
     Raises:
-        ValueError: the path is of several run-outs, or did not reach rest.
+        ValueError: the path holds several run-outs, or does not reach rest.
     """
     pose, time = np.asarray(path.pose, float), np.asarray(path.time, float)
     if pose.ndim != 2:

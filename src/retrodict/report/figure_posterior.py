@@ -34,8 +34,8 @@ def posterior_figure(findings: Findings, outcome: Outcome, units: Units = "si") 
     """Marginal posteriors of the unknown speeds, e, e_m and μ over their priors.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
         units: "si" or "us".
 
     Returns:

@@ -39,8 +39,8 @@ def predictive_figure(findings: Findings, outcome: Outcome, units: Units = "si")
     """Evidence as predicted and inputs as inferred, about what was measured.
 
     Args:
-        findings: of the reconstruction.
-        outcome: not asked: all that is drawn is in the findings.
+        findings: findings of the reconstruction.
+        outcome: unused; all that is drawn is in the findings.
         units: "si" or "us".
 
     Returns:

@@ -6,19 +6,27 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Rectangle, Wedge
-from matplotlib.path import Path
+from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Wedge
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox
 
 from retrodict.report import drawing
+from retrodict.report.plan_geometry import (
+    WALL,
+    Pose,
+    area_of,
+    barrier_outline,
+    impact_pose,
+    outline,
+    skid_lines,
+    wheel_paths,
+)
+from retrodict.report.plan_signs import compass, scale_bar, uphill
 from retrodict.scene.quantities import Units, unit_of
-from retrodict.scene.records import Edge, Measured, Scene, Surface, Vehicle
+from retrodict.scene.records import Measured, Scene, Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -39,14 +47,11 @@ CAPTION = (
     "at equal times, and dotted lines along which its wheels went. A dark triangle marks a vehicle's "
     "front; an outline's middle is taken to lie midway between the axles."
 )
-_THICK = 0.6  # m: of a wall, as it is drawn
 _TALLEST = 0.9  # height over width of the plan
 _ENDS = 12  # outlines drawn at the end of run-outs
 _ON_THE_WAY = 6  # outlines of one draw between impact and rest, at most
-_INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between them
+_INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between these outlines
 _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
-_HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
-Pose = tuple[float, float, float]
 
 
 @drawing.styled
@@ -54,8 +59,8 @@ def scene_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> F
     """Scaled top view: surfaces, impact, measured poses and a fan of posterior run-outs.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
         units: "si" or "us".
 
     Returns:
@@ -68,7 +73,7 @@ def plan_figure(scene: Scene, units: Units = "si") -> Figure:
     """Scaled top view of what was measured, before any run: surfaces, impact, measured poses.
 
     Args:
-        scene: what was measured.
+        scene: scene to draw.
         units: "si" or "us".
 
     Returns:
@@ -99,9 +104,9 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     _marks(axes, scene, unit.worth)
     handles += _rotations(axes, scene, unit.worth)
     handles += _contact(axes, scene, unit.worth)
-    _scale_bar(axes, view, unit.symbol)
-    _compass(axes, view)
-    _uphill(axes, scene, view)
+    scale_bar(axes, view, unit.symbol)
+    compass(axes, view)
+    uphill(axes, scene, view)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(9, steps=drawing.STEPS))
     axes.set_xlabel(f"x ({unit.symbol})")
@@ -111,78 +116,6 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=4, handlelength=2.2)
     return figure
-
-
-def impact_pose(scene: Scene, vehicle: str) -> Pose:
-    """A vehicle's measured pose at impact: the impact centre less the lever to it (m, rad)."""
-    v = scene.vehicles[vehicle]
-    angle = v.heading.value + v.impact_angle.value
-    x = scene.contact.x.value - v.impact_distance.value * np.cos(angle)
-    y = scene.contact.y.value - v.impact_distance.value * np.sin(angle)
-    return float(x), float(y), v.heading.value
-
-
-def outline(vehicle: Vehicle, pose: Pose) -> np.ndarray:
-    """Corners of a vehicle, then the three of its forward mark, shape (7, 2), in m."""
-    # the record has no overhangs: the middle of the body is taken midway between the axles
-    middle = (vehicle.front_axle.value - vehicle.rear_axle.value) / 2
-    front, rear = middle + vehicle.length / 2, middle - vehicle.length / 2
-    half = vehicle.width / 2
-    body = np.array([
-        [front, half], [rear, half], [rear, -half], [front, -half],
-        [front, 0], [front - half, 0.3 * half], [front - half, -0.3 * half],
-    ])  # fmt: skip
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    return body @ np.array([[c, s], [-s, c]]) + np.array(pose[:2])
-
-
-def barrier_outline(scene: Scene, reach: float) -> np.ndarray:
-    """Corners of the barrier that A struck, in m: of a pole, or of a wall that reaches so far."""
-    barrier, contact = scene.barrier, scene.contact
-    assert barrier, "asked of a scene that has one"
-    struck = np.array([contact.x.value, contact.y.value])
-    normal = np.array([np.cos(contact.Gamma.value), np.sin(contact.Gamma.value)])
-    normal *= np.copysign(1.0, (struck - impact_pose(scene, "a")[:2]) @ normal)  # away from A
-    if barrier.kind == "pole":
-        turn = np.linspace(0, 2 * np.pi, 36, endpoint=False)
-        around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        return struck + barrier.diameter / 2 * (normal + around)
-    along = reach * np.array([-normal[1], normal[0]])
-    behind = _THICK * normal
-    return struck + np.array([along, -along, behind - along, behind + along])
-
-
-def area_of(surface: Surface, view: tuple[float, float, float, float]) -> np.ndarray:
-    """Corners of what is to be drawn of a surface in a view (x0, x1, y0, y1 in m), shape (any, 2).
-
-    None of the road, nor of a surface that lies beyond the view. An outline is drawn as measured, and
-    reaches as far as it does.
-    """
-    if surface.edge is not None:
-        return half_plane(surface.edge, view)
-    x0, x1, y0, y1 = view
-    corners = np.array(surface.outline.corners if surface.outline else []).reshape(-1, 2)
-    seen = len(corners) and Path(corners).intersects_bbox(Bbox([[x0, y0], [x1, y1]]))
-    return corners if seen else corners[:0]
-
-
-def half_plane(edge: Edge, view: tuple[float, float, float, float]) -> np.ndarray:
-    """The part of a view (x0, x1, y0, y1 in m) beyond an edge, as a polygon's corners."""
-    x0, x1, y0, y1 = view
-    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-    sign = 1.0 if edge.side == "left" else -1.0
-    inward = sign * np.array([-np.sin(edge.direction), np.cos(edge.direction)])
-    origin = np.array([edge.x, edge.y]) + edge.offset.value * inward
-    depth = (corners - origin) @ inward
-    kept = []
-    for i in range(4):
-        j = (i + 1) % 4
-        if depth[i] >= 0:
-            kept.append(corners[i])
-        if depth[i] * depth[j] < 0:
-            share = depth[i] / (depth[i] - depth[j])
-            kept.append(corners[i] + share * (corners[j] - corners[i]))
-    return np.array(kept).reshape(-1, 2)
 
 
 def _paths(outcome: Outcome, worth: float) -> dict[str, np.ndarray]:
@@ -237,7 +170,7 @@ def _name(axes: Axes, at: np.ndarray, text: str, colour: str = drawing.INK) -> N
     """Write what a thing is beside it; nothing of it reaches beyond the axes."""
     axes.text(
         float(at[0]), float(at[1]), text, color=colour, size=8, ha="center", va="center", zorder=9.2,
-        path_effects=_HALO, clip_on=True,
+        path_effects=drawing.HALO, clip_on=True,
     )  # fmt: skip
 
 
@@ -276,7 +209,7 @@ def _barrier(
         away = normal * np.copysign(1.0, normal @ behind)
         at = (
             struck
-            + _THICK / 2 / worth * away
+            + WALL / 2 / worth * away
             + 0.3 * (view[1] - view[0]) * np.array([-away[1], away[0]])
         )
     else:
@@ -313,7 +246,7 @@ def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: flo
 
 
 def _one_motion(axes: Axes, scene: Scene, outcome: Outcome, worth: float) -> list[Artist]:
-    """Outlines and wheels of the median draw on its way."""
+    """Outlines and wheel paths of the median draw between impact and rest."""
     from retrodict.findings.run_outs import motions  # a plan does not wait for it
 
     found = motions(outcome, 1)
@@ -348,15 +281,6 @@ def _one_motion(axes: Axes, scene: Scene, outcome: Outcome, worth: float) -> lis
     ]
 
 
-def wheel_paths(vehicle: Vehicle, pose: np.ndarray) -> np.ndarray:
-    """Where the four wheels went, shape (4, steps, 2) for poses (steps, 3), in m."""
-    front, rear, half = vehicle.front_axle.value, vehicle.rear_axle.value, vehicle.track.value / 2
-    places = np.array([[front, half], [front, -half], [-rear, half], [-rear, -half]])
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    ahead, left = np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)
-    return np.array([pose[:, :2] + u * ahead + w * left for u, w in places])
-
-
 def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     ink, evidence = drawing.INK, scene.evidence()
     for v in scene.vehicles:
@@ -374,7 +298,7 @@ def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
         axes.plot(x / worth, y / worth, "+", color=ink, ms=5, mew=1.0, zorder=7)
         axes.annotate(
             f"{v.upper()} rest", (x / worth, y / worth), xytext=(6, 6), textcoords="offset points",
-            color=drawing.OF_VEHICLE[v], size=8, weight="bold", zorder=8, path_effects=_HALO,
+            color=drawing.OF_VEHICLE[v], size=8, weight="bold", zorder=8, path_effects=drawing.HALO,
         )  # fmt: skip
     if not (scene.rest or scene.contact.x.sd):
         return []
@@ -394,23 +318,8 @@ def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth
     tx, ty = cx - back * np.cos(pose[2]), cy - back * np.sin(pose[2])
     axes.text(
         tx, ty, f"{v.upper()} {when}", ha="center", va="center", color=colour, size=8,
-        weight="bold", zorder=z + 3, path_effects=_HALO,
+        weight="bold", zorder=z + 3, path_effects=drawing.HALO,
     )  # fmt: skip
-
-
-def skid_lines(scene: Scene) -> list[tuple[str, np.ndarray]]:
-    """Where the wheels of each side of a vehicle skidded up to the impact: both ends, m, (2, 2, 2)."""
-    found = []
-    for v in scene.skidded:
-        own, vehicle = scene.approach[v], scene.vehicles[v]
-        assert own.skid is not None, "it skidded"
-        angle = (own.direction or vehicle.heading).value
-        ahead = np.array([np.cos(angle), np.sin(angle)])
-        aside = np.array([-ahead[1], ahead[0]]) * vehicle.track.value / 2
-        centre = np.array(scene.at_impact(v))
-        begin = centre - own.skid.value * ahead
-        found.append((v, np.array([[begin + side, centre + side] for side in (aside, -aside)])))
-    return found
 
 
 def _skids(axes: Axes, scene: Scene, worth: float) -> None:
@@ -455,12 +364,12 @@ def _marks(axes: Axes, scene: Scene, worth: float) -> None:
             axes.plot(*at, color=colour, zorder=8, **look)
             axes.annotate(
                 f"mark {v.upper()}{number}", at, xytext=(4, 4), textcoords="offset points", size=8,
-                color=colour, zorder=8, path_effects=_HALO,
+                color=colour, zorder=8, path_effects=drawing.HALO,
             )  # fmt: skip
 
 
 def _ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | None]]:
-    """Vehicle, x, y and heading of each of which both coordinates were measured."""
+    """Vehicle, x, y and heading of each end of rotation whose coordinates were both measured."""
     ends = scene.end_of_rotation.items()
     return [(v, e.x.value, e.y.value, e.heading) for v, e in ends if e.x and e.y]
 
@@ -513,57 +422,6 @@ def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
         Line2D([], [], ls="", marker="*", color="white", mec=ink, ms=10, label="impact centre"),
         Line2D([], [], ls="-.", color=ink, lw=1.0, label="contact line (Γ), arrow: normal"),
     ]
-
-
-def _scale_bar(axes: Axes, view: tuple[float, float, float, float], symbol: str) -> None:
-    width = view[1] - view[0]
-    fits = [step * 10.0**k for k in range(-1, 5) for step in (1, 2, 5) if step * 10**k < width / 4]
-    length = max(fits, default=1.0)
-    x = view[0] + 0.03 * width
-    y = view[2] + 0.03 * width
-    _on_white(axes, (x - 0.012 * width, y - 0.015 * width), length + 0.024 * width, 0.06 * width)
-    axes.plot([x, x + length], [y, y], color=drawing.INK, lw=2.5, solid_capstyle="butt", zorder=10)
-    axes.text(
-        x + length / 2, y + 0.008 * width, f"{length:g} {symbol}", ha="center", va="bottom",
-        zorder=10, path_effects=_HALO,
-    )  # fmt: skip
-
-
-def _compass(axes: Axes, view: tuple[float, float, float, float]) -> None:
-    """The scene's axes, in the upper right corner."""
-    reach = 0.07 * (view[1] - view[0])
-    x, y = view[1] - 1.7 * reach, view[3] - 1.7 * reach
-    _on_white(axes, (x - 0.2 * reach, y - 0.2 * reach), 1.7 * reach, 1.7 * reach)
-    look: dict[str, Any] = {"ha": "center", "va": "center", "zorder": 10}
-    for name, (along_x, along_y) in {"x": (reach, 0.0), "y": (0.0, reach)}.items():
-        arrow = FancyArrowPatch(
-            (x, y), (x + along_x, y + along_y), arrowstyle="-|>", mutation_scale=8,
-            color=drawing.INK, lw=1.2, shrinkA=0, shrinkB=0, zorder=10,
-        )  # fmt: skip
-        axes.add_patch(arrow)
-        axes.text(x + 1.25 * along_x, y + 1.25 * along_y, name, **look)
-
-
-def _uphill(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) -> None:
-    """Where the road rises, and how steeply, in the upper left corner."""
-    if scene.slope is None:
-        return
-    reach = 0.07 * (view[1] - view[0])
-    x, y, turn = view[0] + 1.2 * reach, view[3] - 1.2 * reach, scene.slope.uphill.value
-    along = np.array([np.cos(turn), np.sin(turn)]) * reach / 2
-    _on_white(axes, (x - reach, y - 1.2 * reach), 2 * reach, 2 * reach)
-    arrow = FancyArrowPatch(
-        (x - along[0], y - along[1]), (x + along[0], y + along[1]), arrowstyle="-|>",
-        mutation_scale=8, color=drawing.INK, lw=1.2, shrinkA=0, shrinkB=0, zorder=10,
-    )  # fmt: skip
-    axes.add_patch(arrow)
-    text = f"uphill {100 * scene.slope.grade.value:.2g} %"
-    axes.text(x, y - 0.6 * reach, text, ha="center", va="top", zorder=10)
-
-
-def _on_white(axes: Axes, corner: tuple[float, float], width: float, height: float) -> None:
-    """A white ground, so that no hatch runs through what is drawn on it."""
-    axes.add_patch(Rectangle(corner, width, height, fc="white", ec="none", alpha=0.85, zorder=9.5))
 
 
 def _plain(text: str) -> str:

@@ -26,8 +26,8 @@ def timeline_figure(findings: Findings, outcome: Outcome, units: Units = "si") -
     """Distance to the impact over the time before it.
 
     Args:
-        findings: of the reconstruction.
-        outcome: not asked: all that is drawn is in the findings.
+        findings: findings of the reconstruction.
+        outcome: unused; all that is drawn is in the findings.
         units: "si" or "us".
 
     Returns:

@@ -13,7 +13,7 @@ from retrodict.studies.one_at_a_time import Effect
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
-    from retrodict.findings.questions import Answered
+    from retrodict.findings.answers import Answered
     from retrodict.inference.outcome import Outcome
 
 CAPTION = (
@@ -28,8 +28,8 @@ def tornado_figure(findings: Findings, outcome: Outcome, units: Units = "si") ->
     """A bar for each measurement, to either side of the answer.
 
     Args:
-        findings: of the reconstruction.
-        outcome: not asked: all that is drawn is in the findings.
+        findings: findings of the reconstruction.
+        outcome: unused; all that is drawn is in the findings.
         units: "si" or "us".
 
     Returns:

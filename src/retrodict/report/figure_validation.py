@@ -24,10 +24,10 @@ _NAMED = 24  # characters of a case's name that have room
 
 
 def validation_figure(validation: Validation, units: Units = "si") -> Figure:
-    """Intervals across, a row a speed.
+    """Intervals across, one row per speed.
 
     Args:
-        validation: its scores.
+        validation: validation whose scores are plotted.
         units: "si" or "us".
 
     Returns:

@@ -60,12 +60,12 @@ class Registered:
     """A figure of the report.
 
     Args:
-        draw: its function.
-        title: in a few words.
-        caption: what is drawn, and how to read it.
-        beside: key of the section that it stands in: "first page", "results", "evidence" or
+        draw: function that draws the figure.
+        title: short title.
+        caption: explanation of what is drawn, and how to read it.
+        beside: key of the section that the figure stands in: "first page", "results", "evidence" or
             "sensitivity".
-        svg: whether it is saved as an SVG drawing too, to be worked on.
+        svg: whether the figure is saved as an SVG drawing too, for editing.
     """
 
     draw: Callable[[Findings, Outcome, Units], Figure]
@@ -90,7 +90,7 @@ FIGURES: dict[str, Registered] = {
         tornado_figure, "The effect of each measurement", figure_tornado.CAPTION, "sensitivity"
     ),
 }
-# likewise, where a question asks for them
+# figures that are drawn only where a question asks for them; keys as above
 ASKED: dict[str, Registered] = {
     "timeline": Registered(
         timeline_figure,
@@ -113,10 +113,10 @@ def images(
     """Figures as PNG images.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
         units: "si" or "us".
-        which: of `figures_of`; all by default.
+        which: slice of the figures of `figures_of`; all by default.
 
     Returns:
         The images by name, in the order of the report.
@@ -126,7 +126,7 @@ def images(
 
 
 def svgs(findings: Findings, outcome: Outcome, units: Units = "si") -> dict[str, bytes]:
-    """SVG drawings of the figures that are saved as such; arguments as of `images`.
+    """SVG drawings of the figures that are saved as SVG too; arguments as in `images`.
 
     Returns:
         The drawings by name.
@@ -141,9 +141,9 @@ def save_figures(
     """Write every figure as a PNG file, each whole or not at all.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
-        directory: made where missing.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
+        directory: output directory, made where missing.
         units: "si" or "us".
 
     Returns:

@@ -1,4 +1,4 @@
-"""Writing files whole, and those of one result or study together: what is there is old or new."""
+"""Writing files whole, and those of one result or study together: all are old or all are new."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def write_whole(path: Path, content: bytes) -> Path:
     """Write a file through a temporary neighbour that takes its place at the end.
 
     Args:
-        path: of the file; its folder is made where missing.
-        content: all of it.
+        path: path of the file; its folder is made where missing.
+        content: complete content of the file.
 
     Returns:
         The path.
 
     Raises:
-        OSError: it could not be written; a file that was there is as it was.
+        OSError: the file could not be written; an existing file is unchanged.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
@@ -51,8 +51,9 @@ def write_together(directory: Path, contents: Mapping[str, bytes]) -> None:
     """Write files that belong together: once all are written, each takes its place.
 
     Args:
-        directory: made where missing; other files in it are left alone.
-        contents: of each file by its path in there; the last one takes its place last.
+        directory: output directory, made where missing; other files in it are left alone.
+        contents: content of each file by its path in the directory, in the order in which the files
+            take their places.
 
     Raises:
         OSError: something could not be written; then nothing in the directory has changed.
@@ -83,11 +84,11 @@ def write_together(directory: Path, contents: Mapping[str, bytes]) -> None:
 @contextmanager
 def _signals_wait() -> Iterator[None]:
     """A context in which signals that end the process wait until it is left."""
-    if threading.current_thread() is not threading.main_thread():  # where none arrives
+    if threading.current_thread() is not threading.main_thread():  # no signal arrives there
         yield
         return
     arrived: list[int] = []
-    names = ("SIGINT", "SIGTERM", "SIGHUP")  # the last is not everywhere
+    names = ("SIGINT", "SIGTERM", "SIGHUP")  # not every system has SIGHUP
     ends = [getattr(signal, name) for name in names if hasattr(signal, name)]
     before = {number: signal.signal(number, lambda n, _: arrived.append(n)) for number in ends}
     try:
@@ -103,9 +104,9 @@ def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
     """A table as CSV, with a header.
 
     Args:
-        columns: names, in their order.
-        rows: values by column; what a row lacks is left empty. A text that a spreadsheet would take for
-            a formula gets an apostrophe in front, by which spreadsheets know a text.
+        columns: names of the columns, in order.
+        rows: values by column; a missing value is left empty. A text that a spreadsheet would take for
+            a formula gets an apostrophe in front, which marks it as text.
     """
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, lineterminator="\n")

@@ -24,7 +24,7 @@ _ON_FIRST_PAGE = ("probability", "likelihood_ratio", "avoidability", "corners")
 def first_page(
     findings: Findings, units: Units, case: Case, pictures: Mapping[str, list[Picture]]
 ) -> tuple[Block, ...]:
-    """What a reader needs first: question, answer, causes of uncertainty, checks, assumptions, scene.
+    """The first page: question, answer, causes of uncertainty, checks, assumptions, scene.
 
     The scene comes last, so that on paper the text is the first page and the scene as wide as the next.
     """
@@ -119,7 +119,7 @@ def _verdict(findings: Findings) -> tuple[Block, ...]:
 
 
 def _assumed(findings: Findings) -> str:
-    """Which inputs and items of evidence were not measured, in a sentence or two."""
+    """The inputs and items of evidence that were not measured, in a sentence or two."""
     sentences = []
     for what, words in (
         ("value", "Neither value nor uncertainty was measured of"),
@@ -135,7 +135,7 @@ def _assumed(findings: Findings) -> str:
 
 
 def _reasons(reasons: tuple[str, ...]) -> str:
-    """The first of the reasons, and where the others are."""
+    """The first of the reasons, with a note where the others are listed."""
     first, *more = reasons or ("",)
     others = f" ({len(more)} more are listed under numerical quality)" if more else ""
     return f"{first[:1].upper()}{first[1:].rstrip('.')}{others}."

@@ -20,7 +20,7 @@ def scene_html(scene: Scene, units: Units = "si") -> str:
     """A scene as a small HTML table, for notebooks.
 
     Args:
-        scene: what was measured.
+        scene: scene to show.
         units: "si" or "us".
 
     Returns:
@@ -39,7 +39,7 @@ def findings_html(findings: Findings, units: Units = "si") -> str:
     """A reconstruction's results and verdict as a small HTML table, for notebooks.
 
     Args:
-        findings: of the reconstruction.
+        findings: findings of the reconstruction.
         units: "si" or "us".
 
     Returns:

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 
 def render(document: Document) -> bytes:
-    """The page.
+    """The HTML page of a document.
 
     Args:
-        document: what it says; every text is escaped.
+        document: document to render; every text is escaped.
 
     Returns:
-        HTML in UTF-8; it loads nothing, and no script but the replay's may run in it.
+        HTML in UTF-8; the page loads nothing, and no script but the replay's may run in it.
     """
     scripts = ""
     if document.replay:

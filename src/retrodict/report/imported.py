@@ -1,4 +1,4 @@
-"""What an import took and left, in the terminal."""
+"""The values that an import took, and those that it left, on a terminal."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _LEFT = 20  # lines on what was left
 
 
 def print_import(found: Import, console: Console) -> None:
-    """Print every value that was taken, with what it replaces, and what was left.
+    """Print every value that an import took, with the value that it replaces, and what was left.
 
     Args:
-        found: the import.
-        console: to print on.
+        found: import to print.
+        console: rich console to print on.
     """
     from rich.table import Table
     from rich.text import Text

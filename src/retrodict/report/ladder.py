@@ -25,17 +25,17 @@ class LadderRow:
     """A rung as it is printed.
 
     Args:
-        name: of the rung.
-        chosen: whether it is the one to be taken.
+        name: name of the rung.
+        chosen: whether the rung is the ladder's choice.
         answers: (median ± sd, 90 % interval) of each asked quantity.
         fit: probability of a chi-square as large.
         evidence: log marginal likelihood ± error.
-        parameters: how many.
-        seconds: of its run.
-        verdict: why it was chosen or not.
-        priors: B's speed under other priors of it, as (prior, median ± sd).
-        furthest: the item of evidence with the largest residual.
-        ran: whether there are draws of it.
+        parameters: number of unknowns and uncertain inputs.
+        seconds: run time without compilation, s.
+        verdict: reason why the rung was chosen, not chosen or not run.
+        priors: sought speed under other priors of that speed, as (prior, median ± sd).
+        furthest: the item of evidence with the largest residual, and that residual in sd.
+        ran: whether the rung was run and its fit to the evidence is known.
     """
 
     name: str
@@ -57,12 +57,12 @@ def ladder_rows(
     """The rungs as they are printed, rounded to their uncertainty.
 
     Args:
-        ladder: what every rung says.
+        ladder: results of every rung of the ladder of models.
         units: "si" or "us".
-        decimals: of the results that the rows are printed with, by name: no more are printed.
+        decimals: largest number of decimals to print of each quantity, by name; None for no limit.
 
     Returns:
-        One row a rung, from simplest to fullest.
+        One row per rung, from simplest to fullest.
     """
     known = decimals or {}
     return [
@@ -84,7 +84,7 @@ def ladder_rows(
 
 
 def headings(ladder: Ladder, units: Units = "si") -> list[str]:
-    """Of the columns that hold the answers: what is asked, with its unit."""
+    """Headings of the columns of answers: each asked quantity with its unit."""
     labels = [label_and_unit(name, units) for name in ladder.question]
     return [named(label, unit.symbol) for label, unit in labels]
 
@@ -93,11 +93,11 @@ def write_ladder(ladder: Ladder, directory: Path) -> None:
     """Write ladder.json and ladder.csv, in SI units, and the chart as ladder.png and ladder.svg.
 
     Args:
-        ladder: what every rung says.
-        directory: made where missing; files of the same names in it are replaced together.
+        ladder: results of every rung of the ladder of models.
+        directory: output directory, made where missing; files of the same names are replaced together.
 
     Raises:
-        OSError: a file could not be written; then none has changed.
+        OSError: a file could not be written; then no file has changed.
     """
     from retrodict.report.figure_ladder import ladder_figure
     from retrodict.report.study_files import write_study
@@ -106,7 +106,7 @@ def write_ladder(ladder: Ladder, directory: Path) -> None:
 
 
 def _table(ladder: Ladder) -> str:
-    """One row a rung, SI units."""
+    """A CSV table with one row per rung, in SI units."""
     rows = []
     for step in ladder.steps:
         row: dict[str, Any] = {"rung": step.name, "chosen": step.name == ladder.choice}

@@ -11,11 +11,11 @@ def print_table(console: Console, table: Table) -> None:
     """Print a table; where the terminal is too narrow for it, its rows one below the other.
 
     Args:
-        console: where to.
-        table: whose cells are texts.
+        console: rich console to print on.
+        table: rich table whose cells are texts.
     """
     names = table.columns[0]
-    # else the names would be what gives way
+    # without this rich would shrink the column of names
     words = [word for cell in names.cells for word in str(cell).split()]
     names.min_width = max(map(len, words), default=None)
     cut = any("…" in part.text for line in console.render_lines(table) for part in line)

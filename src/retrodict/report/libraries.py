@@ -17,15 +17,15 @@ def imported(module: str, what: str, extra: str = "documents") -> Any:
     """A module of an extra.
 
     Args:
-        module: its name.
-        what: needs it, in words.
-        extra: that brings it.
+        module: name of the module.
+        what: thing that needs the module, in words, such as "a PDF".
+        extra: name of the extra that installs the module.
 
     Returns:
         The module.
 
     Raises:
-        MissingLibrary: it is not installed.
+        MissingLibrary: the module is not installed.
     """
     try:
         return import_module(module)
@@ -37,7 +37,7 @@ def imported(module: str, what: str, extra: str = "documents") -> Any:
 
 
 def _packages(extra: str) -> list[str]:
-    """What an extra brings, quoted for a shell: retrodict itself may be on no package index."""
+    """The packages of an extra, quoted for a shell: retrodict itself may be on no package index."""
     needed = (text.partition(";") for text in requires("retrodict") or ())
     mark = re.compile(rf"""extra == ['"]{extra}['"]""")
     return [f"'{package.strip()}'" for package, _, marker in needed if mark.search(marker)]

@@ -25,11 +25,11 @@ class NoGlyph(ValueError):
 
 
 def render(document: Document) -> bytes:
-    """The PDF.
+    """The PDF file of a document.
 
     Args:
-        document: what it says; its texts go in as data, which Typst does not read as markup. Its date
-            stands in the file's properties if it is written as 2026-03-14.
+        document: document to render; its texts go in as data, which Typst does not read as markup. Its
+            date stands in the file's properties if it is written as 2026-03-14.
 
     Returns:
         The file.
@@ -74,7 +74,7 @@ def _date(document: Document) -> datetime:
 
 
 def _plain(value: Any, images: list[bytes]) -> Any:
-    """A tree for JSON; each image is put into a list, and its number in its place."""
+    """A tree for JSON; each image is appended to `images` and replaced by its index there."""
     if isinstance(value, bytes):
         images.append(value)
         return len(images) - 1

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.report.figure_scene import area_of, barrier_outline
+from retrodict.report.plan_geometry import area_of, barrier_outline
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import Scene
 
@@ -20,7 +20,7 @@ class Plan:
     """A rectangle of the road plane, drawn to scale.
 
     Args:
-        view: x0, x1, y0, y1 in m.
+        view: bounds x0, x1, y0, y1 in m.
     """
 
     view: View
@@ -33,12 +33,12 @@ class Plan:
 
     @property
     def width(self) -> float:
-        """In units of the drawing."""
+        """Width in units of the drawing."""
         return (self.view[1] - self.view[0]) * self.scale
 
     @property
     def height(self) -> float:
-        """In units of the drawing."""
+        """Height in units of the drawing."""
         return (self.view[3] - self.view[2]) * self.scale
 
     def at(self, points: np.ndarray) -> str:
@@ -56,7 +56,7 @@ class Plan:
         ]
 
     def barrier(self, scene: Scene) -> dict[str, str]:
-        """What A struck in the place of a vehicle, its name and its area; empty where it struck one."""
+        """Name and area of the barrier that A struck; empty where A struck a vehicle."""
         if scene.barrier is None:
             return {}
         reach = float(np.hypot(*np.subtract(self.view[1::2], self.view[::2])))

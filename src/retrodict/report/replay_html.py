@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.run_outs import Motion, motions
-from retrodict.report.figure_scene import impact_pose, outline
 from retrodict.report.plan import Plan, View
+from retrodict.report.plan_geometry import impact_pose, outline
 from retrodict.report.templates import template
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.quantities import Units, unit_of
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
-_DRAWS = 9  # to pick from: odd, so that the median is among them
-_ROWS = 33  # of each way: between them it is straight to a centimetre or so
+_DRAWS = 9  # draws to choose from: odd, so that the median is among them
+_ROWS = 33  # rows of each path, which is straight between them to a centimetre or so
 _BEFORE = 1.0  # s of approach that are shown
-_LEAD = 20  # rows of it along a skid
+_LEAD = 20  # rows of the approach along a skid
 _GHOSTS = 4  # outlines of the still picture between impact and rest
 
 
 def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -> str:
     """A replay of a few posterior draws as an HTML fragment with a script of its own.
 
-    Without scripts, and on paper, it is a still picture of the median draw. It loads nothing. A page
-    with a content security policy has to allow `replay_script_hash`.
+    Without scripts, and on paper, the fragment is a still picture of the median draw. It loads
+    nothing. A page with a content security policy has to allow `replay_script_hash`.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
         units: "si" or "us".
 
     Returns:
@@ -132,7 +132,7 @@ def _in_words(motion: Motion, units: Units) -> str:
 
 
 def _view(scene: Scene, found: tuple[Motion, ...]) -> View:
-    """What the picture holds, in m: the ways of all draws, and the vehicles at both ends."""
+    """Bounds of the picture, in m: the paths of all draws, and the vehicles at both ends."""
     points = [_rest(scene, v) for v in scene.rest]
     for v in scene.vehicles:
         points.append(outline(scene.vehicles[v], impact_pose(scene, v)))

@@ -1,4 +1,4 @@
-"""What a replay says, in lines."""
+"""The outcome of a replay, as lines of text."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _MOST = 20  # numbers that are listed
 
 
 def reproduction_lines(found: Reproduction) -> list[str]:
-    """The verdict, how many numbers came out the same, those that did not, and why that may be.
+    """The verdict, how many numbers came out the same, those that did not, and possible reasons.
 
     Args:
-        found: what a run anew came to.
+        found: comparison of a repeated run with the recorded one.
 
     Returns:
         The lines, the verdict first.

@@ -1,4 +1,4 @@
-"""What the archive of a result holds."""
+"""The content of a result's archive."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _MOST = {"chains": 64, "draws": 1_000_000, "warmup": 100_000, "seed": 2**31 - 1}
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """What an archive says of a run.
+    """A run as an archive records it.
 
     Args:
-        scene: that was reconstructed.
-        asked: the options of `reconstruct`.
+        scene: scene that was reconstructed.
+        asked: options of `reconstruct`, by name.
         summary: the findings, as in summary.json.
         draws: content of the file of draws.
     """
@@ -46,13 +46,13 @@ def archived(
     """The files of a result's archive.
 
     Args:
-        findings: of the reconstruction.
-        outcome: the reconstruction.
-        ladder: what the other models say, where the ladder chose this one.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
+        ladder: results of every rung of the ladder, where the ladder chose the model; else None.
         case: path of a case file; None where nothing is stated.
 
     Returns:
-        What they hold, by name, in the order of the chain.
+        Content of each file by name, in the order of the chain.
 
     Raises:
         SceneError: the case file, or one of its attachments, cannot be used.
@@ -79,18 +79,18 @@ def archived(
 
 
 def recorded_in(archive: Archive, path: str) -> Recorded:
-    """The run that an archive is of.
+    """The run that an archive records.
 
     Args:
-        archive: verified.
-        path: of it, for messages.
+        archive: verified archive.
+        path: path of the archive, for messages.
 
     Returns:
         The record.
 
     Raises:
-        NotArchived: it is not of a result, or of another version.
-        SceneError: this version does not read its scene.
+        NotArchived: the archive is not of a result, or is of another version of retrodict.
+        SceneError: this version cannot read the archived scene.
     """
     try:
         about = json.loads(archive.files[_ABOUT])

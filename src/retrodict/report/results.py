@@ -22,14 +22,14 @@ class ResultRow:
     """A quantity's printed result; every text is already marked or withheld.
 
     Args:
-        name: its flat name.
-        label: in words.
-        unit: symbol.
+        name: flat name of the quantity.
+        label: name of the quantity in words.
+        unit: symbol of the printed unit; empty where there is none.
         median, mean: texts, the latter with ± sd.
         intervals: texts by level in per cent.
         rhat, ess_bulk, ess_tail: texts.
-        monte_carlo_error: of the 95 % limits, text in the printed unit.
-        last_digit: worth of the last digit printed of them, text.
+        monte_carlo_error: Monte Carlo error of the 95 % limits, text in the printed unit.
+        last_digit: worth of the last digit printed of the 95 % limits, text in the printed unit.
         withheld: whether the numbers were held back.
     """
 
@@ -52,13 +52,13 @@ def result_rows(
 ) -> list[ResultRow]:
     """The results as they are printed, to two digits of their uncertainty or as draws allow.
 
-    When the run failed every number has a mark; those of a quantity that failed checks of its
-    own, and of what follows from it, are withheld.
+    When the run failed every number has a mark; the numbers of a quantity that failed checks of its
+    own, and of the quantities that follow from it, are withheld.
 
     Args:
-        findings: of the reconstruction.
+        findings: findings of the reconstruction.
         units: "si" or "us".
-        quantities: of the findings, in order; None for all that are reported.
+        quantities: quantities of the findings to print, in order; None for all that are reported.
 
     Returns:
         One row for each quantity.

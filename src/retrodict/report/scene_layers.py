@@ -20,7 +20,7 @@ from retrodict.interchange.plan_drawing import (
     edge_within,
 )
 from retrodict.report import drawing
-from retrodict.report.figure_scene import barrier_outline, impact_pose, outline, wheel_paths
+from retrodict.report.plan_geometry import barrier_outline, impact_pose, outline, wheel_paths
 from retrodict.scene.records import Scene, Surface
 
 if TYPE_CHECKING:
@@ -28,25 +28,26 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
 _WITHIN = 2  # standard deviations, of ellipses
-_WALL = 5.0  # m, of a wall on each side of the impact
-_ASIDE = 0.25  # m, of a label from its point
+_WALL = 5.0  # m, length of a wall on each side of the impact
+_ASIDE = 0.25  # m, offset of a label from its point in x and y
 _SOIL = "#8a8468"
 
 
 def scene_drawing(
     findings: Findings, outcome: Outcome, draw: str | int = "median", before: float = 1.0
 ) -> Drawing:
-    """The scene with measured poses and errors, and ways and wheels of posterior draws.
+    """The scene with measured poses and errors, and paths of vehicles and wheels in posterior draws.
 
     Args:
-        findings: of the reconstruction.
-        outcome: its draws.
-        draw: whose approach, run-out and wheels are drawn on layers of their own; as of `motion_of`.
-        before: how much of the approach, s.
+        findings: findings of the reconstruction.
+        outcome: outcome of the reconstruction, with its draws.
+        draw: draw whose approach, run-out and wheel paths have layers of their own, as `which` of
+            `motion_of`.
+        before: duration of the approach that is drawn, s.
 
     Returns:
-        The drawing, in the scene's axes; without ways where none is recorded. Names of a vehicle's
-        layers begin with its letter.
+        The drawing, in the scene's axes; without paths where no motion is recorded. Names of a
+        vehicle's layers begin with its letter.
 
     Raises:
         NoMotion: motions are recorded, but there is no such draw.
@@ -70,7 +71,7 @@ def scene_drawing(
 
 
 def _surface(surface: Surface, bounds: tuple[float, float, float, float]) -> list[Shape]:
-    """The edge of a surface as far as it goes through a rectangle's circle, or its whole outline."""
+    """A surface's edge within the circle about a rectangle, or its whole outline, with a label."""
     if surface.outline is not None:
         corners = surface.outline.corners
         label = Text(corners[0], f"{surface.name}: within this outline")
@@ -172,7 +173,7 @@ def _label(at: tuple[float, float], text: str) -> Shape:
 def _notes(
     findings: Findings, chosen: Motion | None, bounds: tuple[float, float, float, float]
 ) -> Layer:
-    """What the drawing is of, below it."""
+    """Notes below the drawing on what it shows."""
     lines = [findings.scene.title]
     lines += [f"{v.upper()}: {vehicle.name}" for v, vehicle in findings.scene.vehicles.items()]
     lines += [findings.scene.barrier.name] if findings.scene.barrier else []

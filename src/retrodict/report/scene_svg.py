@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.report.figure_scene import impact_pose, outline
 from retrodict.report.plan import Plan, View
+from retrodict.report.plan_geometry import impact_pose, outline
 from retrodict.report.templates import template
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
@@ -24,11 +24,11 @@ def view_of(scene: Scene, at_least: View | None = None) -> View:
     """The rectangle of the road plane that holds all that was measured.
 
     Args:
-        scene: what was measured.
-        at_least: a rectangle that it holds too, as that of the picture before.
+        scene: scene whose measurements are to be in view.
+        at_least: rectangle to be in view too, such as that of the previous picture; None for none.
 
     Returns:
-        x0, x1, y0, y1 in m.
+        Bounds x0, x1, y0, y1 in m.
     """
     points = [outline(scene.vehicles[v], impact_pose(scene, v)) for v in scene.vehicles]
     points += [_rest(scene, v) for v in scene.rest]
@@ -48,9 +48,9 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
     """A scene from above, to scale, without any reconstruction.
 
     Args:
-        scene: what was measured.
-        units: of the scale bar, "si" or "us".
-        view: x0, x1, y0, y1 in m; None for all that was measured.
+        scene: scene to draw.
+        units: "si" or "us", the system of units of the scale bar.
+        view: bounds x0, x1, y0, y1 in m; None for all that was measured.
 
     Returns:
         An SVG element. Every text of the scene is escaped.

@@ -1,4 +1,4 @@
-"""Sections of a report: what was found, from what, by which model, and what reproduces it."""
+"""Sections of a report: results, evidence and inputs, model, priors, reproduction, expert."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from retrodict.scene.quantities import Units, unit_of
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
+    from retrodict.findings.answers import Answered
     from retrodict.findings.inputs import InputRow
-    from retrodict.findings.questions import Answered
     from retrodict.findings.statistics import Quantity
     from retrodict.scene.case import Attachment, Case
 
@@ -79,7 +79,7 @@ def results(findings: Findings, units: Units, pictures: Mapping[str, list[Pictur
 def _result_tables(
     findings: Findings, units: Units, quantities: Mapping[str, Quantity]
 ) -> Iterable[Table]:
-    """In the units that come first; then, of what has another unit there, in the others."""
+    """Results in the system of units that comes first, then in the other where the unit differs."""
     other: Units = "us" if units == "si" else "si"
     first = result_rows(findings, units, quantities.values())
     second = result_rows(findings, other, quantities.values())
@@ -121,7 +121,7 @@ def questions(
 def evidence(
     findings: Findings, units: Units, case: Case, pictures: Mapping[str, list[Picture]]
 ) -> Section:
-    """What was measured after the impact, predicted, and by whom it was measured."""
+    """Section on the evidence: measured and predicted values, and the register of sources."""
     rows = [row for row in findings.measured if row.kind == "evidence"]
     blocks: list[Block] = [
         Section("Measured and predicted", tuple(_fit(findings, units, rows, pictures))),
@@ -228,7 +228,7 @@ def _sources(rows: Iterable[InputRow]) -> Table:
 
 
 def _marks(findings: Findings, units: Units) -> list[str]:
-    """Where each mark lies and what passed there, in words."""
+    """Position of each mark and the point of the vehicle that passed there, in words."""
     unit = unit_of("length", units)
     return [
         f"mark {number} of {v.upper()}: x = {format_value(mark.x / unit.worth, 2)} {unit.symbol}, "
@@ -240,7 +240,7 @@ def _marks(findings: Findings, units: Units) -> list[str]:
 
 
 def inputs(findings: Findings, units: Units) -> Section:
-    """What went into the model, and where it comes from."""
+    """Section on the inputs of the model and their sources."""
     rows = [row for row in findings.measured if row.kind == "input"]
     return Section(
         "Inputs and defaults",
@@ -287,7 +287,7 @@ def model(findings: Findings) -> Section:
 
 
 def priors(findings: Findings) -> Section:
-    """What was assumed of the unknowns, with the reasons."""
+    """Section on the priors of the unknowns, with the reasons."""
     table = Table(tuple(findings.description.priors), ("Quantity", "Prior", "Reason"), texts=(1, 2))
     text = "What was assumed of the unknowns before the evidence was used."
     return Section("Priors", (Paragraph(text), table))
@@ -324,7 +324,7 @@ def reproduction(findings: Findings) -> Section:
 
 
 def expert(case: Case) -> Section:
-    """What the expert states, and where to sign."""
+    """Section with the expert's statements, and a line for the signature."""
     dates = case.dates
     rows: dict[str, str | tuple[str, ...]] = {
         "Case number": case.number,

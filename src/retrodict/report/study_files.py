@@ -21,15 +21,15 @@ def write_study(
     figure: Figure,
     page: str | None = None,
 ) -> None:
-    """Write what a study found: NAME.json, NAME.csv, its chart as NAME.png and NAME.svg, and a page.
+    """Write a study's results: NAME.json, NAME.csv, the chart as NAME.png and NAME.svg, and a page.
 
     Args:
-        directory: made where missing; files of the same names in it are replaced together.
-        name: of the files.
-        data: in SI units, strict JSON.
-        table: as CSV.
+        directory: output directory, made where missing; files of the same names are replaced together.
+        name: name of the files without suffix.
+        data: results in SI units, as values for strict JSON.
+        table: CSV text.
         figure: the chart.
-        page: Markdown, for NAME.md; None for no page.
+        page: Markdown text of NAME.md; None for no page.
 
     Raises:
         OSError: something could not be written; then nothing in the directory has changed.

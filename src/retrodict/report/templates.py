@@ -12,7 +12,7 @@ def template(name: str) -> Template:
     """A template of this package.
 
     Args:
-        name: of its file.
+        name: file name of the template.
     """
     environment = Environment(
         loader=PackageLoader("retrodict.report", "."),

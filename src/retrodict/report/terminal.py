@@ -19,7 +19,7 @@ from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
-    from retrodict.findings.questions import Answered
+    from retrodict.findings.answers import Answered
     from retrodict.report.blocks import Block, Document
     from retrodict.studies.comparison import Ladder
 
@@ -30,12 +30,12 @@ _WIDE = 120  # columns that a row with all of its intervals side by side needs
 def print_summary(findings: Findings, console: Console, units: Units = "si") -> None:
     """Print the results, the verdict of the checks and its reasons.
 
-    Numbers of a run that failed its checks are marked; those of a quantity that failed checks of
-    its own are withheld.
+    Numbers of a run that failed its checks are marked; the numbers of a quantity that failed checks
+    of its own are withheld.
 
     Args:
-        findings: of the reconstruction.
-        console: where to.
+        findings: findings of the reconstruction.
+        console: rich console to print on.
         units: "si" or "us".
     """
     checks = findings.checks
@@ -74,8 +74,8 @@ def print_document(document: Document, console: Console) -> None:
     """Print the texts and tables of a short document.
 
     Args:
-        document: of which pictures are left out.
-        console: where to.
+        document: document to print, without its pictures.
+        console: rich console to print on.
     """
     _line(console, document.title, "bold")
     for block in document.first:
@@ -103,8 +103,8 @@ def print_ladder(ladder: Ladder, console: Console, units: Units = "si") -> None:
     """Print every rung's answer, and the choice with its reason.
 
     Args:
-        ladder: what every rung says.
-        console: where to.
+        ladder: results of every rung of the ladder of models.
+        console: rich console to print on.
         units: "si" or "us".
     """
     _line(console, ladder.scene.title, "bold")

@@ -33,10 +33,10 @@ def percent(value: float | None, of: float | None) -> str:
 
 
 def cells(score: Score, units: Units = "si") -> dict[str, str]:
-    """A score as it is printed, rounded to its uncertainty, by heading.
+    """Printed cells of a score by heading, rounded to its uncertainty.
 
     Args:
-        score: of a speed.
+        score: score of one speed.
         units: "si" or "us".
     """
     unit = unit_of("speed", units)
@@ -69,7 +69,7 @@ def cells(score: Score, units: Units = "si") -> dict[str, str]:
 
 
 def remarks(validation: Validation) -> list[str]:
-    """Remarks to the table: coverage, what was withheld and why, notes of the cases."""
+    """Remarks on the table: coverage, what was withheld and why, notes of the cases."""
     lines = []
     for level in LEVELS:
         found = validation.coverage(level)
@@ -92,7 +92,7 @@ def remarks(validation: Validation) -> list[str]:
 
 
 def _narrowed(score: Score) -> str:
-    """What would narrow an answer the most, in words."""
+    """The quantities that would narrow an answer the most, if known exactly, in words."""
     assert score.answer is not None
     middle = score.answer.median
     (first, *others) = ((describe(n.name)[0], percent(n.sd, middle)) for n in score.narrowed)
@@ -107,8 +107,8 @@ def print_validation(validation: Validation, console: Console, units: Units = "s
     """Print a row for each speed, and the remarks.
 
     Args:
-        validation: its scores.
-        console: where to.
+        validation: validation to print.
+        console: rich console to print on.
         units: "si" or "us".
     """
     symbol = unit_of("speed", units).symbol
@@ -139,10 +139,10 @@ def print_validation(validation: Validation, console: Console, units: Units = "s
 
 
 def table_lines(validation: Validation, units: Units = "si") -> list[str]:
-    """The table in Markdown, a line a row.
+    """The table in Markdown, one line per row.
 
     Args:
-        validation: its scores.
+        validation: validation whose scores make the rows.
         units: "si" or "us".
     """
     rows = [cells(score, units) for score in validation.scores]
@@ -157,7 +157,7 @@ def table_lines(validation: Validation, units: Units = "si") -> list[str]:
 
 
 def remark_lines(validation: Validation) -> list[str]:
-    """The remarks in Markdown, a line each."""
+    """The remarks in Markdown, one line each."""
     return [f"- {_plain(line)}" for line in remarks(validation)]
 
 
@@ -165,12 +165,12 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
     """Write validation.md, .csv and .json (SI units), and the chart as validation.png and .svg.
 
     Args:
-        validation: its scores.
-        directory: made where missing; files of the same names in it are replaced together.
-        units: of table and chart, "si" or "us".
+        validation: validation to write.
+        directory: output directory, made where missing; files of the same names are replaced together.
+        units: "si" or "us", the system of units of the Markdown table and the chart.
 
     Raises:
-        OSError: a file could not be written; then none has changed.
+        OSError: a file could not be written; then no file has changed.
     """
     from retrodict.report.figure_validation import CAPTION, validation_figure
     from retrodict.report.study_files import write_study
@@ -208,7 +208,7 @@ def validation_data(validation: Validation) -> dict[str, Any]:
 
 
 def _csv(validation: Validation) -> str:
-    """One row a speed, SI units."""
+    """A CSV table with one row per speed, in SI units."""
     rows = []
     for score in validation.scores:
         answer = score.answer
@@ -231,5 +231,5 @@ def _safe(text: str) -> Text:
 
 
 def _plain(text: str) -> str:
-    """Text that Markdown takes as it is."""
+    """A text with the characters that Markdown would interpret escaped."""
     return re.sub(r"([\\`*_\[\]<>|&])", r"\\\1", " ".join(text.split()))

@@ -24,7 +24,7 @@ _QUANTITIES = ("mass", "wheelbase", "cg_share", "yaw_radius", "track", "length",
 
 
 def library_rows() -> tuple[list[tuple[str, ...]], list[str]]:
-    """The library of vehicles, a row each, and the sources that the numbers in brackets stand for.
+    """The library of vehicles, one row per class, and the sources that the bracketed numbers cite.
 
     Returns:
         Rows under `HEADER`, with ± one standard deviation; sources, the first of which is [1].
@@ -44,7 +44,7 @@ def library_rows() -> tuple[list[tuple[str, ...]], list[str]]:
 
 
 def class_lines() -> list[str]:
-    """Which vehicles each entry of the library stands for, a line each."""
+    """Lines that say which vehicles each entry of the library stands for, one per entry."""
     return [
         f"{name}: {entry.what}" + (f"; {entry.models} models" if entry.models else "")
         for name, entry in vehicles().items()
@@ -55,7 +55,7 @@ def print_vehicles(console: Console) -> None:
     """Print the library of vehicles with its sources.
 
     Args:
-        console: where to.
+        console: rich console to print on.
     """
     rows, sources = library_rows()
     table = Table(*HEADER)

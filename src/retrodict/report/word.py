@@ -26,10 +26,10 @@ _STYLES = {"answer": "Intense Quote", "held": "Intense Quote", "note": "Quote"}
 
 
 def render(document: Document) -> bytes:
-    """The Word document.
+    """The Word file of a document.
 
     Args:
-        document: what it says; its texts are plain runs.
+        document: document to render; its texts are written as plain runs.
 
     Returns:
         The .docx file.
@@ -45,7 +45,7 @@ def render(document: Document) -> bytes:
     section.left_margin = section.right_margin = docx.shared.Cm(2.0)
     section.top_margin = section.bottom_margin = docx.shared.Cm(2.0)
     _restyle(made.styles)
-    # those that the library's template has are of another document
+    # the properties in the library's template belong to another document
     properties = made.core_properties
     properties.title, properties.author, properties.comments = document.title, document.author, ""
     made.add_heading(document.title, 0)
@@ -60,7 +60,7 @@ def render(document: Document) -> bytes:
 
 
 def _restyle(styles: Any) -> None:
-    """Plainer than the library's template, and in grey."""
+    """Make the styles plainer than the library's template, with black text."""
     from docx.shared import Cm, Pt, RGBColor
 
     for name, points, bold in (

@@ -1,4 +1,4 @@
-"""What was measured: records in SI, the scene file at the door, defaults with their sources."""
+"""The measured scene: records in SI units, the scene file, and defaults with their sources."""
 
 from retrodict.scene.edit import build_scene, change, to_toml
 from retrodict.scene.errors import Problem, SceneError

@@ -1,4 +1,4 @@
-"""What is asked of a reconstruction, as frozen records, and how a proposition is written.
+"""Questions asked of a reconstruction, as frozen records, and the reader of propositions.
 
 A proposition is read by a regular expression; nothing of it is ever evaluated.
 """
@@ -42,13 +42,13 @@ _LENGTH = 160
 
 @dataclass(frozen=True, slots=True)
 class Proposition:
-    """That a quantity lies between two values (SI units, radians); one of them may be infinite.
+    """Proposition that a quantity lies between two limits (SI units, radians), one maybe infinite.
 
     Args:
-        name: flat name of the quantity; as it was written, until it is what is `meant`.
-        low: it is above this.
-        high: it is below this.
-        text: as it was written.
+        name: flat name of the quantity, as written; `meant` replaces it by the one that it stands for.
+        low: lower limit, exclusive.
+        high: upper limit, exclusive.
+        text: proposition as it was written.
     """
 
     name: str
@@ -57,13 +57,13 @@ class Proposition:
     text: str
 
     def meant(self, skidded: Collection[str]) -> Proposition:
-        """The same about the quantity that its name stands for in a scene.
+        """The same proposition about the quantity that its name stands for in a scene.
 
-        A speed limit is about the speed at which a vehicle travelled. Where it skidded to the impact,
-        that is the speed before its skid, unless the impact speed is asked for by name.
+        A speed limit concerns the speed at which a vehicle travelled. For a vehicle that skidded up to
+        the impact, that is the speed before the skid, unless the impact speed is asked for by name.
 
         Args:
-            skidded: vehicles of which a skid up to the impact was measured.
+            skidded: vehicles with a measured skid up to the impact.
         """
         v = self.name[-1]
         if self.name in _AT_IMPACT:
@@ -73,7 +73,7 @@ class Proposition:
         return self
 
     def holds(self, draws: np.ndarray) -> np.ndarray:
-        """In which draws of the quantity it holds; in none that is no number."""
+        """Mask of the draws for which the proposition holds; False for a draw that is not a number."""
         return (draws > self.low) & (draws < self.high)
 
 
@@ -85,24 +85,24 @@ class Comparison:
     second: Proposition
 
     def meant(self, skidded: Collection[str]) -> Comparison:
-        """The same about the speed that its name stands for; as of `Proposition.meant`."""
+        """The same comparison of the speed that its name stands for; see `Proposition.meant`."""
         return Comparison(self.first.meant(skidded), self.second.meant(skidded))
 
 
 @dataclass(frozen=True, slots=True)
 class Avoidance:
-    """Whether a driver could have avoided the impact at the speed limit (SI units).
+    """Question whether a driver could have avoided the impact at the speed limit (SI units).
 
     Args:
-        vehicle: whose driver, "a" or "b".
-        limit: of the speed, m/s.
-        reaction: from the perception of the hazard to braking, s.
-        deceleration: when braking, m/s².
-        seen_time: how long before the impact the hazard could be perceived, s; None where that
+        vehicle: vehicle of that driver, "a" or "b".
+        limit: speed limit, m/s.
+        reaction: time from the perception of the hazard to braking, s.
+        deceleration: deceleration when braking, m/s².
+        seen_time: time before the impact at which the hazard could be perceived, s; None where it
             follows from `seen_distance`, or from the skid and the reaction time.
-        seen_distance: the same as a distance travelled up to the impact, m.
-        clear: how far the other vehicle had still to go at the impact to be out of the way, m; None
-            for that by both outlines and directions of travel.
+        seen_distance: distance travelled from that perception to the impact, m.
+        clear: distance that the other vehicle had yet to travel at the impact to clear the path, m;
+            None where it follows from both outlines and directions of travel.
     """
 
     vehicle: Literal["a", "b"]
@@ -116,14 +116,14 @@ class Avoidance:
 
 @dataclass(frozen=True, slots=True)
 class Questions:
-    """What is asked of a reconstruction.
+    """Questions asked of a reconstruction.
 
     Args:
-        probabilities: of propositions.
-        comparisons: likelihood ratios of two propositions.
-        avoidance: impacts that a driver might have avoided.
-        time_distance: how long before the impact a table of both vehicles' distances begins, s; None
-            for no table.
+        probabilities: propositions whose probabilities are asked.
+        comparisons: pairs of propositions whose likelihood ratios are asked.
+        avoidance: questions whether a driver could have avoided the impact.
+        time_distance: time before the impact at which the table of the vehicles' distances begins, s;
+            None for no table.
         corners: whether the range over all inputs at their limits is asked.
         one_at_a_time: whether the effect of each measurement is asked.
         checks: whether the named checks of the field are asked.
@@ -149,7 +149,7 @@ def read_proposition(text: object) -> Proposition:
         The proposition in SI units or radians.
 
     Raises:
-        QuantityError: it is no such text; says what to write instead.
+        QuantityError: the text is no proposition; says what to write instead.
     """
     example = 'write it like "speed_b > 45 mph" or "40 mph < speed_b < 50 mph"'
     if not isinstance(text, str) or len(text) > _LENGTH:
@@ -176,7 +176,7 @@ def read_comparison(first: Proposition, second: Proposition) -> Comparison:
     """Two propositions about one speed before the impact that exclude each other.
 
     Raises:
-        QuantityError: they are not; says what to write instead.
+        QuantityError: they are not about one such speed, or may both hold; says what to write instead.
     """
     example = 'write them like "speed_b at most 45 mph" and "speed_b at least 55 mph"'
     if first.name != second.name or first.name not in BEFORE:

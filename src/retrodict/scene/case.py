@@ -1,4 +1,4 @@
-"""What an expert says of a case, beside what was measured: the file case.toml."""
+"""An expert's statements on a case, apart from the measurements: the file case.toml."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from pydantic import (
     WrapValidator,
 )
 
+from retrodict.scene.entries.table import Note, Title
 from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.explain import problems_of
 from retrodict.scene.kinds import fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.quantities import Units
-from retrodict.scene.schema import Note, Title
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,11 @@ class Attachment:
     """A file that belongs to a case.
 
     Args:
-        file: its path in the case's folder.
-        sha256: of what it holds.
-        size: bytes.
-        title: what it is.
-        by, method, date, source: who made it, how, when, and where it comes from; empty if not stated.
+        file: path of the file in the case's folder.
+        sha256: SHA-256 of the file's content, hexadecimal.
+        size: size of the file, bytes.
+        title: title of the file; empty if not stated.
+        by, method, date, source: author, method, date and origin of the file; empty if not stated.
     """
 
     file: str
@@ -50,19 +50,20 @@ class Attachment:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What an expert says of a case; what is empty is not stated.
+    """An expert's statements on a case; an empty attribute is not stated.
 
     Args:
-        number: of the case.
-        examiner: name; `position` and `organisation` are the examiner's.
-        qualifications, publications, testimony: lines.
-        compensation: of the examiner.
-        instructed_by: who put the question; `instruction` is that question in their words.
-        dates: of the collision, of the inspection and of the report, by these words.
-        place: of the report.
-        declaration: the examiner's, on the duty to the court.
-        units: which come first; None for those that are asked for otherwise.
-        propositions: that are to be compared.
+        number: case number.
+        examiner: name of the examiner; `position` and `organisation` are the examiner's, too.
+        qualifications, publications, testimony: qualifications, publications and earlier testimony of
+            the examiner, lines of text.
+        compensation: compensation of the examiner.
+        instructed_by: person or body that put the question; `instruction` is the question as put.
+        dates: dates by the keys "collision", "inspection" and "report".
+        place: place of the report.
+        declaration: declaration of the examiner on the duty to the court.
+        units: system of units that comes first in the report; None where the case names none.
+        propositions: propositions that are to be compared.
         attachments: files of the case.
         questions: the table `[questions]` as it was written.
     """

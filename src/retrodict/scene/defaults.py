@@ -1,4 +1,4 @@
-"""What is assumed where a scene file is silent: each figure with its grade and its source."""
+"""Assumed values where a scene file is silent: each figure with its grade and its source."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ class Default:
     """An assumed figure.
 
     Args:
-        quantity: what it is for, in words.
+        quantity: name of the quantity that the figure is for, in words.
         value: the figure: one standard deviation, unless `quantity` says otherwise.
         unit: "%", "m", "deg", "deg/s", "wheelbases", "of the friction", or "of the load".
         grade: A, read in a source; B, derived from figures read; C, judgement.
-        source: where it comes from and why.
+        source: source of the figure, and the reason for it.
     """
 
     quantity: str
@@ -34,8 +34,8 @@ class Default:
         """The figure in SI units or radians.
 
         Args:
-            value: what a percent is of, the wheelbase, or the friction that the force of a wheel is
-                a share of.
+            value: quantity that the figure refers to: for "%" the value that it is a percentage of,
+                for "wheelbases" the wheelbase, m, for "of the load" the friction; else unused.
         """
         if self.unit == "of the load":
             return self.value / value
@@ -52,13 +52,13 @@ class Default:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceFriction:
-    """The friction assumed of a kind of surface.
+    """Assumed friction of a kind of surface.
 
     Args:
-        value: sliding friction of a car's tyres, mean.
-        sd: one standard deviation.
-        grade: as of a `Default`.
-        source: what was read.
+        value: mean sliding friction of a car's tyres.
+        sd: standard deviation of the friction.
+        grade: grade of the figures, as in `Default`.
+        source: source of the figures.
     """
 
     value: float
@@ -70,7 +70,7 @@ class SurfaceFriction:
         return f"{self.value:g} ± {self.sd:g} (grade {self.grade}: {self.source})"
 
 
-# largest share of the friction that a word stands for: on ice the engine can all but lock a wheel
+# largest drag that a word for a wheel stands for: on ice the engine can all but lock a wheel
 MOST_ROLLING = 0.8
 
 _HEADING = "judgement: with tyre marks; allow 8 deg without marks"

@@ -1,7 +1,8 @@
-"""How far a run-out model misses a real car: it grows with the way, and with how freely it rolled.
+"""Error of a run-out model: it grows with the length of the path, and with how freely the car rolled.
 
-The error law of a place is normal with the length of the way from the impact as scale; that of a
-heading stops growing where a car has turned into its course. Neither is known: `defaults` has them.
+The error of a position is normal, its scale proportional to the length of the path from the impact; the
+error of a heading stops growing once a car has turned into its direction of travel. The size of neither
+is known: `defaults` has the assumed ones.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ Point = tuple[float, float]
 
 
 def way(start: Point, passed: Iterable[Point], end: Point) -> float:
-    """Length of a way through points, in whichever order they were written.
+    """Length of a path through points, in whichever order they were written.
 
     Args:
-        start: where it starts, m.
-        passed: points of it, m; those that lie further from the start than its end are left out.
-        end: where it ends, m.
+        start: first point of the path, m.
+        passed: points on the path, m; points further from its start than its end is are left out.
+        end: last point of the path, m.
 
     Returns:
         The length of the straight lines between them, m.
@@ -32,7 +33,7 @@ def way(start: Point, passed: Iterable[Point], end: Point) -> float:
 
 
 def settled(way: float) -> float:
-    """Share of its final size that the error of a heading has after a way (m)."""
+    """Error of a heading after a path of length `way` (m), as a share of its final size."""
     return min(1.0, way / DEFAULTS["run_out_settled"].amount(0.0))
 
 
@@ -40,8 +41,8 @@ def freedom(front_axle: float, rear_axle: float, drags: Sequence[float]) -> floa
     """How freely a vehicle rolled: 1 with free wheels, 0 with locked ones.
 
     Args:
-        front_axle: from the centre of gravity, m.
-        rear_axle: likewise.
+        front_axle: distance from the centre of gravity to the front axle, m.
+        rear_axle: distance from the centre of gravity to the rear axle, m.
         drags: braking force of the front left, front right, rear left and rear right wheel over the
             available friction.
 

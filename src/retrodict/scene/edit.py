@@ -15,7 +15,7 @@ from retrodict.scene.write import CANNOT_SAY, document_toml, scene_text
 
 _PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"\\]*)"|'([^']*)')|\[([0-9]{1,4})\]""")
 
-Part = str | int  # of a key: the name of a table or key, or the place in a list
+Part = str | int  # part of a key: the name of a table or key, or the place in a list
 
 
 def build_scene(name: str = "scene", **tables: object) -> Scene:
@@ -25,8 +25,8 @@ def build_scene(name: str = "scene", **tables: object) -> Scene:
         name: short identifier, used to name output; it stands for the file in messages.
         tables: title, vehicles, impact, surfaces and whatever else a scene file has, see
             docs/scene-file.md; schema may be left out. A quantity is text ("45 ± 2 mph"), a table
-            ({"value": 45, "sd": 2, "unit": "mph"}), a pint quantity or measurement, or a table whose
-            value (and sd) is one; a number where it has no unit. None is as good as not written.
+            ({"value": 45, "sd": 2, "unit": "mph"}), a pint quantity or measurement, a table whose value
+            (and sd) is a pint quantity, or a number if it has no unit. None counts as not written.
 
     Returns:
         The scene in SI units and radians, with the text of a scene file that says the same.
@@ -38,18 +38,17 @@ def build_scene(name: str = "scene", **tables: object) -> Scene:
 
 
 def change(scene: Scene, changes: Mapping[str, object]) -> Scene:
-    """Another scene, in which some keys of the scene file say something else.
+    """A copy of a scene with other values at some keys of its scene file.
 
     Args:
-        scene: what was measured.
-        changes: by dotted key as in a scene file ("vehicles.A.approach.speed", "impact.point[0]"),
-            what to write there, as in `build_scene`: a quantity, a word, or a whole table or list. None
-            removes the key. A source that stood beside what is changed goes, unless it is written
-            anew.
+        scene: measured scene, which stays as it is.
+        changes: new values by dotted key of the scene file ("vehicles.A.approach.speed",
+            "impact.point[0]"), each as in `build_scene`: a quantity, a word, or a whole table or list.
+            None removes the key. A source beside a changed value is removed, unless it is written anew.
 
     Returns:
-        The scene, with the text of a scene file that says the same: all other keys as they were
-        written, without the file's comments.
+        The changed scene, with the text of a scene file that says the same: all other keys as they
+        were written, without the file's comments.
 
     Raises:
         SceneError: a key cannot be found, or something is wrong with what the scene now says.
@@ -72,8 +71,8 @@ def write_keys(document: dict[str, Any], changes: Mapping[str, Any], name: str) 
 
     Args:
         document: the tables and keys, which are changed.
-        changes: as of `change`, each value as TOML has it.
-        name: of the scene or its file, for messages.
+        changes: new values by dotted key, as in `change`, each in the form that TOML has.
+        name: name of the scene or its file, for messages.
 
     Raises:
         SceneError: a key cannot be found.
@@ -84,14 +83,14 @@ def write_keys(document: dict[str, Any], changes: Mapping[str, Any], name: str) 
 
 
 def to_toml(scene: Scene) -> str:
-    """A scene file that says what the scene holds.
+    """The text of a scene file that describes a scene.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
 
     Returns:
-        TOML: the file as it was written where it still says so, else a text made from the scene. That
-        is the one which reports attach.
+        TOML: the file as it was written where it still describes the scene, else a text made from the
+        scene. Reports attach this text.
     """
     return scene_text(scene).text
 
@@ -104,7 +103,7 @@ def _scene(document: dict[str, Any], name: str) -> Scene:
 
 
 def _parts(name: str, key: object) -> tuple[Part, ...]:
-    """The names of tables and keys, and places in lists, that a dotted key consists of."""
+    """The parts of a dotted key: names of tables and keys, and places in lists."""
     parts: list[Part] = []
     end = 0
     while isinstance(key, str) and end < len(key):
@@ -145,7 +144,7 @@ def _write(
         else:
             _as_spelled(at, above, part)
             if part != "source" and (*above, "source") not in written:
-                at.pop("source", None)  # it said where the value that goes came from
+                at.pop("source", None)  # the source of the value that is replaced
         if depth + 1 < len(parts):
             at = at.setdefault(part, {}) if isinstance(at, dict) else at[part]
     if value is not None:
@@ -157,7 +156,7 @@ def _write(
 
 
 def _as_spelled(table: dict[str, Any], above: tuple[Part, ...], part: str) -> None:
-    """Give a vehicle the letter that a key has for it, A or a."""
+    """Spell a vehicle's letter in the tables as a key spells it, A or a."""
     if above == ("vehicles",) and part not in table and part.swapcase() in table:
         renamed = {part if key == part.swapcase() else key: each for key, each in table.items()}
         table.clear()
@@ -165,7 +164,7 @@ def _as_spelled(table: dict[str, Any], above: tuple[Part, ...], part: str) -> No
 
 
 def _plain(value: Any) -> Any:
-    """A value as TOML has it; what has no such form stays as it is, for the schema to refuse."""
+    """A value in the form that TOML has; any other stays as it is, for the schema to refuse."""
     if isinstance(value, Mapping):
         return _plain_table(value)
     if isinstance(value, list | tuple):

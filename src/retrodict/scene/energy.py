@@ -1,4 +1,4 @@
-"""What may be stated of the kinetic energy that the impact took, as found from crush."""
+"""Statements on the kinetic energy lost in the impact, as found from crush."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ ENERGY: dict[str, str] = {
     "energy_lost_at_least": "kinetic energy lost in the impact, stated as at least",
     "energy_lost_at_most": "kinetic energy lost in the impact, stated as at most",
 }
-# by how much energies from crush and stiffness by class missed the measured loss of nine staged
-# crashes, root mean square of the share; 39 % in six of them (tests/scene/test_energy.py)
+# relative error, root mean square, of energies from crush and stiffness by class against the measured
+# loss of nine staged crashes; 39 % in six of them (tests/scene/test_energy.py)
 CLASS_STIFFNESS_ERROR = 0.38

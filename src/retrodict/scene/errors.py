@@ -1,4 +1,4 @@
-"""What is wrong with a scene file, one line a problem: the file, the key, the value, the fix."""
+"""Problems of a scene file, a line each: the file, the key, the value, the fix."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _LINES = 30
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong.
+    """A single problem of a file.
 
     Args:
         key: dotted path of the key ("vehicles.A.mass"); empty for the file as a whole.
         value: the value as written, through `shown`; empty where there is none.
-        fix: what is wrong with it and what to write instead.
+        fix: description of the fault, and advice on the value to write.
     """
 
     key: str
@@ -36,7 +36,7 @@ class SceneError(Exception):
 
     Args:
         file: the file, as the user named it.
-        problems: at least one.
+        problems: problems of the file, one or more.
     """
 
     def __init__(self, file: str, problems: Sequence[Problem]) -> None:

@@ -1,4 +1,4 @@
-"""What is wrong with the entries of a scene file, and how to fix it."""
+"""Problems of the entries of a scene file, and how to fix them."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _OTHER_NAMES = {
 
 
 def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> list[Problem]:
-    """What a validation error says, in the words of a file's author.
+    """The problems in a validation error, in the words of a file's author.
 
     Args:
-        error: from validating a file.
-        root: what the whole file was read as.
+        error: error that was raised by validating a file.
+        root: model of the whole file that it was validated against.
 
     Returns:
         Every problem with its key, the value as written, and what to write instead.
@@ -90,7 +90,7 @@ def _places(model: type[BaseModel], key: str, at: str = "") -> list[str]:
             found.append(f"[{at}]" if at else "the file itself, above all tables")
         if (inner := _model_in(field.annotation)) is None:
             continue
-        if name.lower() == "b" or (len(name) == 1 and name.islower()):  # as of vehicle A
+        if name.lower() == "b" or (len(name) == 1 and name.islower()):  # has the keys of vehicle A
             continue
         own = f"{at}.{name}" if at else name
         own += ".NAME" if get_origin(field.annotation) is dict else ""

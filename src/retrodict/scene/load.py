@@ -22,16 +22,16 @@ _TOO_LONG = f"longer than {_FILE_BYTES} bytes; a scene file is a page of text"
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:
-    """A scene, or that of the scene file at a path.
+    """A scene as it is, or the one in the scene file at a path.
 
     Args:
-        scene: what was measured, or the path of a scene file.
+        scene: measured scene, or the path of a scene file.
 
     Returns:
         The scene.
 
     Raises:
-        SceneError: as of `load_scene`.
+        SceneError: the file cannot be read, or something in it is wrong.
     """
     return scene if isinstance(scene, Scene) else load_scene(scene)
 
@@ -40,8 +40,8 @@ def load_scene(path: str | Path) -> Scene:
     """A scene from a scene file.
 
     Args:
-        path: of a file that one of `READERS` reads, by its suffix; TOML under any other. The keys are
-            described in docs/scene-file.md.
+        path: path of a file that one of `READERS` reads, by its suffix; any other suffix is read as
+            TOML. The keys are described in docs/scene-file.md.
 
     Returns:
         The scene in SI units and radians, named after the file, or after its folder where the file
@@ -61,8 +61,8 @@ def read_text(path: str | Path, of: str = "scene file") -> str:
     """The text of a file that somebody wrote by hand.
 
     Args:
-        path: of the file.
-        of: what it is, for messages.
+        path: path of the file.
+        of: kind of file, for messages.
 
     Returns:
         The text.
@@ -117,10 +117,10 @@ def scene_from(document: dict[str, Any], name: str, text: str, file: str) -> Sce
     """A scene from the tables and keys of a scene file.
 
     Args:
-        document: its tables and keys, as TOML or another program wrote them.
+        document: tables and keys of the file, as TOML or another program wrote them.
         name: short identifier of the scene.
         text: the file as it was written.
-        file: whose tables they are, for messages.
+        file: name of the file, for messages.
 
     Returns:
         The scene in SI units and radians.
@@ -155,17 +155,17 @@ def scene_from(document: dict[str, Any], name: str, text: str, file: str) -> Sce
 
 
 def toml_of(text: str, file: str) -> dict[str, Any]:
-    """A text's TOML.
+    """The tables and keys of a TOML text.
 
     Args:
-        text: as written.
-        file: whose text it is, for messages.
+        text: text of the file, as written.
+        file: name of the file, for messages.
 
     Returns:
-        Its tables and keys.
+        The tables and keys.
 
     Raises:
-        SceneError: it is too long, or not valid TOML.
+        SceneError: the text is too long, or not valid TOML.
     """
     if len(text) > _FILE_BYTES:
         raise _file_error(file, _TOO_LONG)
@@ -188,7 +188,7 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
 
 
 def _fix_of(reason: str, line: str) -> str:
-    """What to write in the place of a line that is not TOML."""
+    """Advice on a line that is not TOML."""
     if "declare" in reason or "overwrite" in reason:
         return "write every table and key once"
     if re.search("[“”„«»‘]", line):
@@ -204,23 +204,23 @@ def _fix_of(reason: str, line: str) -> str:
     return 'text and quantities stand in quotes, like mass = "1857 ± 37 kg"'
 
 
-# a text is not read again at each change of its scene; whoever asks alters nothing in it
+# so that a text is not read again at each change of its scene; callers must not alter the tables
 tables_of = lru_cache(maxsize=8)(toml_of)
 
 
-# by suffix; a reader of another format is a file of its own and a line here
+# readers by suffix; a reader of another format is a file of its own and a line here
 READERS: dict[str, Reader] = {".toml": toml_of}
 
 
 def value_at(document: Mapping[str, Any], key: str) -> Any:
-    """What the tables and keys of a scene file have at a dotted key, a vehicle in either letter.
+    """The value at a dotted key of a scene file's tables, where a vehicle may be A or a.
 
     Args:
         document: the tables and keys.
-        key: such as "vehicles.A.mass" or "impact.point[0]".
+        key: dotted key, such as "vehicles.A.mass" or "impact.point[0]".
 
     Returns:
-        As TOML has it; None for nothing.
+        The value as TOML has it; None where there is none.
     """
     value: Any = document
     for part in re.findall(r"[^.\[\]]+", key):

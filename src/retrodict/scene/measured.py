@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 Law = Literal["normal", "lognormal", "logitnormal"]
+UNKNOWN = "unknown"  # word of a scene file for a motion before impact that is not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,15 +16,15 @@ class Measured:
 
     Args:
         value: the best estimate, SI units or radians.
-        sd: one standard deviation, same unit; 0 for a quantity taken as exact.
+        sd: standard deviation, same unit; 0 for a quantity taken as exact.
         law: error law; "lognormal" (with this mean and sd) for quantities that cannot be negative;
             "logitnormal" for shares between 0 and 1: logit normal about logit(value) with scale
-            sd / (value (1 - value)), by the delta method, so value is the median, and sd that of
-            the law to first order. A share without an uncertainty may be exactly 0 or 1.
-        source: who measured it and how, or where an assumed uncertainty comes from.
+            sd / (value (1 - value)), by the delta method, so value is the median, and sd the
+            standard deviation to first order. A share without an uncertainty may be exactly 0 or 1.
+        source: author and method of the measurement, or source of an assumed uncertainty.
         assumed: "sd" where the uncertainty is a default, "value" where the value is one too.
-        model_sd: what of `sd` is not the measurement's but how far the model that predicts it
-            misses; same unit.
+        model_sd: part of `sd` that is the error of the model which predicts the quantity, not of the
+            measurement; same unit.
     """
 
     value: float
@@ -35,12 +36,12 @@ class Measured:
 
     @property
     def measured_sd(self) -> float:
-        """What of `sd` is the measurement's own."""
+        """Standard deviation of the measurement alone, without `model_sd`."""
         return math.sqrt(self.sd**2 - self.model_sd**2) if self.model_sd else self.sd
 
     @property
     def location_and_scale(self) -> tuple[float, float]:
-        """Of the normal law, or of the normal law under a lognormal or logitnormal one."""
+        """Location and scale of the normal law, or of the one under a lognormal or logitnormal law."""
         import numpy as np  # reading a scene does without
 
         if self.law == "logitnormal" and self.sd > 0:  # sd to first order
@@ -52,7 +53,7 @@ class Measured:
         return self.value, self.sd
 
     def with_model_sd(self, model_sd: float) -> Measured:
-        """The same with a model's error beside the measurement's, independent of it."""
+        """A copy with a model's error, independent of the measurement's, added to it."""
         if not model_sd:
             return self
         return replace(self, sd=math.hypot(self.sd, model_sd), model_sd=model_sd)

@@ -13,12 +13,12 @@ _OF_BOTH = tuple(f"impact_{key}" for key in ENERGY)
 
 
 class Name(NamedTuple):
-    """What a flat name such as `rest_x_a` or `mark_2_speed_b` says.
+    """Parts of a flat name such as `rest_x_a` or `mark_2_speed_b`.
 
     Args:
-        kind: of quantity: `rest_x`, `mark_speed`.
-        vehicle: `a` or `b`; empty of the energy lost in the impact, which is of both.
-        mark: number of the mark, from 1; None of what is at none.
+        kind: kind of quantity, such as `rest_x` or `mark_speed`.
+        vehicle: `a` or `b`; empty for the energy lost in the impact, which concerns both.
+        mark: number of the mark, from 1; None for a quantity that is not at a mark.
     """
 
     kind: str
@@ -27,12 +27,12 @@ class Name(NamedTuple):
 
     @property
     def on_way(self) -> bool:
-        """Whether it is measured on the way to rest: at a mark, or at the end of rotation."""
+        """Whether the quantity is measured on the way to rest: at a mark, or at the end of rotation."""
         return self.kind in _ON_WAY
 
     @property
     def at_rest(self) -> bool:
-        """Whether it is a component of a rest pose."""
+        """Whether the quantity is a component of a rest pose."""
         return self.kind in _AT_REST
 
 
@@ -40,10 +40,10 @@ _VELOCITIES = {f"{V}{v}{axis}": v for V in "vV" for v in "ab" for axis in "xy"}
 
 
 def vehicle_of(name: str) -> str | None:
-    """Which vehicle a reported quantity is of: "a" or "b"; None where it is of the impact.
+    """The vehicle that a reported quantity belongs to: "a" or "b"; None for one of the impact.
 
     Args:
-        name: in `quantities.REPORTED` or `quantities.DERIVED`.
+        name: flat name in `quantities.REPORTED` or `quantities.DERIVED`.
     """
     last = name.rpartition("_")[2]
     return _VELOCITIES.get(name) or (last if last in ("a", "b") else None)
@@ -51,13 +51,13 @@ def vehicle_of(name: str) -> str | None:
 
 @cache
 def parsed(name: str) -> Name:
-    """A flat name taken apart.
+    """The parts of a flat name.
 
     Args:
-        name: of a quantity of one vehicle, as in `Scene.inputs`, or as in `Scene.evidence`.
+        name: flat name of a vehicle's quantity in `Scene.inputs`, or of one in `Scene.evidence`.
 
     Raises:
-        ValueError: it is of no vehicle.
+        ValueError: the name is of no vehicle's quantity.
     """
     if name in _OF_BOTH:
         return Name(name, "")

@@ -1,4 +1,4 @@
-"""Whether corners are those of an outline: three or more, each once, of sides that do not meet."""
+"""Check of the corners of an outline: three or more, each once, joined by sides that do not meet."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ Place = tuple[float, float]
 
 
 def outline_fault(corners: Sequence[Place]) -> str:
-    """What is wrong with an outline, and what to write instead; empty where nothing is.
+    """The fault of an outline, and what to write instead; empty where there is none.
 
     Args:
-        corners: in order, m; the last is joined to the first.
+        corners: corners in order, m; the last is joined to the first.
     """
     count = len(corners)
     if not 3 <= count <= MOST_CORNERS:

@@ -8,29 +8,31 @@ import math
 from retrodict.scene.energy import CLASS_STIFFNESS_ERROR
 from retrodict.scene.records import Scene, Vehicle
 
-# of the way between the centres of gravity: two cars side by side, a length apart, have two fifths
+# share of the distance between the centres of gravity that lies across the contact line: two cars side
+# by side, a length apart, have two fifths
 _ACROSS = 1 / 3
-# a measuring error by this factor below the run-out's adds less than 2 % to it
+# a measuring error that is smaller than the run-out model's by this factor adds less than 2 % to it
 _SHARPER = 5
 _HEADINGS = "vehicles.A.impact.heading, vehicles.B.impact.heading"
 _NAMED = 3  # slips in one warning
 # kg/m²: mass over the square of the wheelbase, of passenger cars from the lightest to the heaviest;
 # longer wheelbases are lorries', loaded or not
 _MASSES, _LONGEST = (100.0, 380.0), 3.4
-_LIGHTEST = 80.0  # kg/m²: of those, empty
-_TRACK, _TWO_TRACKS = (0.35, 0.85), 500.0  # of the wheelbase; kg: lighter ones may be motorcycles
+_LIGHTEST = 80.0  # kg/m²: of empty lorries
+_TRACK, _TWO_TRACKS = (0.35, 0.85), 500.0  # wheelbases; kg: lighter ones may be motorcycles
 _WIDE = 0.3  # sd of friction over its value
 _POUND = 0.45359237
-# share of a push across the contact line that delta-v along one axis must show; deviations that are sure
+# share of a push across the contact line that the written components of delta-v must show; number of
+# standard deviations that count as certain
 _MOSTLY, _SURE = 0.7, 3.0
-_RADIUS = (0.35, 0.65)  # of gyration in yaw, in wheelbases; the default's sources have 0.47 to 0.50
+_RADIUS = (0.35, 0.65)  # radius of gyration in yaw, wheelbases; the default's sources: 0.47 to 0.50
 
 
 def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     """Warnings about values that are probably not what the author meant.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
 
     Returns:
         A line each: the key, what is odd and what to look at.
@@ -49,7 +51,7 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
 
 
 def _slips(scene: Scene) -> list[str]:
-    """Vehicles that do not fit together, or to their motion: with the slips that would explain it."""
+    """Vehicles that do not fit one another or their motion, with the slips that would explain it."""
     if scene.barrier:
         return []
     from retrodict.scene import slips  # NumPy: scenes are read without
@@ -80,9 +82,9 @@ def _slips(scene: Scene) -> list[str]:
 
 
 def _sides(scene: Scene) -> list[str]:
-    """Contact lines that do not part the vehicles: often one that was counted from the x axis."""
+    """Contact lines that do not part the vehicles, often because they were counted from the x axis."""
 
-    # `mechanics.either_side` asks so of draws, in JAX, which `retrodict check` does without
+    # `mechanics.either_side` checks the same of draws, in JAX, which `retrodict check` does without
     def beyond(v: str) -> complex:
         """How far a centre of gravity lies off the contact line (real part), and along it."""
         vehicle = scene.vehicles[v]
@@ -127,7 +129,7 @@ def _overlaps(scene: Scene) -> list[str]:
     between = complex(*scene.at_impact("b")) - complex(*scene.at_impact("a"))
 
     def reach(vehicle: Vehicle, along: complex) -> float:
-        """How far it reaches from its middle along a unit vector."""
+        """Distance from a vehicle's middle to its outline's farthest point along a unit vector, m."""
         ahead = along * cmath.rect(1, -vehicle.heading.value)
         return (abs(ahead.real) * vehicle.length + abs(ahead.imag) * vehicle.width) / 2
 
@@ -146,7 +148,7 @@ def _overlaps(scene: Scene) -> list[str]:
 
 
 def _beyond_the_wall(scene: Scene) -> list[str]:
-    """A rest position on the other side of the wall that was struck: no run-out passes through it."""
+    """A rest position on the other side of the struck wall, through which no run-out passes."""
     if scene.barrier is None or scene.barrier.kind != "wall" or "a" not in scene.rest:
         return []
     normal = cmath.rect(1, scene.contact.Gamma.value)
@@ -166,7 +168,7 @@ def _beyond_the_wall(scene: Scene) -> list[str]:
 
 
 def _masses(scene: Scene) -> list[str]:
-    """Masses that no car of this wheelbase has, and would have in the other unit."""
+    """Masses that no car of this wheelbase has, with a note where they would fit in the other unit."""
     found = []
     for v, vehicle in scene.vehicles.items():
         wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
@@ -184,7 +186,7 @@ def _masses(scene: Scene) -> list[str]:
 
 
 def _sizes(scene: Scene) -> list[str]:
-    """A track that is none of a vehicle with this wheelbase, or a wheelbase that is a length."""
+    """Tracks that do not suit the wheelbase, and wheelbases that may be the length of the vehicle."""
     found = []
     for v, vehicle in scene.vehicles.items():
         wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
@@ -214,7 +216,7 @@ def _frictions(scene: Scene) -> list[str]:
 
 
 def _pushes(scene: Scene) -> list[str]:
-    """Delta-v into the other vehicle: an impact pushes each away from where they touched."""
+    """Delta-v towards the other vehicle, where an impact pushes each away from the contact."""
     found = []
     for v, departure in scene.departure.items():
         vehicle = scene.vehicles[v]
@@ -265,7 +267,7 @@ def _lifts(scene: Scene) -> list[str]:
         if vehicle.cg_height is None:
             continue
         front, rear = vehicle.front_axle.value, vehicle.rear_axle.value
-        # of a wheel of the axle with less load: what braking lengthwise and sideways take off it
+        # load of a wheel on the axle with less load, and what braking lengthwise and sideways takes off
         load = min(front, rear) / (front + rear) / 2
         taken = math.hypot(0.5 / (front + rear), 2 * load / vehicle.track.value)
         grip = vehicle.grip.value * max(surface.friction.value for surface in scene.surfaces)
@@ -280,7 +282,7 @@ def _lifts(scene: Scene) -> list[str]:
 
 
 def assumed_approach(scene: Scene) -> str:
-    """That vehicles are taken to travel along their headings; empty where no direction is assumed."""
+    """Note on vehicles that are taken to travel along their headings; empty where there is none."""
     along = [
         v.upper()
         for v, own in scene.approach.items()
@@ -330,7 +332,7 @@ def _rolls(scene: Scene) -> list[str]:
 
 
 def _energies(scene: Scene) -> list[str]:
-    """Energies from crush, of which little is known of how far they are off."""
+    """Energies from crush, whose errors are little known."""
     known, found = f"{CLASS_STIFFNESS_ERROR:.0%}", []
     for key, stated in scene.energy_lost.items():
         line = (

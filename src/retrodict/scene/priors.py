@@ -1,4 +1,4 @@
-"""What is assumed of the unknowns before the evidence speaks: read from priors.toml, or overridden."""
+"""Priors of the unknowns: read from priors.toml, or overridden by the scene file."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from retrodict.scene.defaults import Grade
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """What is assumed of one unknown.
+    """Prior distribution of an unknown.
 
     Args:
-        numbers: of its distribution, SI units or radians, in the order of priors.toml.
-        text: one line for a report.
-        reason: why these numbers.
-        source: where they come from.
-        grade: as of a `Default`; an override counts as C, for nobody graded it.
-        overridden: whether the scene file gives it.
+        numbers: parameters of the distribution, SI units or radians, in the order of priors.toml.
+        text: description for a report, a single line.
+        reason: reason for these numbers.
+        source: source of the numbers.
+        grade: grade as in `Default`; an override counts as C, because nobody graded it.
+        overridden: whether the scene file gives the prior.
     """
 
     numbers: tuple[float, ...]
@@ -39,8 +39,8 @@ def default_priors() -> dict[str, Prior]:
     Returns:
         "speed_a", "speed_b": scale of a half-normal, m/s.
         "omega_a", "omega_b": sd of a normal at 0, rad/s.
-        "e": of a half-normal with scale high + (low - high) exp(-closing speed / v): high, low, v;
-            v in m/s.
+        "e": parameters high, low and v (m/s) of a half-normal with scale
+            high + (low - high) exp(-closing speed / v).
         "mu": scale of a half-normal in 1 - mu / mu_critical; median friction where sliding goes on.
         "e_m": centre and scale of a normal cut to (-1, 1).
         "impulse": sd of a normal at 0 of each component of delta-v, m/s.
@@ -62,9 +62,9 @@ def overridden(name: str, numbers: Mapping[str, float], source: str) -> Prior:
     """A prior with other numbers than the default's.
 
     Args:
-        name: of the unknown, as in `default_priors`.
-        numbers: those that differ, by their keys in priors.toml, SI units or radians.
-        source: where they come from.
+        name: name of the unknown, as in `default_priors`.
+        numbers: parameters that differ, by their keys in priors.toml, SI units or radians.
+        source: source of these numbers.
 
     Returns:
         The prior; its reason names the default in whose place it stands.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from retrodict.scene.departure import ITEMS
+from retrodict.scene import fields
 from retrodict.scene.energy import ENERGY
 
 Units = Literal["si", "us"]
@@ -41,7 +41,7 @@ _SI_SYMBOLS = {
     "grade": "",
 }  # where numbers are reported in another unit than stored
 
-# what is unknown and reported, in the order it is reported: name -> (label, dimension)
+# reported unknowns, in the order of reports: name -> (label, dimension)
 REPORTED: dict[str, tuple[str, str]] = {
     "travelling_speed_a": ("travelling speed of A before its skid", "speed"),
     "speed_a": ("impact speed of A", "speed"),
@@ -54,7 +54,7 @@ REPORTED: dict[str, tuple[str, str]] = {
     "vby": ("velocity of B before impact, y", "speed"),
     "omega_b": ("yaw rate of B before impact", "yaw rate"),
 }
-# those that figures show, in this order: name -> short label
+# unknowns that figures show, in this order: name -> short label
 SHORT: dict[str, str] = {
     "travelling_speed_a": "travelling speed of A",
     "speed_a": "impact speed of A",
@@ -64,12 +64,12 @@ SHORT: dict[str, str] = {
     "e_m": "e_m",
     "mu": "μ",
 }
-# those that a scene may ask, in this order
+# unknowns that a scene may ask for, in this order
 UNKNOWNS = ("speed_a", "speed_b", "e", "e_m", "mu")
 
 SPEEDS = tuple(name for name in REPORTED if "speed_" in name)
 
-# what follows from the same draws and is reported with the unknowns
+# quantities that follow from the same draws and are reported with the unknowns
 DERIVED = (
     "delta_v_a",
     "delta_v_b",
@@ -87,9 +87,6 @@ DERIVED = (
 _SINGLE: dict[str, tuple[str, str]] = {
     "impact_x": ("impact centre, x", "length"),
     "impact_y": ("impact centre, y", "length"),
-    "Gamma": ("contact line Γ from the y axis", "angle"),
-    "grade": ("grade of the road", "grade"),
-    "uphill": ("direction in which the road rises", "angle"),
     "impulse_x": ("impulse on A, x", "impulse"),
     "impulse_y": ("impulse on A, y", "impulse"),
     "Vax": ("velocity of A after impact, x", "speed"),
@@ -107,15 +104,6 @@ _SINGLE: dict[str, tuple[str, str]] = {
 }
 
 _FAMILIES: dict[str, tuple[str, str]] = {
-    "mass": ("mass of {}", "mass"),
-    "yaw_inertia": ("yaw inertia of {}", "inertia"),
-    "front_axle": ("centre of gravity to front axle, {}", "length"),
-    "rear_axle": ("centre of gravity to rear axle, {}", "length"),
-    "track": ("track of {}", "length"),
-    "cg_height": ("height of {}'s centre of gravity", "length"),
-    "impact_distance": ("centre of gravity to impact centre, {}", "length"),
-    "impact_angle": ("angle of the impact centre from straight ahead, {}", "angle"),
-    "grip": ("grip of {}'s tyres, a factor of the friction", "number"),
     "drag_front_left": ("braking of {}'s front left wheel over friction", "number"),
     "drag_front_right": ("braking of {}'s front right wheel over friction", "number"),
     "drag_rear_left": ("braking of {}'s rear left wheel over friction", "number"),
@@ -125,24 +113,17 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "roll_speed": ("speed of {} after impact over that by its way", "number"),
     "roll_course": ("direction of {} after impact less that of its way", "angle"),
     "roll_yaw_rate": ("yaw rate of {} after impact less that by its rotation", "yaw rate"),
-    "heading": ("heading of {} at impact", "angle"),
-    "speed": ("impact speed of {}", "speed"),
     "impact_speed": ("impact speed of {}", "speed"),
-    "direction": ("direction of travel of {} before impact", "angle"),
-    "omega": ("yaw rate of {} before impact", "yaw rate"),
     "Omega": ("yaw rate of {} after impact", "yaw rate"),
     "delta_v": ("change of velocity of {} (delta-v)", "speed"),
     "pdof": ("principal direction of force on {} (PDOF), clockwise from straight ahead", "angle"),
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),
-    "end_x": ("end of rotation of {}, x", "length"),
-    "end_y": ("end of rotation of {}, y", "length"),
-    "end_heading": ("end of rotation of {}, heading", "angle"),
-    "skid": ("skid of {} up to impact", "length"),
     "time_zero": ("time of the impact in the record of {}", "time"),
 }
 
+_OF_EDGES = {"edge": ("place of the {}'s edge", "length")}
 _AT_MARKS: dict[str, tuple[str, str]] = {
     "": ("distance from its path", "length"),
     "speed": ("speed there", "speed"),
@@ -154,7 +135,8 @@ def describe(name: str) -> tuple[str, str]:
     """Label and dimension of a quantity by its flat name.
 
     Args:
-        name: as in `Scene.inputs`, `Scene.evidence`, `REPORTED` or a variable of the posterior.
+        name: flat name in `Scene.inputs`, `Scene.evidence` or `REPORTED`, or of a variable of the
+            posterior.
 
     Returns:
         (label, dimension); dimension is a key for `unit_of`.
@@ -164,24 +146,19 @@ def describe(name: str) -> tuple[str, str]:
     """
     if name in REPORTED:
         return REPORTED[name]
-    if name in _SINGLE:
-        return _SINGLE[name]
-    for prefix, label, dimension in (
-        ("friction_", "friction of the {}", "number"),
-        ("speed_dependence_", "fall of the {}'s friction with speed", "inverse speed"),
-        ("edge_", "place of the {}'s edge", "length"),
-    ):
-        if name.startswith(prefix):
-            return label.format(name.removeprefix(prefix)), dimension
+    single = _SINGLE | fields.flat_labels(fields.IMPACT | fields.SLOPE)
+    if name in single:
+        return single[name]
+    of_surfaces = fields.flat_labels(fields.SURFACE) | _OF_EDGES
+    for family, (label, dimension) in of_surfaces.items():
+        if name.startswith(f"{family}_"):
+            return label.format(name.removeprefix(f"{family}_")), dimension
     family, _, vehicle = name.rpartition("_")
     if family.startswith("mark_"):
         number, _, item = family.removeprefix("mark_").partition("_")
         label, dimension = _AT_MARKS[item]
         return f"mark {number} of {vehicle.upper()}, {label}", dimension
-    if family.startswith("departure_"):
-        item_after = ITEMS[family.removeprefix("departure_")]
-        return item_after.label.format(vehicle.upper()), item_after.dimension
-    label, dimension = _FAMILIES[family]
+    label, dimension = fields.described(family) or _FAMILIES[family]
     return label.format(vehicle.upper()), dimension
 
 
@@ -201,7 +178,7 @@ def label_and_unit(name: str, units: Units) -> tuple[str, Unit]:
     """Label of a quantity, and the unit that it is printed in.
 
     Args:
-        name: its flat name.
+        name: flat name of the quantity.
         units: "si" or "us".
 
     Returns:

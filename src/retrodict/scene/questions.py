@@ -1,4 +1,4 @@
-"""What is asked of a reconstruction, read from a `[questions]` table of a scene file or a case file."""
+"""Questions asked of a reconstruction, read from the `[questions]` table of a scene or case file."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from retrodict.scene.asked import Avoidance, Comparison, Questions
+from retrodict.scene.entries.questions import QuestionsEntry
 from retrodict.scene.errors import SceneError
 from retrodict.scene.explain import problems_of
-from retrodict.scene.schema import QuestionsEntry
 
 __all__ = ["Questions", "questions_from", "questions_of"]
 
@@ -22,11 +22,11 @@ class _Asked(BaseModel):
 
 
 def questions_from(mapping: Mapping[str, Any], where: str) -> Questions:
-    """What a `[questions]` table asks.
+    """The questions that a `[questions]` table asks.
 
     Args:
         mapping: the table; its keys are described in docs/questions.md.
-        where: the file that it is from, for messages.
+        where: name of the file that has the table, for messages.
 
     Returns:
         The questions, SI units and radians.

@@ -1,24 +1,24 @@
-"""What was measured at a scene, as frozen records in SI units and radians: no files, no units."""
+"""Frozen records of the measurements at a scene, in SI units and radians: no files, no other units."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
-from itertools import pairwise
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Literal
 
 from retrodict.scene import discrepancy
 from retrodict.scene.asked import Questions
-from retrodict.scene.departure import ITEMS
 from retrodict.scene.energy import ENERGY
+from retrodict.scene.fields import APPROACH, DEPARTURE
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.priors import Prior, default_priors
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
+from retrodict.scene.speed_record import SpeedRecord
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from matplotlib.figure import Figure
 
@@ -26,22 +26,22 @@ if TYPE_CHECKING:
 
 VEHICLES = ("a", "b")
 FREEDOM = 4.0
-UNKNOWN = "unknown"  # how a scene file says that a motion before impact is
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 
 @dataclass(frozen=True, slots=True)
 class Wheels:
-    """How a vehicle's wheels turn after the impact.
+    """Braking and steering of a vehicle's wheels after the impact.
 
     Args:
-        front_left: braking force over the available friction: 1 locked, 0 free.
-        front_right: likewise, and so the other two.
-        rear_left: likewise.
-        rear_right: likewise.
+        front_left: drag of the front left wheel, its braking force over the available friction: 1
+            locked, 0 free.
+        front_right: drag of the front right wheel.
+        rear_left: drag of the rear left wheel.
+        rear_right: drag of the rear right wheel.
         steer: angle of the front wheels from the heading, counter-clockwise, rad.
-        factor: of drag / (1 - drag) of every wheel, for what their drags have in common, so that a
-            share stays one and a locked wheel locked; None for 1.
+        factor: common factor of drag / (1 - drag) of all wheels, which keeps a drag between 0 and 1
+            and a locked wheel locked; None for 1.
     """
 
     front_left: Measured
@@ -54,28 +54,29 @@ class Wheels:
 
 @dataclass(frozen=True, slots=True)
 class RunOutError:
-    """How far a run-out model misses where a vehicle went, beyond what its inputs' errors explain.
+    """Error of a run-out model's predicted motion, beyond what the errors of its inputs explain.
 
     Args:
-        position: standard deviation of each coordinate over the length of the way from the impact.
-        heading: that of the heading, rad, after a way on which it settles.
+        position: standard deviation of each coordinate over the length of the path from the impact.
+        heading: standard deviation of the heading, rad, at the end of a path that is long enough for
+            it to stop growing; see `discrepancy.settled`.
     """
 
     position: Measured = Measured(0.0)
     heading: Measured = Measured(0.0)
 
     def of_position(self, way: float) -> float:
-        """Standard deviation of each coordinate after a way (m), m."""
+        """Standard deviation of each coordinate after a path of length `way` (m), m."""
         return self.position.value * way
 
     def of_heading(self, way: float) -> float:
-        """Standard deviation of the heading after a way (m), rad."""
+        """Standard deviation of the heading after a path of length `way` (m), rad."""
         return self.heading.value * discrepancy.settled(way)
 
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """A vehicle's measured properties and how it stood at impact (kg, kg m², m, rad).
+    """Measured properties of a vehicle and its heading at impact (kg, kg m², m, rad).
 
     The impact centre is given by its distance from the centre of gravity and its angle, counted
     counter-clockwise from straight ahead. `heading` is the heading at impact, counter-clockwise
@@ -104,74 +105,33 @@ class Vehicle:
 
 
 @dataclass(frozen=True, slots=True)
-class SpeedRecord:
-    """Speeds that a recorder kept up to the impact, whose moment on its clock is uncertain.
-
-    The speed at the impact is the one on straight lines between those recorded, at a moment of which
-    all from `low` to `high` are equally probable, with a normal error.
-
-    Args:
-        times: increasing, s; the window lies within them.
-        speeds: at these, m/s.
-        low: earliest moment of the impact, s.
-        high: latest, s.
-        sd: of a recorded speed, m/s.
-    """
-
-    times: tuple[float, ...]
-    speeds: tuple[float, ...]
-    low: float
-    high: float
-    sd: float
-
-    @property
-    def within(self) -> tuple[tuple[float, float], ...]:
-        """Time and speed where the window begins and ends, and of what was recorded within."""
-        inner = [
-            (t, v) for t, v in zip(self.times, self.speeds, strict=True) if self.low < t < self.high
-        ]
-        return ((self.low, self._at(self.low)), *inner, (self.high, self._at(self.high)))
-
-    @property
-    def moments(self) -> tuple[float, float]:
-        """Mean and standard deviation of the speed at the impact, m/s."""
-        mean = square = 0.0
-        for (t, v), (t_next, v_next) in pairwise(self.within):
-            share = (t_next - t) / (self.high - self.low)
-            mean += share * (v + v_next) / 2
-            square += share * (v * v + v * v_next + v_next * v_next) / 3
-        return mean, math.sqrt(max(square - mean * mean, 0.0) + self.sd**2)
-
-    def _at(self, time: float) -> float:
-        for (t, v), (t_next, v_next) in pairwise(zip(self.times, self.speeds, strict=True)):
-            if time <= t_next:
-                return v + (v_next - v) * (time - t) / (t_next - t)
-        return self.speeds[-1]
-
-
-@dataclass(frozen=True, slots=True)
 class Approach:
-    """Motion just before impact (m/s, rad, rad/s, m); what is None is unknown.
+    """Motion just before impact (m/s, rad, rad/s, m); None stands for unknown.
 
-    `direction` is that of travel, counter-clockwise from the x axis; it need not be the heading, but is
-    assumed to be along it where a scene file says nothing.
-    `skid` is how far the vehicle skidded on the road, all wheels locked, up to the impact.
-    `record` is the law of `speed` where a recorder kept it: `speed` has its mean and deviation.
+    `direction` is the direction of travel, counter-clockwise from the x axis; it need not be the
+    heading, but is assumed to be along it where a scene file says nothing.
+    `skid` is how far the vehicle skidded on the road up to the impact, `skid_braking` the braking force
+    over the available friction there; None where all wheels were locked.
+    `record` is the speed record that `speed` comes from, if any; `speed` then holds the mean and
+    standard deviation of the speed at impact by that record.
     """
 
     speed: Measured | None
     direction: Measured | None
     yaw_rate: Measured | None
     skid: Measured | None = None
+    skid_braking: Measured | None = None
     record: SpeedRecord | None = None
 
 
-Departure = dict[str, Measured]  # motion of a vehicle just after the impact, by name in `ITEMS`
+Departure = dict[
+    str, Measured
+]  # motion of a vehicle just after the impact, by name in `fields.DEPARTURE`
 
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """Where a vehicle came to rest (m, rad): its centre of gravity and its heading, if measured.
+    """Rest pose of a vehicle (m, rad): its centre of gravity and its heading, if measured.
 
     `heading` is unwrapped: it is the heading at impact plus the total rotation when
     `turns_known`, else the representative within half a turn of the heading at impact.
@@ -187,10 +147,10 @@ class Rest:
 class Mark:
     """A point that a vehicle passed on its way to rest (m).
 
-    `of` is what of it passed there: "centre" of gravity or a wheel ("front_left", …). `sd` is the
-    uncertainty of the point across the path; `source` and `assumed` are as of a `Measured`. `speed`
-    (m/s) and `course` (rad), the direction of travel, are of the centre of gravity at that moment;
-    None is not measured.
+    `of` is the part of the vehicle that passed there: "centre" (of gravity) or a wheel
+    ("front_left", …). `sd` is the uncertainty of the point across the path; `source` and `assumed`
+    are as in `Measured`. `speed` (m/s) and `course` (rad), the direction of travel, are those of the
+    centre of gravity at that moment, None where not measured.
     """
 
     x: float
@@ -205,9 +165,9 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class EndOfRotation:
-    """Where a vehicle stopped sliding sideways and began to roll (m, rad); None is not measured.
+    """Pose in which a vehicle stopped sliding sideways and began to roll (m, rad); None: not measured.
 
-    x and y are of its centre of gravity. Whole turns of `heading` mean nothing.
+    x and y are the position of its centre of gravity. Whole turns of `heading` mean nothing.
     """
 
     x: Measured | None = None
@@ -272,7 +232,7 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class Slope:
-    """How the whole ground rises: places and angles of a scene are counted in its plane.
+    """Slope of the whole ground, in whose plane positions and angles of a scene are measured.
 
     Args:
         grade: rise over run.
@@ -285,12 +245,13 @@ class Slope:
 
 @dataclass(frozen=True, slots=True)
 class Barrier:
-    """What vehicle A struck in the place of a vehicle B: rigid, and immovable.
+    """Rigid and immovable barrier that vehicle A struck in place of a vehicle B.
 
     Args:
-        kind: "wall", whose face is the contact line, or "pole", which touches that from beyond.
-        name: in words.
-        diameter: of a pole, m; it is for drawing.
+        kind: "wall", whose face is the contact line, or "pole", which touches that line
+            from the side away from A.
+        name: description of the barrier, such as "concrete wall".
+        diameter: diameter of a pole, m, for drawing; 0 for a wall.
     """
 
     kind: Literal["wall", "pole"]
@@ -303,28 +264,28 @@ class Scene:
     """A whole measured scene: what a model needs and a report prints.
 
     Args:
-        title: one line.
+        title: title of the scene, a single line.
         name: short identifier, used to name output.
         text: the scene file as it was written, for the record.
-        vehicles: keyed "a" and "b"; "a" alone where it struck a barrier.
-        approach: motion before impact, keyed likewise.
-        rest: where each vehicle came to rest, keyed likewise; without those that were not measured.
-        contact: where and along which line they touched.
+        vehicles: vehicles by the keys "a" and "b"; "a" alone where it struck a barrier.
+        approach: motion of each vehicle before impact, by the same keys.
+        rest: rest pose of each vehicle, by the same keys; without poses that were not measured.
+        contact: impact centre and contact line.
         surfaces: road first, then those with edges, then those with outlines.
         notes: remarks of the scene's author, printed in the report.
-        question: which of `UNKNOWNS` are asked, in their order.
-        priors: of the unknowns, by name; see `default_priors`.
-        departure: motion after impact, keyed as `rest` is.
-        marks: points on each one's way to rest, keyed likewise.
-        end_of_rotation: where each stopped sliding sideways, keyed likewise.
+        question: names of the unknowns that are asked for, in the order of `UNKNOWNS`.
+        priors: prior of each unknown, by name; see `default_priors`.
+        departure: measured motion of each vehicle after impact, keyed as `rest` is.
+        marks: points that each vehicle passed on its way to rest, keyed as `rest` is.
+        end_of_rotation: pose in which each vehicle stopped sliding sideways, keyed as `rest` is.
         robust: whether errors of the evidence have heavy tails, so that an item which contradicts
             the others gives way.
-        approximations: what a model misses of a fuller one, by flat name: inputs that it adds to the
-            scene it sees.
-        questions: what is asked of the answer.
-        barrier: what A struck in the place of a vehicle B; None where that was a vehicle.
-        energy_lost: what is stated of the kinetic energy lost in the impact, J, by name in `ENERGY`.
-        slope: of the whole ground; None where it is level.
+        approximations: errors of a model relative to a more detailed one, by flat name, which the
+            model adds to the inputs of its scene.
+        questions: questions asked of the reconstruction.
+        barrier: barrier that A struck in place of a vehicle B; None where A struck a vehicle.
+        energy_lost: stated kinetic energy lost in the impact, J, by key in `ENERGY`.
+        slope: slope of the whole ground; None where it is level.
     """
 
     title: str
@@ -349,20 +310,20 @@ class Scene:
     slope: Slope | None = None
 
     if TYPE_CHECKING:
-        # what needs the schema, or matplotlib, knows this module: it attaches itself (`scene.edit`,
-        # `notebook`)
+        # these need the schema or matplotlib, and import this module: `scene` and `notebook` attach
+        # them to the class
         def change(self, changes: Mapping[str, object]) -> Scene:
-            """Another scene, in which some keys of the scene file say something else."""
+            """A copy of the scene with other values at some keys of its scene file."""
 
         def to_toml(self) -> str:
-            """A scene file that says what the scene holds."""
+            """The text of a scene file that describes the scene."""
 
         def plot(self, units: Units = "si") -> Figure:
-            """The scene from above, to scale: what was measured."""
+            """Draw the measured scene from above, to scale."""
 
     @property
     def rolling(self) -> tuple[str, ...]:
-        """Vehicles of which some wheel was not locked after the impact."""
+        """Vehicles with a wheel that was not locked after the impact."""
         return tuple(v for v, vehicle in self.vehicles.items() if vehicle.wheels is not None)
 
     @property
@@ -379,34 +340,20 @@ class Scene:
         """Every measured quantity but the rest poses, by its flat name (mass_a, friction_road, …)."""
         flat: dict[str, Measured] = {}
         for v, vehicle in self.vehicles.items():
-            for part, names in (
-                (vehicle, {}),
-                (vehicle.wheels, _WHEEL_NAMES),
-                (self.approach[v], _APPROACH_NAMES),
-            ):
-                for each in fields(part) if part is not None else ():
-                    value = getattr(part, each.name)
-                    if isinstance(value, Measured):
-                        flat[f"{names.get(each.name, each.name)}_{v}"] = value
-        flat |= {
-            "impact_x": self.contact.x,
-            "impact_y": self.contact.y,
-            "Gamma": self.contact.Gamma,
-        }
+            for part in (vehicle, vehicle.wheels, self.approach[v]):
+                flat |= {f"{name}_{v}": measured for name, measured in _measured(part)}
+        flat |= _measured(self.contact)
         for surface in self.surfaces:
-            flat[f"friction_{surface.name}"] = surface.friction
-            flat[f"speed_dependence_{surface.name}"] = surface.speed_dependence
+            flat |= {f"{name}_{surface.name}": measured for name, measured in _measured(surface)}
             if (end := surface.edge or surface.outline) is not None:
                 flat[f"edge_{surface.name}"] = end.offset
-        if self.slope is not None:
-            flat |= {"grade": self.slope.grade, "uphill": self.slope.uphill}
-        return flat | self.approximations
+        return flat | dict(_measured(self.slope)) | self.approximations
 
     def evidence(self) -> dict[str, Measured]:
-        """What the likelihood compares with, by flat name: rest_x_a, departure_speed_b, mark_1_a, …
+        """Items of evidence for the likelihood, by flat name: rest_x_a, departure_speed_b, mark_1_a, …
 
-        A mark's value is its distance from the path, 0. Errors of what lies on a vehicle's way hold
-        its `run_out_error`.
+        A mark's value is its distance from the path, 0. The standard deviations of positions and
+        headings along a vehicle's path after the impact include its `run_out_error`.
         """
         flat: dict[str, Measured | None] = {}
         for v in self.vehicles:
@@ -421,7 +368,7 @@ class Scene:
         for v in self.vehicles:
             departure, missed = self.departure.get(v, {}), self.vehicles[v].run_out_error
             # programs do not depend on the order written
-            for name in sorted(departure, key=list(ITEMS).index):
+            for name in sorted(departure, key=list(DEPARTURE).index):
                 flat[f"departure_{name}_{v}"] = departure[name]
             for number, mark in enumerate(self.marks.get(v, ()), start=1):
                 missed_by = missed.of_position(self.way_to(v, mark.x, mark.y))
@@ -442,22 +389,22 @@ class Scene:
         return {name: measured for name, measured in flat.items() if measured is not None}
 
     def way_to(self, v: str, x: float, y: float) -> float:
-        """How long a vehicle's way was from the impact to a point of it, m.
+        """Length of a vehicle's path from the impact to a point on it, m.
 
         Args:
             v: "a" or "b".
-            x: of the point, m.
-            y: likewise.
+            x: x coordinate of the point, m.
+            y: y coordinate of the point, m.
 
         Returns:
-            The length of straight lines from where its centre of gravity was at impact, through the
-            marks of that centre up to the point; a way that bends between them was longer.
+            The length of straight lines from the centre of gravity at impact, through the marks of
+            the centre of gravity, to the point; a path that bends between them was longer.
         """
         passed = [(mark.x, mark.y) for mark in self.marks.get(v, ()) if mark.of == "centre"]
         return discrepancy.way(self.at_impact(v), passed, (x, y))
 
     def at_impact(self, v: str) -> tuple[float, float]:
-        """Where the centre of gravity of vehicle `v` was at impact, m."""
+        """Position of the centre of gravity of vehicle `v` at impact, m."""
         vehicle = self.vehicles[v]
         angle = vehicle.heading.value + vehicle.impact_angle.value
         lever = vehicle.impact_distance.value
@@ -468,11 +415,11 @@ class Scene:
 
     @property
     def skidded(self) -> tuple[str, ...]:
-        """Vehicles of which a skid up to the impact was measured."""
+        """Vehicles with a measured skid up to the impact."""
         return tuple(v for v in self.vehicles if self.approach[v].skid is not None)
 
     def reported(self) -> tuple[str, ...]:
-        """Which of `REPORTED` its results contain, where the model knows them."""
+        """Names in `REPORTED` of the quantities in the scene's results, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
         left_out = {"speed_a"} if known else set()
         left_out |= {f"travelling_speed_{v}" for v in self.vehicles if v not in self.skidded}
@@ -485,5 +432,16 @@ class Scene:
         return f"<Scene {self.name!r}: {self.title!r}, {counted}>"
 
 
-_APPROACH_NAMES = {"yaw_rate": "omega"}
-_WHEEL_NAMES = {wheel: f"drag_{wheel}" for wheel in WHEELS} | {"factor": "drag_factor"}
+def _measured(record: object) -> Iterator[tuple[str, Measured]]:
+    """Flat name, without vehicle or surface, and value of each measured quantity in a record."""
+    names = _FLAT.get(type(record), {})
+    for each in fields(record) if is_dataclass(record) else ():
+        if isinstance(value := getattr(record, each.name), Measured):
+            yield names.get(each.name, each.name), value
+
+
+_FLAT: dict[type, dict[str, str]] = {
+    Approach: {key: own.flat for key, own in APPROACH.items() if own.flat},
+    Wheels: {wheel: f"drag_{wheel}" for wheel in WHEELS} | {"factor": "drag_factor"},
+    Contact: {"x": "impact_x", "y": "impact_y"},
+}

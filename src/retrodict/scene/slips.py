@@ -1,7 +1,7 @@
-"""Slips of the pen that leave a crash which cannot have been, and the scene without each of them.
+"""Slips of an author that leave an impossible crash, and the scene without each of them.
 
 A crash is judged by the balance of momentum, with straight slides to rest, and by the sense in which
-each vehicle turned. How far such crude mechanics are off was found on simulated crashes.
+each vehicle turned. The errors of such crude mechanics were found on simulated crashes.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from itertools import permutations, product
 
 import numpy as np
 
+from retrodict.constants import GRAVITY
 from retrodict.scene.discrepancy import freedom
 from retrodict.scene.records import WHEELS, Measured, Rest, Scene, Vehicle
 
 # simulated crashes without a slip and all of `benchmarks/users` have less (tests/scene/test_slips.py)
 CONFLICT = 1.7
-_GRAVITY = 9.81  # m/s²; that of the mechanics is not to be had without JAX
-_USUAL, _SPREAD = 15.0, 20.0  # m/s, along an assumed direction of travel
-_UNKNOWN = 30.0  # m/s, either way, where none is assumed
-_OF_MOMENTUM = 0.3  # m/s of both masses together
+_USUAL, _SPREAD = 15.0, 20.0  # m/s: prior mean and sd of a speed along its direction
+_UNKNOWN = 30.0  # m/s: prior sd of each component where the direction is unknown
+_OF_MOMENTUM = 0.3  # m/s: error of the momentum balance over the sum of both masses
 _SPINS = math.radians(15)  # a vehicle that turned less has no sense of rotation
 _EITHER_WAY = math.radians(120)  # and one that turned more may have turned the other way round
 _SPEEDS = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704}
@@ -31,14 +31,14 @@ _SIGN = "had the other sign"
 
 
 def misfit(scene: Scene) -> float:
-    """How far a crash of two vehicles is from one that can have been.
+    """Misfit of a crash of two vehicles: its distance from a possible one.
 
     Args:
-        scene: what was measured, of two vehicles.
+        scene: measured scene with two vehicles.
 
     Returns:
-        What the balance of momentum misses, or a vehicle's rotation where that is more, over the errors
-        that such crude mechanics have.
+        The residual of the momentum balance, or of a vehicle's rotation where that is larger, over the
+        errors that such crude mechanics have.
     """
     before, after, missed = _balance(scene)
     return max(missed, *(_rotation(scene, v, after[v] - before[v]) for v in scene.vehicles))
@@ -48,7 +48,7 @@ def undone(scene: Scene) -> Iterator[tuple[str, Scene]]:
     """The scene without each slip that its author may have made.
 
     Args:
-        scene: what was measured, of two vehicles.
+        scene: measured scene with two vehicles.
 
     Yields:
         The slip, in words that follow "if", and the scene without it.
@@ -94,7 +94,9 @@ def _of_vehicle(scene: Scene, v: str) -> Iterator[tuple[str, Scene]]:
             other = scene.approach | {v: replace(approach, speed=speed)}
             yield f"{name}'s speed {words}", replace(scene, approach=other)
     if approach.speed and approach.skid:
-        lost = 2 * scene.surfaces[0].friction.value * _GRAVITY * approach.skid.value
+        held = scene.surfaces[0].friction.value
+        held *= approach.skid_braking.value if approach.skid_braking else 1.0
+        lost = 2 * held * GRAVITY * approach.skid.value
         slower = math.sqrt(max(approach.speed.value**2 - lost, 0.0))
         at_impact = replace(approach, speed=replace(approach.speed, value=slower))
         yield (
@@ -144,7 +146,7 @@ def with_centres(scene: Scene, which: str) -> Scene:
     """The scene with the impact centre of some vehicles on the other side of their length.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
         which: "a", "b" or "ab".
 
     Returns:
@@ -159,10 +161,10 @@ def with_centres(scene: Scene, which: str) -> Scene:
 
 
 def as_bearings(scene: Scene) -> Scene:
-    """The scene with headings and courses counted clockwise from north, or back again.
+    """The scene with headings and courses changed from angles to compass bearings, or back.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
 
     Returns:
         The other scene.
@@ -206,7 +208,7 @@ def _slide(scene: Scene, v: str) -> tuple[complex, float, float]:
     """Direction of a straight slide from the impact to rest; the speed it began with, and its error."""
     rest, vehicle = scene.rest[v], scene.vehicles[v]
     way = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
-    fast = math.sqrt(2 * scene.surfaces[0].friction.value * _GRAVITY * abs(way))
+    fast = math.sqrt(2 * scene.surfaces[0].friction.value * GRAVITY * abs(way))
     if vehicle.wheels is None:
         # wheels that turn about the vertical axis hold less than those that only slide
         speed, unknown = 0.9 * fast, 0.0
@@ -221,11 +223,11 @@ def _slide(scene: Scene, v: str) -> tuple[complex, float, float]:
 
 
 def _balance(scene: Scene) -> tuple[dict[str, complex], dict[str, complex], float]:
-    """Velocities before and after that fit best (m/s), and how far they miss, by least squares."""
+    """Least-squares velocities before and after the impact (m/s), and the residual's norm."""
     rows, right, ahead_only = [], [], []
 
     def missing(parts: Mapping[int, float], value: float, sd: float) -> None:
-        """One more quantity: some of the unknowns, each with its factor."""
+        """Add an equation: some of the unknowns, each with its factor, add up to a value."""
         row = np.zeros(8)
         row[list(parts)] = list(parts.values())
         rows.append(row / sd)
@@ -297,7 +299,7 @@ def _least_squares(
 
 
 def _rotation(scene: Scene, v: str, change: complex) -> float:
-    """How far a change of velocity (m/s) is from turning a vehicle as it turned; 0 if that is unsure."""
+    """Misfit of a change of velocity (m/s) to the rotation of a vehicle; 0 if that is uncertain."""
     vehicle, rest = scene.vehicles[v], scene.rest.get(v)
     if rest is None or rest.heading is None or vehicle.wheels is not None:
         return 0.0

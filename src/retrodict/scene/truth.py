@@ -1,4 +1,4 @@
-"""What was true of a staged collision, and what others made of it: the file truth.toml."""
+"""True values of a staged collision, and reconstructions of it by others: the file truth.toml."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from typing import Annotated
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from retrodict.scene import units
+from retrodict.scene.entries.table import Note, Title
 from retrodict.scene.errors import SceneError
 from retrodict.scene.explain import problems_of
 from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.records import Measured
-from retrodict.scene.schema import Note, Title
 
 SPEEDS = ("speed_a", "speed_b")
 
 
 @dataclass(frozen=True, slots=True)
 class Published:
-    """What somebody else's reconstruction of the collision came to.
+    """Published result of somebody else's reconstruction of the collision.
 
     Args:
-        name: of the program or the author.
-        speeds: by name, speed_a or speed_b, m/s.
-        source: where it was published.
+        name: name of the program or the author.
+        speeds: reconstructed speeds, m/s, by name, speed_a or speed_b.
+        source: publication that has the result.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Published:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What a reconstruction is scored by, and nothing that it may know.
+    """True values that a reconstruction is scored by and must not know.
 
     Args:
         speeds: true speeds before impact, by name, m/s, each with its source.
@@ -97,13 +97,13 @@ class _Entry(BaseModel):
         return self
 
     def speeds(self) -> dict[str, Measured]:
-        """Those that are written, by name."""
+        """The speeds that are written, by name."""
         found = {name: getattr(self, name) for name in SPEEDS}
         return {name: speed for name, speed in found.items() if speed is not None}
 
 
 class _PublishedEntry(_Entry):
-    """One of `published`."""
+    """An entry of `published`."""
 
     name: Title = Field(examples=['"a program"'])
     speed_a: _Speed | None = None

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, cast
 
+from retrodict.constants import GRAVITY
 from retrodict.scene.errors import shown
 
 if TYPE_CHECKING:
@@ -19,30 +20,38 @@ _TEXT_LENGTH = 100
 
 @dataclass(frozen=True, slots=True)
 class Dimension:
-    """What a quantity measures.
+    """Dimension of a quantity.
 
     Args:
-        phrase: for messages ("a mass").
+        name: name in `quantities.unit_of`; empty for a dimension that is not reported.
+        phrase: noun phrase for messages ("a mass").
         units: units to suggest, the first of them SI (or degrees); none for a plain number.
     """
 
+    name: str
     phrase: str
     units: tuple[str, ...] = ()
 
+    @property
+    def stored(self) -> str:
+        """Unit in files made from a scene: that of its records, but "%" for shares and grades."""
+        first = self.units[0] if self.units else ""
+        return {"deg": "rad", "deg/s": "rad/s"}.get(first, first)
 
-MASS = Dimension("a mass", ("kg", "lb"))
-INERTIA = Dimension("a yaw inertia", ("kg m^2", "lb ft s^2", "slug ft^2"))
-LENGTH = Dimension("a length", ("m", "ft", "in"))
-SPEED = Dimension("a speed", ("m/s", "km/h", "mph", "ft/s"))
-ANGLE = Dimension("an angle", ("deg", "rad"))
-YAW_RATE = Dimension("a yaw rate", ("deg/s", "rad/s"))
-INVERSE_SPEED = Dimension("an inverse speed", ("s/m", "1/mph"))
-TIME = Dimension("a time", ("s",))
-DECELERATION = Dimension("a deceleration", ("m/s^2", "g", "ft/s^2"))
-ENERGY = Dimension("an energy", ("J", "kJ", "ft lbf"))
-SHARE = Dimension("a share", ("%",))
-GRADE = Dimension("a grade", ("%",))
-NUMBER = Dimension("a plain number")
+
+MASS = Dimension("mass", "a mass", ("kg", "lb"))
+INERTIA = Dimension("inertia", "a yaw inertia", ("kg m^2", "lb ft s^2", "slug ft^2"))
+LENGTH = Dimension("length", "a length", ("m", "ft", "in"))
+SPEED = Dimension("speed", "a speed", ("m/s", "km/h", "mph", "ft/s"))
+ANGLE = Dimension("angle", "an angle", ("deg", "rad"))
+YAW_RATE = Dimension("yaw rate", "a yaw rate", ("deg/s", "rad/s"))
+INVERSE_SPEED = Dimension("inverse speed", "an inverse speed", ("s/m", "1/mph"))
+TIME = Dimension("time", "a time", ("s",))
+DECELERATION = Dimension("", "a deceleration", ("m/s^2", "g", "ft/s^2"))
+ENERGY = Dimension("energy", "an energy", ("J", "kJ", "ft lbf"))
+SHARE = Dimension("", "a share", ("%",))
+GRADE = Dimension("grade", "a grade", ("%",))
+NUMBER = Dimension("number", "a plain number")
 
 # what the units above are worth, by definition; pint knows all others, and takes a while to load
 _WORTH = {
@@ -66,7 +75,7 @@ _WORTH = {
     "1/mph": 1 / 0.44704,
     "s": 1.0,
     "m/s^2": 1.0,
-    "g": 9.80665,
+    "g": GRAVITY,
     "ft/s^2": 0.3048,
     "J": 1.0,
     "kJ": 1000.0,
@@ -88,7 +97,7 @@ class QuantityError(ValueError):
     """A quantity that cannot be read.
 
     Args:
-        fix: what is wrong and what to write instead.
+        fix: description of the fault, and advice on what to write.
         at: the key of the quantity's table that is at fault; empty for the quantity as a whole.
     """
 
@@ -125,12 +134,12 @@ def read_quantity(raw: object, dimension: Dimension, example: str) -> Reading:
     Args:
         raw: text ("45 ± 2 mph", "1857 kg ± 2 %", "5' 1.5\"", "21 to 24 mph"), a table with value, sd,
             unit and source, or a bare number for a dimensionless quantity. ± is one standard deviation;
-            a range is its middle with the standard deviation of what is uniform between its ends.
-        dimension: what it has to measure.
-        example: how it could be written, for messages.
+            a range is its middle with the standard deviation of a uniform distribution between its ends.
+        dimension: dimension that the quantity must have.
+        example: example of a written quantity, for messages.
 
     Returns:
-        Its value and standard deviation in SI units or radians.
+        Value and standard deviation in SI units or radians.
 
     Raises:
         QuantityError: it is malformed, has no unit or a wrong one, or is not finite.
@@ -156,8 +165,8 @@ def factor(unit: str, dimension: Dimension) -> float:
     """How many SI units (or radians) a unit is worth.
 
     Args:
-        unit: as people write it ("km/h", "kg·m²").
-        dimension: what it has to measure.
+        unit: unit as people write it ("km/h", "kg·m²").
+        dimension: dimension that the unit must have.
 
     Returns:
         The factor from the unit to SI.
@@ -191,12 +200,12 @@ def factor(unit: str, dimension: Dimension) -> float:
 
 
 def in_unit_of(raw: object, value: float, dimension: Dimension) -> str:
-    """A value in the unit of what is written beside it, or in SI units where that has none.
+    """A value in the unit that a file uses there, or in the dimension's first unit where it has none.
 
     Args:
-        raw: what the file has, of the same dimension.
-        value: in SI units or radians.
-        dimension: of both.
+        raw: quantity as the file has it, of the same dimension.
+        value: value to be printed, in SI units or radians.
+        dimension: dimension of both.
     """
     written = raw.get("unit") if isinstance(raw, dict) else None
     if isinstance(raw, str) and (match := _parsed(raw)[1]):

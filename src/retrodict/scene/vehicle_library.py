@@ -15,22 +15,22 @@ from retrodict.scene.measured import Measured
 
 @dataclass(frozen=True, slots=True)
 class VehicleClass:
-    """What is known of a vehicle of which only the class or the model is known.
+    """Figures for a vehicle of which only the class or the model is known.
 
     Each quantity's sd is the spread within the class; its source has a grade, and says how the figure
     was derived.
 
     Args:
-        name: as a scene file writes it.
-        what: which vehicles it stands for.
-        mass: kg.
-        wheelbase: m.
-        cg_share: centre of gravity behind the front axle, wheelbases.
+        name: name of the class or model, as a scene file writes it.
+        what: description of the vehicles that the name stands for.
+        mass: mass, kg.
+        wheelbase: wheelbase, m.
+        cg_share: distance from the front axle to the centre of gravity, wheelbases.
         yaw_radius: radius of gyration in yaw, wheelbases.
-        track: m.
-        length: m; None where no figure is known, as of the width.
-        width: m.
-        models: how many models a mean and its spread are of; None where they are of none.
+        track: track, m.
+        length: length, m; None where no figure is known.
+        width: width, m; None where no figure is known.
+        models: number of models that means and spreads were taken over; None where they were not.
     """
 
     name: str
@@ -45,10 +45,10 @@ class VehicleClass:
     models: int | None = None
 
     def assumed(self, measured: Measured) -> Measured:
-        """One of its quantities as a scene takes it: with a source that names the class.
+        """A quantity of the class as a scene takes it: with a source that names the class.
 
         Args:
-            measured: of this class.
+            measured: quantity of this class.
         """
         return replace(measured, source=f"assumed: the library's {self.name} ({measured.source})")
 
@@ -57,16 +57,16 @@ def vehicles() -> dict[str, VehicleClass]:
     """The library of vehicles that a scene may name by `class`.
 
     Returns:
-        By name: the size classes, then models; SI units.
+        The entries by name, in SI units: the size classes, then models.
     """
     return dict(_library())
 
 
 def find(name: str) -> VehicleClass | None:
-    """The entry of a name, whatever its capitals; None where there is none.
+    """The entry with a name, whatever its capitals; None where there is none.
 
     Args:
-        name: as somebody wrote it.
+        name: name of a class or model, as somebody wrote it.
     """
     return {key.casefold(): each for key, each in _library().items()}.get(name.casefold())
 
@@ -75,7 +75,7 @@ def near(name: str) -> list[str]:
     """Names in the library that resemble a text, the nearest first; all where none does.
 
     Args:
-        name: as somebody wrote it.
+        name: name of a class or model, as somebody wrote it.
     """
     folded = {key.casefold(): key for key in _library()}
     words = set(name.casefold().split())

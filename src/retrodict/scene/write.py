@@ -1,4 +1,4 @@
-"""The scene file of a scene: the text it was read from if that still holds, else a new one."""
+"""The scene file of a scene: the text it was read from if that still describes it, else a new one."""
 
 from __future__ import annotations
 
@@ -9,24 +9,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from retrodict.scene import fields
 from retrodict.scene.asked import Avoidance, Questions
-from retrodict.scene.departure import ITEMS
 from retrodict.scene.errors import SceneError
 from retrodict.scene.load import parse_scene
+from retrodict.scene.measured import UNKNOWN
 from retrodict.scene.priors import Prior, prior_keys
-from retrodict.scene.quantities import si_symbol
-from retrodict.scene.records import (
-    UNKNOWN,
-    WHEELS,
-    Edge,
-    Mark,
-    Measured,
-    Outline,
-    Rest,
-    Scene,
-    SpeedRecord,
-    Vehicle,
-)
+from retrodict.scene.records import WHEELS, Edge, Mark, Measured, Outline, Rest, Scene, Vehicle
+from retrodict.scene.speed_record import SpeedRecord
 
 CANNOT_SAY = "# A scene file cannot say: "
 _MADE = "# Made from "
@@ -34,7 +24,6 @@ _SOURCE = 200  # characters that a source may have
 _LINE = 100  # characters, beyond which a list has a line for each of its items
 _NAMED = ("vehicles", "surfaces", "priors")  # tables of tables
 _LARGEST = 1e-9  # relative difference of two numbers that are the same but for rounding
-_OF_APPROACH = {"speed": "m/s", "direction": "rad", "yaw_rate": "rad/s", "skid": "m"}
 _OF_AVOIDANCE = {
     "reaction": "s",
     "deceleration": "m/s^2",
@@ -54,9 +43,9 @@ class SceneText:
     """The scene file that belongs to a scene.
 
     Args:
-        text: TOML.
-        as_written: whether it is what somebody wrote; else the scene was changed after it was read,
-            or never had a file, and the text was made from what it says.
+        text: text of the file, TOML.
+        as_written: whether the text is as somebody wrote it; else it was made from a scene that was
+            changed after it was read, or never had a file.
     """
 
     text: str
@@ -69,13 +58,13 @@ class SceneText:
 
 
 def scene_text(scene: Scene) -> SceneText:
-    """The scene file that says what a scene holds.
+    """The scene file that describes a scene.
 
     Args:
-        scene: what was measured, as it was read or changed since.
+        scene: measured scene, as it was read or changed since.
 
     Returns:
-        Its own text where reading that gives the same scene, but for whole turns that were not
+        The scene's own text where reading it gives the same scene, but for whole turns that were not
         measured; else a text made from its values.
     """
     try:
@@ -106,11 +95,11 @@ def scene_toml(scene: Scene) -> str:
     """A scene file made from a scene's values, in SI units and radians.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
 
     Returns:
         TOML; a comment at its head names what a scene file cannot say (such as a mass that is exact),
-        and one behind each assumed quantity says what of it was assumed.
+        and a comment after each assumed quantity says which part of it was assumed.
     """
     lines = [
         f"{_MADE}the values that were computed with: the scene was changed after its file was read.",
@@ -130,23 +119,16 @@ def scene_toml(scene: Scene) -> str:
         "",
         "[impact]",
         f"point = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}",
-        _line("contact_line", scene.contact.Gamma, "rad"),
+        *_fields(scene.contact, fields.IMPACT),
         f"interlocked = {str(scene.contact.interlocked).lower()}",
         *(_line(key, stated, "J") for key, stated in scene.energy_lost.items()),
     ]
     for surface in scene.surfaces:
-        lines += ["", f"[surfaces.{surface.name}]", _line("friction", surface.friction)]
-        lines.append(_line("speed_dependence", surface.speed_dependence, "s/m"))
+        lines += ["", f"[surfaces.{surface.name}]", *_fields(surface, fields.SURFACE)]
         lines += _edge(surface.edge) if surface.edge else []
         lines += _outline(surface.outline) if surface.outline else []
-    if slope := scene.slope:
-        in_percent = replace(slope.grade, value=100 * slope.grade.value, sd=100 * slope.grade.sd)
-        lines += [
-            "",
-            "[slope]",
-            _line("grade", in_percent, "%"),
-            _line("uphill", slope.uphill, "rad"),
-        ]
+    if scene.slope:
+        lines += ["", "[slope]", *_fields(scene.slope, fields.SLOPE)]
     default_keys = prior_keys()
     for name, prior in scene.priors.items():
         if prior.overridden:
@@ -162,7 +144,7 @@ def document_toml(document: Mapping[str, Any]) -> str:
     """A scene file with these tables and keys.
 
     Args:
-        document: what the schema accepted: text, numbers, lists and tables.
+        document: tables and keys that the schema accepted: text, numbers, lists and tables.
 
     Returns:
         TOML that reads as the same tables and keys, every quantity as it was written.
@@ -205,46 +187,45 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
     vehicle = scene.vehicles[v]
     yield f"[vehicles.{v.upper()}]"
     yield f"name = {_quoted(vehicle.name)}"
-    yield _line("mass", vehicle.mass, "kg")
-    yield _line("yaw_inertia", vehicle.yaw_inertia, "kg m^2")
-    yield _line("cg_to_front_axle", vehicle.front_axle, "m")
-    yield _line("cg_to_rear_axle", vehicle.rear_axle, "m")
-    yield _line("track", vehicle.track, "m")
-    if vehicle.cg_height is not None:
-        yield _line("cg_height", vehicle.cg_height, "m")
+    yield from _fields(vehicle, fields.VEHICLE)
     yield f'length = "{float(vehicle.length)!r} m"'
     yield f'width = "{float(vehicle.width)!r} m"'
-    yield _line("grip", vehicle.grip)
     yield from _wheels(vehicle)
     missed = vehicle.run_out_error
     yield _line(
         "run_out_error.position", replace(missed.position, value=100 * missed.position.value), "%"
     )
     yield _line("run_out_error.heading", missed.heading, "rad")
-    yield _line("impact_centre.distance", vehicle.impact_distance, "m")
-    yield _line("impact_centre.angle", vehicle.impact_angle, "rad")
-    yield _line("impact.heading", vehicle.heading, "rad")
+    yield from _fields(vehicle, fields.IMPACT_CENTRE, "impact_centre.")
+    yield from _fields(vehicle, fields.POSE_AT_IMPACT, "impact.")
     approach = scene.approach[v]
     if approach.record is not None and approach.speed is not None:
         yield f"approach.speed_record = {_record(approach.record, approach.speed.source)}"
         approach = replace(approach, speed=None)
-    for key, unit in _OF_APPROACH.items():
-        if (measured := getattr(approach, key)) is not None:
-            yield _line(f"approach.{key}", measured, unit)
-        elif key in ("direction", "yaw_rate"):
+    yield from _fields(approach, fields.APPROACH, "approach.")
+    for key in ("direction", "yaw_rate"):
+        if getattr(approach, key) is None:
             yield f'approach.{key} = "{UNKNOWN}"'
     for name, measured in scene.departure.get(v, {}).items():
-        yield _line(f"departure.{name}", measured, si_symbol(ITEMS[name].dimension))
+        yield _line(f"departure.{name}", measured, fields.DEPARTURE[name].dimension.stored)
     if marks := scene.marks.get(v):
         yield "marks = ["
         yield from (f"  {_mark(mark)}," for mark in marks)
         yield "]"
     if end := scene.end_of_rotation.get(v):
-        for part, unit in (("x", "m"), ("y", "m"), ("heading", "rad")):
-            if (measured := getattr(end, part)) is not None:
-                yield _line(f"end_of_rotation.{part}", measured, unit)
+        yield from _fields(end, fields.END_OF_ROTATION, "end_of_rotation.")
     if rest := scene.rest.get(v):
         yield from _rest(rest, vehicle.heading.value)
+
+
+def _fields(record: object, table: Mapping[str, fields.Field], above: str = "") -> Iterator[str]:
+    """A line for each quantity of a table that a record has."""
+    for key, field in table.items():
+        if (measured := getattr(record, field.name or key)) is not None:
+            unit = field.dimension.stored
+            if unit == "%":
+                measured = replace(measured, value=100 * measured.value, sd=100 * measured.sd)
+            yield _line(f"{above}{key}", measured, unit)
 
 
 def _record(record: SpeedRecord, source: str) -> str:
@@ -368,7 +349,7 @@ def _quoted(text: str) -> str:
 
 
 def _unsaid(scene: Scene, text: str) -> list[str]:
-    """What a text made from a scene does not say of it: names of quantities, or why it is refused."""
+    """Names of quantities that a text made from a scene does not hold, or why the text is refused."""
     try:
         read = parse_scene(text, scene.name)
     except SceneError as error:

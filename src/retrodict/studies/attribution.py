@@ -1,4 +1,4 @@
-"""Of two scenes of one crash: how far each thing that differs moves an answer, by itself."""
+"""How far each difference between two scenes of one crash, by itself, moves an answer."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class Step:
     """One difference of two scenes, made alone (SI units).
 
     Args:
-        key: dotted, as in the scene file.
-        old: what the first scene says there.
-        new: what the second says; empty where it says nothing.
-        mean: of the answer with this change alone; None where there is none.
-        sd: likewise.
-        why: that there is none; empty where there is one.
+        key: dotted key, as in the scene file; empty for the first scene itself.
+        old: value in the first scene, as text.
+        new: value in the second scene, as text; empty where it has none.
+        mean: posterior mean of the answer with this change alone; None where there is no answer.
+        sd: posterior standard deviation of the same answer; None where there is no answer.
+        why: reason why there is no answer; empty where there is one.
     """
 
     key: str
@@ -49,14 +49,14 @@ def each_alone(
 
     Args:
         scene: the first scene.
-        changes: what both scenes say, by dotted key; None where the second says nothing.
+        changes: values in both scenes, as text, by dotted key; None where the second has none.
         model: a rung's name.
         of: flat name of the answer.
         seed: integer seed of the draws.
         progress: called with the stages of each reconstruction.
 
     Returns:
-        A step for what the first scene says by itself, whose key is empty, and one for each change.
+        A step for the first scene as it is, whose key is empty, and one for each change.
     """
     options = RunOptions(model=model, method="importance", seed=seed)
 

@@ -33,15 +33,16 @@ class Avoidability:
     """What would have been, had a driver kept to the speed limit (SI units).
 
     Args:
-        asked: of whom, and with which reaction.
+        asked: the question: driver, speed limit, reaction time and deceleration.
         too_fast: share of the draws in which the vehicle went faster than the limit.
         stopped: share in which it would have stopped before the point of impact.
         passed: share in which it would not, but the other vehicle would have been out of the way.
-        avoided: share of either.
-        distance: from where the hazard could be perceived to the impact, m: `QUANTILES`.
-        stopping: distance to stop at the limit, reaction included, m: likewise.
-        clear: how far the other vehicle had still to go at the impact, m: likewise.
-        speed: at the impact that was not avoided, m/s: likewise; None where all were.
+        avoided: share in which it would have stopped or the other vehicle been out of the way.
+        distance: distance to the impact when the hazard could be perceived, m, at `QUANTILES`.
+        stopping: distance to stop from the limit, reaction included, m, at `QUANTILES`.
+        clear: distance that the other vehicle had still to travel at the impact to be out of the way,
+            m, at `QUANTILES`.
+        speed: speed at an impact that is not avoided, m/s, at `QUANTILES`; None where all are avoided.
     """
 
     asked: Avoidance
@@ -60,10 +61,10 @@ class TimeDistance:
     """Where the vehicles were before the impact (SI units).
 
     Args:
-        times: before the impact, s, the latest first.
-        distances: along each path to where it was at the impact, m, by vehicle: `QUANTILES` at each
-            time.
-        speeds: then, m/s, by vehicle: likewise.
+        times: times before the impact, s, from the longest down to 0.
+        distances: distance along the path to the position at the impact, m, by vehicle: `QUANTILES` at
+            each time.
+        speeds: speed, m/s, by vehicle: `QUANTILES` at each time.
     """
 
     times: tuple[float, ...]
@@ -81,7 +82,7 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
 
     Args:
         outcome: the reconstruction.
-        asked: whose driver, limit, reaction and deceleration.
+        asked: the question: driver, speed limit, reaction time and deceleration.
 
     Returns:
         Shares of the draws.
@@ -143,7 +144,7 @@ def time_distance(outcome: Outcome, span: float) -> TimeDistance:
 
     Args:
         outcome: the reconstruction.
-        span: how long before the impact to begin, s.
+        span: time before the impact at which the table begins, s.
 
     Returns:
         Quantiles over the draws.

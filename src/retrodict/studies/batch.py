@@ -1,7 +1,8 @@
 """Answers many scenes, each by itself.
 
 An answer depends on its scene, model, seed and this package's version, and on nothing else: neither on
-the order in which scenes are answered nor on what else is in the batch. What stops one stops no other.
+the order in which scenes are answered nor on what else is in the batch. The failure of one scene
+stops no other.
 """
 
 from __future__ import annotations
@@ -31,23 +32,23 @@ from retrodict.studies.engine import Engine, WorkerDied
 from retrodict.studies.ladder import AUTO, allowed, chosen_for
 from retrodict.studies.short import Short, of_draws, of_points
 
-_SCENES = 4  # that a worker answers at a time
-_FILES = 50  # that it reads at a time
+_SCENES = 4  # scenes that a worker answers at a time
+_FILES = 50  # files that a worker reads at a time
 
 
-Keyed = Sequence[tuple[str, Scene]]  # scenes by what their answers are kept under
+Keyed = Sequence[tuple[str, Scene]]  # scenes, each with the key that its answer is kept under
 
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """What came of a scene.
+    """The answer to a scene, or why there is none.
 
     Args:
         model: name of the rung; empty where none was reached.
-        method: that the numbers, or the verdict on them, are by.
+        method: name of the method that gave the numbers, or those that failed their checks.
         reason: why there are no numbers; empty where there are.
-        flags: findings about the scene, as of `Checks`.
-        numbers: of each reported quantity, SI units and radians.
+        flags: findings about the scene, as in `Checks`.
+        numbers: statistics of each reported quantity, SI units and radians.
     """
 
     model: str = ""
@@ -63,9 +64,9 @@ class Asked:
 
     Args:
         model: a rung's name; "auto" for the one that the ladder chooses for each scene.
-        seed: of every random number.
-        device: that JAX computes on, "cpu" or "gpu".
-        version: of this package.
+        seed: integer seed of all random numbers.
+        device: device that JAX computes on, "cpu" or "gpu".
+        version: version of this package.
     """
 
     model: str
@@ -79,9 +80,9 @@ class Entry:
     """A scene of a batch.
 
     Args:
-        label: its path, or its name where it has no file.
+        label: path of the scene's file, or name of the scene where it has no file.
         source: the text of its file; or the scene itself; or why the file cannot be read.
-        key: what its answer is kept under, but for what is asked: a digest of what the scene says.
+        key: digest of the scene's content, which `kept_under` joins with what is asked.
     """
 
     label: str
@@ -90,7 +91,7 @@ class Entry:
 
     @classmethod
     def of(cls, scene: Scene | str | Path) -> Entry:
-        """That of a scene, or of the scene file at a path."""
+        """The entry of a scene, or of the scene file at a path."""
         if isinstance(scene, Scene):
             said = scene_toml(scene), scene.inputs(), scene.evidence()
             return cls(scene.name, scene, _digest(repr(said)))
@@ -101,7 +102,7 @@ class Entry:
         return cls(str(scene), text, _digest(text))
 
     def scene(self) -> Scene:
-        """What was measured.
+        """The measured scene.
 
         Raises:
             SceneError: the file cannot be used.
@@ -115,25 +116,26 @@ class Entry:
         return scene_from(tables, path.stem, self.source, self.label)
 
     def kept_under(self, asked: Asked) -> str:
-        """The key of its answer."""
+        """The key that the answer is kept under, given what is asked."""
         return _digest(f"{self.key} {asked.model} {asked.seed} {asked.device} {asked.version}")
 
 
 def answer(scene: Scene, model: str, seed: int) -> Answered:
-    """What a scene's posterior says, in short.
+    """The statistics of a scene's posterior.
 
-    By weighted points; where wheels roll, or the weights fall short, by draws as of `reconstruct`.
+    They come from weighted points; where wheels roll, or the weights fail their checks, from the draws
+    of `reconstruct`.
 
     Args:
-        scene: what was measured.
+        scene: the measured scene.
         model: a name in `retrodict.models.RUNGS`, or "auto".
-        seed: of every random number.
+        seed: integer seed of all random numbers.
 
     Returns:
-        The answer; or why there is none, whatever it is.
+        The answer; or the reason why there is none, unexpected errors included.
 
     Raises:
-        KeyboardInterrupt: stopped before it was known.
+        KeyboardInterrupt: the run was stopped before the answer was known.
     """
     name = ""
     try:
@@ -149,7 +151,7 @@ def answer(scene: Scene, model: str, seed: int) -> Answered:
 
 
 def _by_points(scene: Scene, model: str, seed: int) -> Answered | None:
-    """The answer by importance sampling; None where that does not do."""
+    """The answer by importance sampling; None where it is refused or its checks fail."""
     compile_search(scene, model)
     try:
         found = points.answer(scene, model, seed)
@@ -192,8 +194,8 @@ def answers(
 
     Args:
         entries: the scenes.
-        asked: of each.
-        engine: that does it.
+        asked: model, seed, device and version to answer each scene with.
+        engine: engine that the jobs run on.
         known: answers of an earlier run by `Entry.kept_under`, which are not sought again.
         keep: called with some answers as they come, by the same keys.
         progress: called with (stage, done, of all).

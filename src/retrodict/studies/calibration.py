@@ -29,17 +29,17 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
-from retrodict.scene.departure import ITEMS
+from retrodict.scene.fields import DEPARTURE
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import RunOutError, Scene
 from retrodict.studies.engine import engine
 
-_FOLLOWS = ("travelling_speed_a", "travelling_speed_b")  # from what is ranked or measured
+_FOLLOWS = ("travelling_speed_a", "travelling_speed_b")  # follow from what is ranked or measured
 QUANTITIES = (*(name for name in REPORTED if name not in _FOLLOWS), "log_likelihood")
 EXACT = tuple(name for name, method in METHODS.items() if method.exact)
-DRAWS = 99  # that a truth is ranked among: few enough to be independent where the gate was passed
-MOST_WITHHELD = 0.05  # share beyond which it is part of the verdict
+DRAWS = 99  # draws that a truth is ranked among: few enough to be independent if the checks passed
+MOST_WITHHELD = 0.05  # share of withheld simulations beyond which it is part of the verdict
 DRIVING, CLOSING, SPIN, FAR = 3.0, 0.3, 12.0, 50.0  # what is plausible: m/s, m/s, rad/s, m
 SLOWLY = 3.0  # m/s: vehicles that close in more slowly are judged by themselves too
 
@@ -55,11 +55,12 @@ class Row:
     """One simulation.
 
     Args:
-        simulation: its number.
-        ranks: of the truth of each quantity among `DRAWS` draws, from 0; empty where none was found.
-        reason: why none was.
-        closing: closing speed along the normal, m/s: the median of the plausible draws, for rows that
-            are picked by what is true have no uniform ranks; the true one where there are no ranks.
+        simulation: number of the simulation, from 0.
+        ranks: rank of the true value of each quantity among `DRAWS` draws, from 0; empty where there
+            is none.
+        reason: reason why there are no ranks; empty where there are.
+        closing: closing speed along the normal, m/s: the median of the plausible draws, because rows
+            selected by the truth would not have uniform ranks; the true one where there are no ranks.
     """
 
     simulation: int
@@ -75,10 +76,10 @@ class Calibration:
     Args:
         scene: the design: what is measured of every crash, and how well.
         model: name of the rung.
-        method: that drew from the posteriors.
-        seed: of every random number.
-        simulations: how many were asked for.
-        rows: those that are done, in order.
+        method: name of the method that drew from the posteriors.
+        seed: integer seed of all random numbers.
+        simulations: number of simulations asked for.
+        rows: finished simulations, in order.
     """
 
     scene: Scene
@@ -94,22 +95,22 @@ class Calibration:
 
     @property
     def complete(self) -> bool:
-        """Whether all that were asked for are done."""
+        """Whether all simulations that were asked for are done."""
         return len(self.rows) >= self.simulations
 
     @property
     def ranked(self) -> tuple[Row, ...]:
-        """Those whose draws passed their checks."""
+        """The simulations that have ranks: their draws passed the checks."""
         return tuple(row for row in self.rows if row.ranks)
 
     @property
     def slow(self) -> Calibration:
-        """Of the crashes alone whose vehicles close in at less than `SLOWLY`."""
+        """The calibration of only the crashes whose closing speed is below `SLOWLY`."""
         return replace(self, rows=tuple(row for row in self.rows if row.closing < SLOWLY))
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """What was ranked."""
+        """Names of the ranked quantities."""
         return tuple(self.ranked[0].ranks) if self.ranked else ()
 
     @property
@@ -141,19 +142,19 @@ def calibrate(
         scene: the design, whose measured inputs are the priors of the inputs; of its rest poses, and of
             what was measured just after the impact, only the errors count.
         model: a name in `retrodict.models.RUNGS`.
-        method: one of `EXACT`.
-        simulations: how many.
-        seed: of every random number.
+        method: name of a method in `EXACT`.
+        simulations: number of simulations.
+        seed: integer seed of all random numbers.
         known: rows of an earlier run with the same arguments, which are not done again.
-        workers, scheduler: as of `retrodict.studies.engine.engine`.
+        workers, scheduler: arguments of `retrodict.studies.engine.engine`.
         progress: called with (stage, done, of all).
-        keep: called with what is done so far, whenever there is more of it.
+        keep: called with the calibration so far, whenever further simulations are done.
 
     Returns:
         The calibration; when interrupted, with the rows that were finished.
 
     Raises:
-        WorkerDied: one was killed, again and again.
+        WorkerDied: the worker of a simulation was killed, again and again.
         ValueError: no rung or exact method has that name, the scene has evidence on the way to rest or
             errors that are not normal, or its priors hold hardly a plausible crash.
     """
@@ -226,7 +227,7 @@ def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
 
 
 def digest(scene: Scene, model: str) -> str:
-    """What a design and a rung compute with, in twelve characters: its numbers, and none of its words.
+    """Digest of the numbers that a design and a rung compute with, in twelve characters; no words count.
 
     Args:
         scene: the design.
@@ -272,13 +273,13 @@ def plausible(
 ) -> Bool[np.ndarray, " draws"]:
     """Which crashes have B (or what strikes a barrier) driving, close in, lose energy, stay near.
 
-    It goes by the unknowns alone: were it to look at the evidence, the ranks would not be uniform.
+    The test uses the unknowns alone: with the evidence in it, the ranks would not be uniform.
 
     Args:
-        structure: which unknowns there are.
+        structure: static structure of the scene, which says what unknowns there are.
         data: the scene's numbers, of which only those of the inputs and priors count.
-        sites: unknowns, a row each.
-        quantities: what follows from them.
+        sites: values of the unknowns by name, a row for each crash.
+        quantities: values of what follows from the unknowns, by name, a row for each crash.
     """
     known = sites | quantities
     good = _closing_speeds(structure, data, sites, quantities) > CLOSING
@@ -332,7 +333,7 @@ def _measured(
         part, item = kind.removeprefix("rest_"), kind.removeprefix("departure_")
         sd = evidence[name].sd
         value = float(quantities[f"predicted/{name}"]) + sd * rng.standard_normal()
-        if item in ITEMS:
+        if item in DEPARTURE:
             m = replace(departure[v][item], value=value)
             departure[v] = departure[v] | {item: m}
             continue

@@ -8,18 +8,18 @@ from retrodict.inference.misfit import MIN_PROBABILITY
 from retrodict.scene.records import Scene
 from retrodict.studies.fit import Fit, Summary
 
-SHARE = 0.25  # of its standard deviation: how far a fuller rung may move an answer
-FACTOR = 1.25  # by which it may widen or narrow it
+SHARE = 0.25  # of a fuller rung's standard deviation: the most that it may move an answer
+FACTOR = 1.25  # the most by which it may widen or narrow the answer
 
 
 @dataclass(frozen=True, slots=True)
 class Reweighted:
-    """The answer on B's speed under another prior of the unknown speeds, by reweighting the draws.
+    """The sought speed under another prior of the unknown speeds, by reweighting the draws.
 
     Args:
         prior: "halved" or "doubled" (the half-normals' scale), or "flat".
-        median, sd: m/s.
-        pareto_k: of the weights; above 0.7 they cannot be relied on.
+        median, sd: median and standard deviation of the sought speed, m/s.
+        pareto_k: Pareto k of the weights, which cannot be relied on above 0.7.
     """
 
     prior: str
@@ -33,18 +33,19 @@ class Step:
     """One rung on one scene.
 
     Args:
-        name: of the rung.
-        below: rungs that this one is at least as full as, in impact and in run-out.
-        verdict: why it was chosen or not, or not run, in one line.
+        name: name of the rung.
+        below: rungs nested in this one: it is at least as full in impact and in run-out.
+        verdict: why the rung was chosen or not, or not run, in one line.
         answers: posterior of each asked quantity.
-        fit: to the evidence.
+        fit: fit to the evidence; None where the rung did not run.
         log_evidence, log_evidence_sd: log marginal likelihood and its error; to be compared between
             rungs that explain the same data only.
-        parameters: unknowns and uncertain inputs.
-        seconds: of the run, without compilation.
-        reasons: why its draws are not to be relied on, if they are not.
-        priors: the answer on B's speed under other priors of it.
-        enough: whether it counts and no fuller rung that is enough itself moves its answer too far.
+        parameters: number of unknowns and uncertain inputs.
+        seconds: duration of the run without compilation, s.
+        reasons: reasons why the draws are not to be relied on; empty where they are.
+        priors: the sought speed under other priors of the unknown speeds.
+        enough: whether the rung counts, and no fuller rung that is itself enough moves its answer too
+            far.
     """
 
     name: str
@@ -71,15 +72,15 @@ class Ladder:
     """What every rung says of a scene, and which of them is to be taken.
 
     Args:
-        scene: what was measured.
-        question: what is asked, of `REPORTED`.
-        steps: one a rung, from simplest to fullest.
+        scene: the measured scene.
+        question: names of the quantities asked for, from `REPORTED`.
+        steps: steps of the rungs, from simplest to fullest.
         choice: name of the rung to be taken; None where none will do.
-        reason: for the choice, in one sentence.
-        seed: of every random number.
+        reason: reason for the choice, in one sentence.
+        seed: integer seed of all random numbers.
         complete: False when interrupted; then no rung is chosen.
-        share: of its standard deviation that a fuller rung might move an answer by.
-        factor: by which it might widen or narrow it.
+        share: limit on the shift of an answer by a fuller rung, in standard deviations of the latter.
+        factor: limit on the ratio of the standard deviations of the two answers.
     """
 
     scene: Scene

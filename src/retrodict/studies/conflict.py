@@ -1,4 +1,4 @@
-"""Which measurements disagree with all others, and what an error that none contradicts would do."""
+"""Which measurements disagree with all others, and how far an undetected error would move the answer."""
 
 from __future__ import annotations
 
@@ -20,17 +20,19 @@ class LeftOut:
     """One item of evidence, its prediction from all others, and the answer without it (SI units).
 
     Args:
-        name: its flat name.
-        value, sd: as measured, the run-out's own error included.
-        expected, expected_sd: of the measurement, from all else, its own error included.
-        probability: two-sided, of a measurement as far out as this one.
-        speed, speed_sd: the sought speed before impact (`Scene.sought`) without it.
-        pareto_k: of the weights that leave it out; above 0.7 the numbers that they lead to cannot be
-            relied on, for without the item the answer is far from what it is with it.
-        believed: share of an error in it that the posterior would follow, to first order; near 1
-            nothing else contradicts it. No number where the likelihood is not normal.
-        moved: how far an error of one sd would move B's speed before impact, to first order; likewise.
-        believed_error, moved_error: their Monte Carlo errors.
+        name: flat name of the item.
+        value, sd: measured value and its sd, the run-out's own error included in the sd.
+        expected, expected_sd: mean and sd of the measurement as predicted from all else, its own error
+            included.
+        probability: two-sided probability of a measurement as far out as this one.
+        speed, speed_sd: mean and sd of the sought speed (`Scene.sought`) without the item.
+        pareto_k: Pareto k of the weights that leave the item out; above 0.7 the numbers from them
+            cannot be relied on, because the answer without the item is far from that with it.
+        believed: share of an error in the item that the posterior would follow, to first order; near 1
+            nothing else contradicts the item. NaN where the likelihood is not normal.
+        moved: shift of the sought speed by an error of one sd in the item, m/s, to first order; NaN
+            where the likelihood is not normal.
+        believed_error, moved_error: Monte Carlo standard errors of `believed` and `moved`.
     """
 
     name: str
@@ -49,7 +51,7 @@ class LeftOut:
 
     @property
     def reliable(self) -> bool:
-        """Whether the weights can be relied on."""
+        """Whether the weights that leave the item out can be relied on."""
         return self.pareto_k <= MAX_PARETO_K
 
     @property

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
 LIMITS = (1.0, 2.0)  # standard deviations
-_STEP = 0.01  # of differences, in standard deviations
+_STEP = 0.01  # step of finite differences, in standard deviations
 _ROUNDS, _CLOSE, _MISSED = 12, 1e-4, 0.05  # standard deviations of a rest pose
 
 
@@ -24,8 +24,8 @@ class Corner:
     """The range of B's speed before the impact over a box of measurements (m/s).
 
     Args:
-        limit: how far each measurement goes to either side, in its standard deviations.
-        least, greatest: of the speed that the measurements are solved back to.
+        limit: half-width of the box, in standard deviations of each measurement.
+        least, greatest: least and greatest of the speeds that measurements in the box solve back to.
     """
 
     limit: float
@@ -42,7 +42,7 @@ def corners(outcome: Outcome) -> tuple[Corner, ...]:
     extreme inside the box is found too.
 
     Args:
-        outcome: the reconstruction, of whose model this is.
+        outcome: the reconstruction, whose model is solved back.
 
     Returns:
         One record a limit.
@@ -51,7 +51,7 @@ def corners(outcome: Outcome) -> tuple[Corner, ...]:
         NotAnswered: the scene is not solved back, for rest poses or A's speed were not measured, the
             wheels rolled, or the model has fewer unknowns.
     """
-    from retrodict.inference.transforms.rest_pose import length_for_regressions  # imports jax
+    from retrodict.inference.transforms.layout import length_for_regressions  # imports jax
 
     posterior = _posterior(outcome)
     solve_back = _solver(posterior)
@@ -65,7 +65,7 @@ def corners(outcome: Outcome) -> tuple[Corner, ...]:
 def _posterior(outcome: Outcome) -> Posterior:
     from retrodict.inference.fitting.about_peak import prepare
     from retrodict.inference.transforms.choice import Coordinates  # imports jax
-    from retrodict.inference.transforms.rest_pose import length_for_regressions
+    from retrodict.inference.transforms.layout import length_for_regressions
     from retrodict.models import RUNGS
 
     name = outcome.description.name
@@ -94,14 +94,14 @@ def _solver(posterior: Posterior) -> Callable[[np.ndarray], np.ndarray]:
 
     from retrodict.inference.density.kernels import BATCH, REACHED
     from retrodict.inference.samplers.propagation import SOLVE_BACK
-    from retrodict.inference.transforms import rest_pose
+    from retrodict.inference.transforms import layout
 
     programs, data, transform = posterior.programs, posterior.data, posterior.transform
     structure = programs.structure
     count = len(structure.rest_components)
     value, sd = np.array([data.evidence[name] for name in structure.rest_components]).T
     separations = jax.jit(
-        jax.vmap(lambda q: rest_pose.separation_at(structure, data, transform, q)[0])
+        jax.vmap(lambda q: layout.separation_at(structure, data, transform, q)[0])
     )
 
     def solve_back(q: np.ndarray) -> np.ndarray:

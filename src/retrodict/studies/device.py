@@ -17,7 +17,7 @@ def choose(device: str) -> None:
     """Have this process compute on a device.
 
     Args:
-        device: one of `DEVICES`; the first leaves JAX_PLATFORMS in the environment its say.
+        device: a name in `DEVICES`; with "cpu" the environment variable JAX_PLATFORMS takes precedence.
 
     Raises:
         ValueError: there is no such device.

@@ -18,13 +18,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from distributed import Client
 
-_DEATHS = (
-    2  # of its worker that a task may cause by chance: a neighbour's memory, an impatient user
-)
+_DEATHS = 2  # worker deaths that a task may meet by chance, as from a neighbour's use of memory
 _MEMORY = 2 * 2**30  # bytes that a worker takes with the programs of a scene's structure
 # bytes that a worker may always take: not all need as much at once
 _LIMIT = 4 * 2**30
-_ANSWERS_WITHIN = 10  # s: a scheduler
+_ANSWERS_WITHIN = 10  # s: timeout of the connection to a scheduler
 _SETTINGS = {
     # a worker's memory is compiled programs, which cannot be spilled: one that was paused would wait
     # for ever
@@ -43,7 +41,7 @@ _LOGGERS = ("distributed", "tornado", "asyncio")
 
 
 class WorkerDied(RuntimeError):
-    """Whichever worker ran it, a job ended its process, as one that needs too much memory does."""
+    """A job ended the process of every worker that ran it, as one that needs too much memory does."""
 
 
 class NoScheduler(ConnectionError):
@@ -51,7 +49,7 @@ class NoScheduler(ConnectionError):
 
 
 def default_workers() -> int:
-    """One for each core that has the memory; one where Dask is not installed."""
+    """Number of workers: one for each core that has the memory; one where Dask is not installed."""
     if find_spec("distributed") is None:
         return 1
     from dask.system import CPU_COUNT
@@ -65,8 +63,10 @@ def engine(workers: int | None = None, scheduler: str | None = None) -> Iterator
     """A context in which jobs run on many items; workers of its own end with it.
 
     Args:
-        workers: processes of this machine; 1 for none beside this one, None for `default_workers`.
-        scheduler: address of a running cluster to use in place of them, as "tcp://127.0.0.1:8786".
+        workers: number of processes of this machine; 1 for this process alone, None for
+            `default_workers`.
+        scheduler: address of the scheduler of a running cluster to use instead, such as
+            "tcp://127.0.0.1:8786".
 
     Yields:
         The engine.
@@ -87,10 +87,10 @@ def engine(workers: int | None = None, scheduler: str | None = None) -> Iterator
 
 
 class Engine:
-    """What runs jobs.
+    """Runs jobs on many items.
 
     Args:
-        client: of the scheduler; None for this process alone.
+        client: Dask client of the scheduler; None for this process alone.
     """
 
     def __init__(self, client: Client | None) -> None:
@@ -105,12 +105,13 @@ class Engine:
         """Results of a job as they come, in no order.
 
         Args:
-            job: what is done with an item. What it raises ends the run.
-            items: to be worked on; those in front begin first.
-            more: gives further items in the light of a result, before it is handed on.
+            job: function applied to each item; an exception that it raises ends the run.
+            items: items to be worked on; those in front begin first.
+            more: function that gives further items in the light of a result, before the result is
+                handed on.
 
         Yields:
-            Each item with its result; or with `WorkerDied`, where none was left to come.
+            Each item with its result; or with `WorkerDied`, where its job killed every worker.
         """
         if self._client is None:
             left = deque(items)
@@ -155,10 +156,10 @@ class Engine:
         items: Iterable[I],
         more: Callable[[I, R | WorkerDied], Iterable[I]] = lambda item, result: (),
     ) -> Iterator[R]:
-        """The same without the items, of jobs that no worker should die of.
+        """Results of `each` without their items, for jobs that should kill no worker.
 
         Raises:
-            WorkerDied: one did, again and again.
+            WorkerDied: a job killed its worker, again and again.
         """
         for _, result in self.each(job, items, more):
             if isinstance(result, WorkerDied):

@@ -1,4 +1,4 @@
-"""What a reconstruction comes to: how it explains the evidence, and its answers in short."""
+"""Fit of a reconstruction to the evidence, and a short summary of its answers."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ class Item:
     """How a rung explains one item of evidence.
 
     Args:
-        name: its flat name.
-        used: whether the rung's likelihood holds it.
+        name: flat name of the item.
+        used: whether the rung's likelihood contains the item.
         residual: measured less predicted mean, in measured standard deviations; None where the rung
             does not predict it.
-        probability: two-sided, that a prediction lies as far out as what was measured.
+        probability: two-sided probability that a prediction lies as far out as the measurement; None
+            where the rung does not predict the item.
     """
 
     name: str
@@ -38,8 +39,8 @@ class Fit:
     """How a rung explains the evidence it uses and the measured inputs, together.
 
     Args:
-        items: of the evidence, used or not.
-        chi_square, freedom, probability: as of `Misfit`.
+        items: items of evidence, used or not.
+        chi_square, freedom, probability: fields of `Misfit`.
     """
 
     items: tuple[Item, ...]
@@ -71,8 +72,8 @@ class Summary:
     """A quantity's posterior (SI units).
 
     Args:
-        median, sd: of the draws.
-        intervals: the central ones of so many per cent of the draws.
+        median, sd: median and standard deviation of the draws.
+        intervals: central intervals, by level in per cent of the draws.
     """
 
     median: float

@@ -49,17 +49,18 @@ def ladder(
     wider or narrower by more than `factor`. A rung fits where a chi-square as large as its own has a
     probability of `MIN_PROBABILITY` or more.
 
-    Where wheels roll the fullest comes first, and simpler ones stand in for it only where it fails: none
-    of them could be enough beside it, for how far they miss it is among their own errors.
+    Where wheels roll, the fullest rung runs first, and simpler ones only where it fails: none of them
+    could be enough beside it, because their own errors include how far they miss it.
 
     Args:
-        scene: what was measured, or the path of a scene file.
-        question: quantities that are asked, of the speeds, e, e_m and mu; None for the scene's.
-        seed: of every random number.
-        share: of its standard deviation that a fuller rung may move an answer by, above 0.
-        factor: by which it may widen or narrow it, above 1.
+        scene: the measured scene, or the path of a scene file.
+        question: quantities asked for, among the speeds, e, e_m and mu; None for the scene's.
+        seed: integer seed of all random numbers.
+        share: limit on the shift of an answer by a fuller rung, in the fuller rung's standard
+            deviations, above 0.
+        factor: limit on the ratio of the standard deviations of the two answers, above 1.
         progress: called with (rung, done, of all), and with the stages within each rung.
-        search: as of `reconstruct`.
+        search: shared search for the posterior modes, as in `reconstruct`; None for a new one.
 
     Returns:
         The ladder; when interrupted, with the rungs that were finished.
@@ -118,11 +119,11 @@ def chosen_for(
     """The rung that the ladder chooses, or the fullest that the scene allows where it chooses none.
 
     Args:
-        scene: what was measured.
-        seed, progress, search: as of `ladder`.
+        scene: the measured scene.
+        seed, progress, search: arguments of `ladder`.
 
     Returns:
-        Its name, and the comparison; None where the scene allows one rung only.
+        Name of the rung, and the comparison; None in its place where the scene allows one rung only.
 
     Raises:
         Unanswerable: the scene allows none.
@@ -148,11 +149,11 @@ def run_rung(
     """Reconstruct a scene on one rung, not yet compared with the others.
 
     Args:
-        scene: what was measured.
-        name: of the rung.
-        question: quantities that are asked.
-        seed: of every random number.
-        search, progress: as of `reconstruct`.
+        scene: the measured scene.
+        name: name of the rung.
+        question: quantities asked for.
+        seed: integer seed of all random numbers.
+        search, progress: arguments of `reconstruct`.
 
     Returns:
         The step; with the reason as its verdict where the rung has no posterior.
@@ -178,8 +179,8 @@ def allowed(scene: Scene, question: tuple[str, ...] | None = None) -> list[str]:
     """Rungs that a scene and a question allow, from simplest to fullest.
 
     Args:
-        scene: what was measured.
-        question: quantities that are asked; None for the scene's.
+        scene: the measured scene.
+        question: quantities asked for; None for the scene's.
 
     Returns:
         Their names.
@@ -204,8 +205,8 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
     """Why each rung is not for a scene and a question; empty where it is.
 
     Args:
-        scene: what was measured.
-        question: quantities that are asked.
+        scene: the measured scene.
+        question: quantities asked for.
 
     Returns:
         A reason for each rung, from simplest to fullest.
@@ -258,9 +259,9 @@ def chosen(
     """Choose among rungs that have run.
 
     Args:
-        steps: from simplest to fullest.
-        question: quantities that are asked.
-        share, factor: as of `ladder`.
+        steps: steps of the rungs, from simplest to fullest.
+        question: quantities asked for.
+        share, factor: arguments of `ladder`.
 
     Returns:
         The steps with their verdicts, the name of the one chosen or None, and the reason.
@@ -309,7 +310,7 @@ def chosen(
 
 @dataclass(frozen=True, slots=True)
 class _Move:
-    """What a fuller rung does to an answer: moved by so many of its own sd, as wide so many times."""
+    """Change of an answer by a fuller rung: shift in the fuller rung's sd, and ratio of the sds."""
 
     rung: str
     quantity: str
@@ -317,7 +318,7 @@ class _Move:
     width: float
 
     def size(self, share: float, factor: float) -> float:
-        """Above one where it is more than may be."""
+        """Size of the change relative to the limits; above 1 where it exceeds one of them."""
         return max(self.shift / share, abs(np.log(self.width)) / np.log(factor))
 
     def __str__(self) -> str:
@@ -386,15 +387,15 @@ def log_evidence(outcome: Outcome) -> tuple[float | None, float | None]:
 
 
 def reweighted(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweighted:
-    """The answer under another prior.
+    """The sought speed under another prior.
 
     Args:
         speed: draws, shape (any,), m/s.
-        prior: what the other is called.
-        log_weight: log of its density over that of the one they were drawn under, shape (any,).
+        prior: name of the other prior.
+        log_weight: log density of the other prior less that of the prior of the draws, shape (any,).
 
     Returns:
-        The answer, and how far it can be relied on.
+        Median and sd of the speed, and Pareto k of the weights.
     """
     weights, k = smoothed(log_weight)
     order = np.argsort(speed)

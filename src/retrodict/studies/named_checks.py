@@ -23,13 +23,14 @@ class NamedCheck:
     """One check (SI units, radians).
 
     Args:
-        name: of the check.
-        of: what is compared, in words.
-        dimension: of it, a key for `unit_of`.
-        predicted, predicted_sd: by the posterior; of a measured delta-v or a stated energy by all else.
-        measured, measured_sd: what it is compared with; None where nothing was measured.
+        name: name of the check.
+        of: quantity that is compared, in words.
+        dimension: dimension of that quantity, a key for `unit_of`.
+        predicted, predicted_sd: posterior mean and sd; for a measured delta-v or a stated energy, those
+            predicted from all else.
+        measured, measured_sd: measured value and its sd; None where nothing was measured.
         off: measured less predicted, in standard deviations of both; None where that is not known.
-        note: what to know of it.
+        note: remark on the check; empty where there is none.
     """
 
     name: str
@@ -48,7 +49,7 @@ def named_checks(outcome: Outcome, left_out: tuple[LeftOut, ...]) -> tuple[Named
 
     Args:
         outcome: the reconstruction.
-        left_out: what all else says of each item of evidence.
+        left_out: leave-one-out prediction of each item of evidence.
 
     Returns:
         The checks that the model's quantities allow.

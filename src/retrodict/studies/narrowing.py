@@ -1,4 +1,4 @@
-"""What would narrow an answer: how sure it would be if one more quantity were known exactly."""
+"""What would narrow an answer: its standard deviation if one more quantity were known exactly."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class Narrowed:
 
     Args:
         name: flat name of the quantity.
-        measured: as it is known now; None where it was not measured.
-        sd: of the answer, were it known.
+        measured: measured value and its sd; None where the quantity was not measured.
+        sd: standard deviation of the answer if the quantity were known exactly.
     """
 
     name: str

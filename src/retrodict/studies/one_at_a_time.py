@@ -20,9 +20,9 @@ class Effect:
 
     Args:
         name: flat name of the measured input or item of evidence.
-        measured: as in the scene.
-        moved: by how much the answer would move, were it one standard deviation higher.
-        error: Monte Carlo standard error of that.
+        measured: measured value and its sd, as in the scene.
+        moved: shift of the answer, were the measurement one standard deviation higher.
+        error: Monte Carlo standard error of `moved`.
     """
 
     name: str
@@ -44,7 +44,7 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
 
     Returns:
         One record an uncertain measurement, the one that moves the answer the most first; without the
-        evidence where its errors have heavy tails, of which the derivative is not that.
+        evidence where its errors have heavy tails, because the derivative is another there.
 
     Raises:
         NotAnswered: the answer has no draws.

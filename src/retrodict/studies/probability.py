@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.asked import Comparison, Proposition
     from retrodict.scene.measured import Measured
-    from retrodict.scene.records import SpeedRecord
+    from retrodict.scene.speed_record import SpeedRecord
 
 CONFIDENCE = 0.95  # of a bound
 _MOMENTS = 400  # of an impact, over which the law of a recorded speed is a mean
@@ -27,12 +27,13 @@ class Probability:
     """How probable a proposition is (SI units).
 
     Args:
-        proposition: which.
+        proposition: the proposition.
         value: share of the posterior draws in which it holds.
         error: Monte Carlo standard error; None where it holds in none of the draws, or in all.
-        at_least, at_most: bounds, each of `CONFIDENCE`, by the draws' number.
+        at_least, at_most: lower and upper bound, each of confidence `CONFIDENCE`, by the effective
+            number of draws.
         effective: number of independent draws that would have this error.
-        pareto_k: of the importance weights; None of a method without.
+        pareto_k: Pareto k of the importance weights; None for a method without weights.
     """
 
     proposition: Proposition
@@ -54,12 +55,12 @@ class LikelihoodRatio:
     """How many times better one proposition explains the evidence than another.
 
     Args:
-        first, second: their posterior probabilities.
-        prior_first, prior_second: their prior probabilities.
+        first, second: posterior probabilities of the two propositions.
+        prior_first, prior_second: prior probabilities of the two propositions.
         prior: the prior of the speed, in words.
-        value: posterior odds over prior odds; where `bound` says so, a bound of `CONFIDENCE`.
-        error: Monte Carlo standard error of its natural logarithm; None of a bound.
-        bound: "" (it is the ratio), "at least" or "at most".
+        value: posterior odds over prior odds; where `bound` says so, a bound of confidence `CONFIDENCE`.
+        error: Monte Carlo standard error of the natural logarithm of `value`; None for a bound.
+        bound: "" (`value` is the ratio), "at least" or "at most".
     """
 
     first: Probability
@@ -77,7 +78,7 @@ def probability(outcome: Outcome, proposition: Proposition) -> Probability:
 
     Args:
         outcome: the reconstruction.
-        proposition: about a quantity that it has draws of.
+        proposition: proposition about a quantity that the outcome has draws of.
 
     Returns:
         The share of the draws in which it holds. Its error is that of a mean of correlated draws
@@ -224,7 +225,7 @@ class _OfRecord:
         self._each = stats.truncnorm(low, math.inf, speeds, record.sd)
 
     def cdf(self, speed: np.ndarray | float) -> np.ndarray:
-        """Probability of what is below, the mean over the moments of the impact."""
+        """Probability of lower speeds, the mean over the possible moments of the impact."""
         return self._each.cdf(np.asarray(speed)[..., None]).mean(-1)
 
 

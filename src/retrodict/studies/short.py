@@ -22,10 +22,10 @@ def of_points(estimate: Estimate) -> Short:
     """The statistics of a posterior by weighted points.
 
     Args:
-        estimate: the points.
+        estimate: the weighted points.
 
     Returns:
-        Of each reported quantity that the model has.
+        Statistics of each reported quantity that the model has.
     """
     found, weighted = {}, estimate.weighted
     for name in estimate.scene.reported():
@@ -39,7 +39,7 @@ def of_points(estimate: Estimate) -> Short:
 
 
 def of_draws(outcome: Outcome) -> Short:
-    """The same of a posterior by draws.
+    """The statistics of a posterior by draws.
 
     Args:
         outcome: the reconstruction.

@@ -11,9 +11,9 @@ from jaxtyping import Float
 from retrodict.studies.calibration import DRAWS, Calibration
 
 LEVELS = (50, 80, 90, 95)  # per cent
-BAND = 0.95  # of all samples lie within the band everywhere
+BAND = 0.95  # share of all samples that lie within the band everywhere
 
-_SAMPLES = 2000  # that the bands are found by
+_SAMPLES = 2000  # simulated samples that the bands are found by
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,12 +22,13 @@ class Uniformity:
 
     Args:
         at: cumulative probabilities, shape (n + 1,).
-        difference: the share of ranks up to there, less it.
+        difference: share of scaled ranks up to each of `at`, less `at`, shape (n + 1,).
         band: lower and upper edge of the simultaneous 95 % band of `difference`, shape (2, n + 1).
-        inside: whether the ranks stay within it.
-        inside_jointly: whether within the band of the level that all quantities share (Bonferroni).
-        coverage: share of truths within the central interval of so many per cent, and its binomial
-            standard error were the level right.
+        inside: whether the ranks stay within the band.
+        inside_jointly: whether the ranks stay within the wider band whose level all quantities share
+            (Bonferroni).
+        coverage: share of truths within the central interval, and its binomial standard error if the
+            level is right, by level in per cent.
     """
 
     at: Float[np.ndarray, " points"]
@@ -42,7 +43,7 @@ def uniformity(calibration: Calibration) -> dict[str, Uniformity]:
     """How evenly the ranks of each quantity lie, against simultaneous bands (Säilynoja et al. 2022).
 
     Args:
-        calibration: its rows.
+        calibration: the calibration, with the ranks of its simulations.
 
     Returns:
         By quantity; nothing where fewer than two simulations were ranked.

@@ -30,18 +30,18 @@ Run = Callable[["Scene", Progress], "Outcome"]
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """A speed that was sought, and what it was (m/s).
+    """A speed that was sought, and its measured true value (m/s).
 
     Args:
-        case: name of its folder.
+        case: name of the case's folder.
         quantity: speed_a or speed_b; empty where a faulty file hides it.
-        truth: the speed that was measured; None likewise.
+        truth: the measured speed; None where a faulty file hides it.
         model: the rung that the answer comes from.
-        answer: its posterior; None where there is none.
-        reasons: why the answer is not to be relied on, if it is not.
-        published: what others reconstructed, by name.
-        note: of the truth file.
-        narrowed: what would narrow the answer the most.
+        answer: posterior summary of the speed; None where there is none.
+        reasons: reasons why the answer is not to be relied on; empty where it is.
+        published: speeds that others reconstructed, by name of the program or author.
+        note: remark of the truth file; empty where there is none.
+        narrowed: quantities that would narrow the answer the most, if known exactly.
     """
 
     case: str
@@ -79,8 +79,8 @@ class Coverage:
     """How many intervals hold the truth.
 
     Args:
-        inside, of: how many, of how many.
-        low, high: 95 % limits of the share that holds it (Clopper and Pearson 1934).
+        inside, of: number of intervals that hold the truth, and number of all intervals.
+        low, high: 95 % limits of the share that holds the truth (Clopper and Pearson 1934).
     """
 
     inside: int
@@ -94,8 +94,8 @@ class Validation:
     """Every case's scores.
 
     Args:
-        scores: one a speed.
-        model, method: as asked.
+        scores: scores of all cases, a score for each speed.
+        model, method: names of the model and the method that were asked for.
         faults: lines on files that could not be used.
         complete: False when interrupted.
     """
@@ -127,10 +127,10 @@ def cases(folder: Path) -> tuple[Path, ...]:
     """The folders in a folder that hold a truth file, by name.
 
     Args:
-        folder: where to look.
+        folder: folder that holds the folders of the cases.
 
     Returns:
-        At least one.
+        Paths of the cases' folders, at least one.
 
     Raises:
         ValueError: there is none.
@@ -152,12 +152,12 @@ def validate(
     progress: Progress | None = None,
     keep: Callable[[Validation], None] | None = None,
 ) -> Validation:
-    """Reconstruct every case, and only then read what was true of it.
+    """Reconstruct every case, and only then read its true speeds.
 
     Args:
-        folders: each with scene.toml and truth.toml.
-        run: makes the posterior of a scene, and calls back with its stages.
-        model, method: that it takes, for the record.
+        folders: folders of the cases, each with scene.toml and truth.toml.
+        run: function that reconstructs a scene, and reports its stages to the progress it is given.
+        model, method: names of the model and the method that `run` uses, for the record.
         progress: called with (case, done, of all), and with the stages within each case.
         keep: called with the scores so far after each case.
 

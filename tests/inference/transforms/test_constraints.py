@@ -9,7 +9,7 @@ from retrodict.models import RUNGS, parts
 
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import reconstruct
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout, rest_pose
 from retrodict.inference.transforms.choice import Coordinates
 from retrodict.mechanics import closing_speed, inverse_log_det
 from retrodict.options import DEFAULT_RUNG, RunOptions
@@ -32,9 +32,9 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
     @jax.vmap
     def evaluate(q: jax.Array) -> tuple[jax.Array, parts.Values]:
         sites = rest_pose.solve_back(structure, data, transform, q)
-        after, x = rest_pose.separation_at(structure, data, transform, q)
-        scale = rest_pose.friction_scale(structure, data, x)
-        slopes = rest_pose.reduced(structure, data, transform, q)[1]
+        after, x = layout.separation_at(structure, data, transform, q)
+        scale = layout.friction_scale(structure, data, x)
+        slopes = layout.reduced(structure, data, transform, q)[1]
         log_det = 6 * jnp.log(scale) + jnp.linalg.slogdet(slopes)[1].sum()
         bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
         log_det += inverse_log_det(after, approach_a, bodies)[2]

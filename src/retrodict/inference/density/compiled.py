@@ -34,7 +34,7 @@ _LOADER = ThreadPoolExecutor(1, thread_name_prefix="load")
 
 
 class Stopwatch:
-    """Seconds that threads add to."""
+    """Total of seconds, to which several threads may add."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -42,7 +42,7 @@ class Stopwatch:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """A context whose duration is added."""
+        """A context whose duration is added to the total."""
         begin = time.perf_counter()
         try:
             yield
@@ -59,7 +59,7 @@ class Programs:
     """The compiled kernels of a target, each made once.
 
     Args:
-        target: what they compute.
+        target: posterior whose functions are compiled.
     """
 
     def __init__(self, target: Target) -> None:
@@ -84,7 +84,7 @@ class Programs:
     def expect(self, kernel: Kernel[..., Any], *arguments: Any) -> None:
         """Have a kernel loaded, or compiled in the background, for arguments of these shapes.
 
-        An argument may be a function that makes it, called only where the program is not yet kept.
+        An argument may be a function that returns the value, called only if the program is not on disk.
         """
         with self._one_prepares:
             if kernel.name in self._programs:
@@ -107,7 +107,7 @@ class Programs:
     def _compile(
         self, kernel: Kernel[..., Any], arguments: tuple[Any, ...], path: Path | None
     ) -> Future[Any]:
-        """Traced here and now: that is not safe in two threads. Compiled elsewhere."""
+        """Trace a kernel here, which is not safe in two threads, and compile it in the background."""
         with COMPILATION.running():
             made = [a() if callable(a) else a for a in arguments]
             lowered = jax.jit(self.function(kernel)).lower(*made)
@@ -130,7 +130,7 @@ class Programs:
     def _finished(self, name: str) -> Callable[..., Any]:
         with COMPILATION.running():
             program = self._programs[name].result()
-        if program is None:  # what was kept does not load
+        if program is None:  # the program on disk does not load
             self._programs[name] = self._anew[name]()
             return self._finished(name)
         return program
@@ -140,12 +140,12 @@ def in_chunks(function: Callable[[Any], Any], values: Any, size: int = CHUNK) ->
     """Call a program of fixed batch size over any number of draws, in threads.
 
     Args:
-        function: takes so many draws as `size`, and gives arrays with a row for each.
+        function: program of `size` draws that returns arrays with a row for each.
         values: array, or tree of arrays, with a row for each draw.
-        size: of a batch.
+        size: number of draws in a batch.
 
     Returns:
-        What the function gives, for all draws.
+        The results of the function, with a row for each draw.
     """
     count = len(jax.tree.leaves(values)[0])
 
@@ -165,11 +165,11 @@ def in_chunks(function: Callable[[Any], Any], values: Any, size: int = CHUNK) ->
     return jax.tree.map(lambda *parts_: np.concatenate(parts_), *chunks)
 
 
-# a kernel lets a process have some 65 000 memory maps, and those of a structure take 5000
+# Linux allows a process some 65 000 memory maps, and the programs of a structure take 5000
 @lru_cache(maxsize=8)
 def programs_for(structure: Structure) -> Programs:
-    """The programs of a structure, made once a session."""
+    """The programs of a structure; a process keeps those of the 8 structures last used."""
     known = programs_for.cache_info()
     if known.currsize == known.maxsize:
-        gc.collect()  # those no longer kept hold on to themselves
+        gc.collect()  # evicted programs are in reference cycles
     return Programs(Target(structure))

@@ -30,11 +30,11 @@ from jax.experimental.serialize_executable import deserialize_and_load, serializ
 from retrodict import models
 
 _DIGEST = hashlib.sha256().digest_size
-_GENERATIONS = 3  # of folders kept: one for each state of the code and machine that was used
+_GENERATIONS = 3  # number of folders kept, one for each recent state of the code and machine
 
 
 def path_of(*what: object) -> Path | None:
-    """Where the program that this describes is kept; None where JAX is set to keep nothing."""
+    """Path of the program that `what` describes; None where JAX's compilation cache is switched off."""
     if not jax.config.jax_enable_compilation_cache:
         return None
     name = hashlib.sha256(repr(what).encode()).hexdigest()[:32]
@@ -42,7 +42,7 @@ def path_of(*what: object) -> Path | None:
 
 
 def load(path: Path) -> Any:
-    """The program kept there, ready to be called; None where there is none, or none to rely on."""
+    """The program at a path, ready to be called; None where there is none that can be trusted."""
     try:
         with path.open("rb") as file:
             if not (_ours(os.fstat(file.fileno())) and _ours(path.parent.stat())):
@@ -53,12 +53,12 @@ def load(path: Path) -> Any:
         program = deserialize_and_load(*pickle.loads(content))
         _give_back_memory()
         return program
-    except Exception:  # any that unpickling what another version wrote may raise
+    except Exception:  # unpickling a file of another version may raise any
         return None
 
 
 def save(path: Path, program: jax.stages.Compiled) -> None:
-    """Keep a program; where that cannot be, the next process will compile it again."""
+    """Write a program to disk; where that fails, the next process will compile it again."""
     # calling LAPACK crashes in a process that has not compiled a call of it
     if "lapack" in (program.as_text() or ""):
         return
@@ -80,19 +80,19 @@ def save(path: Path, program: jax.stages.Compiled) -> None:
 
 
 def _give_back_memory() -> None:
-    """What XLA took to read a program and freed, but glibc keeps: 200 MB of a gigabyte (measured)."""
+    """Return memory that XLA freed after reading a program but glibc keeps: 200 MB of 1 GB, measured."""
     with suppress(AttributeError, OSError, TypeError):  # another C library
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def _digest(path: Path, content: bytes) -> bytes:
-    """Of a program and the place that it is kept for."""
+    """Digest of a program and the path that it is kept at."""
     place = f"{path.parent.name}/{path.name}/".encode()
     return hashlib.sha256(place + content).digest()
 
 
 def _ours(facts: os.stat_result) -> bool:
-    """Whether nobody but this user can have written there."""
+    """Whether nobody but this user can have written to the file or folder."""
     if not hasattr(os, "getuid"):  # Windows keeps a user's cache from others by its folder
         return True
     others = stat.S_IWGRP | stat.S_IWOTH
@@ -101,7 +101,7 @@ def _ours(facts: os.stat_result) -> bool:
 
 @lru_cache(maxsize=1)
 def _folder() -> Path:
-    """Of the programs that this code makes on this machine with these libraries."""
+    """Folder of the programs that this code makes on this machine with these libraries."""
     state = hashlib.sha256()
     package = Path(__file__).parents[2]
     of_package = [package / part for part in ("mechanics", "scene", "inference")]
@@ -116,7 +116,7 @@ def _folder() -> Path:
 
 
 def _processor() -> str:
-    """What distinguishes processors that cannot run each other's programs."""
+    """Text that distinguishes processors that cannot run each other's programs."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""What is compiled of a target: typed kernels. Samplers define their own beside them."""
+"""Typed kernels: the functions of a target that are compiled. Samplers define further ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from retrodict.models.arrays import Data
 
 BATCH = 512  # run-outs per call of `REACHED`
 CHUNK = 500  # draws per call of `SIMULATE`, and crashes that `PRIOR` gives
-# points per call of `EVALUATE`: of fewer each takes longer, and a curvature takes some 400
+# points per call of `EVALUATE`: smaller batches take longer per point, and a curvature takes some 400
 ROWS = 256
 
 
@@ -23,9 +23,9 @@ class Kernel[**P, R]:
     """A function that is compiled once for each structure.
 
     Args:
-        name: that its compiled programs are kept by.
-        function: of a target, then the arguments.
-        level: how well XLA optimises it, 0 to 3; None for its default, 3.
+        name: name that identifies its compiled programs.
+        function: function of a target, then the arguments.
+        level: XLA's optimisation level, 0 to 3; None for its default, 3.
     """
 
     name: str
@@ -39,8 +39,8 @@ def _prior(target: Target, seed: int, data: Data) -> dict[str, Array]:
     return target.prior(jax.random.split(jax.random.key(seed, impl="unsafe_rbg"), CHUNK), data)
 
 
-# Level 0 for what runs a few times: compiling it well would take longer than it does. At the default, 3,
-# what runs through batches takes half as long again to compile (measured).
+# Level 0 for kernels that run a few times: optimising them would take longer than it saves. At the
+# default, 3, kernels that run through batches take half as long again to compile (measured).
 INPUTS = Kernel("inputs", Target.inputs, 0)
 LEVELS = Kernel("levels", Target.levels, 0)
 PRIOR = Kernel("prior", _prior, 0)

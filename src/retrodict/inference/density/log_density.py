@@ -1,4 +1,4 @@
-"""What is computed of a posterior: its density in sampled coordinates, and what goes with that.
+"""The density of a posterior in sampled coordinates, and its simulations, predictions and paths.
 
 Pure functions of a rung and a scene's structure; a scene's numbers come in as arguments.
 """
@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from numpyro import handlers
 from numpyro.infer.util import log_density
 
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout, rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import Numbers, TransformParameters
 from retrodict.inference.transforms.standard import Standard
@@ -24,22 +24,22 @@ from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
 from retrodict.models.standard_normal import AtDeviates
 
-# Slope of a potential, root of mean square, to which steeper ones are cut. That of a standard normal is
-# about 1, and those of draws stay below 2.5 (measured); beyond them it may rise to thousands within a
-# step, and at points of a rolling car's differentiated steps it is any number.
+# Root mean square to which steeper gradients of a potential are cut. That of a standard normal is about
+# 1, and those at draws stay below 2.5 (measured); beyond the draws it may rise to thousands within a
+# step, and where a rolling car's steps are differentiated it can be any number.
 _STEEPEST = 3.0
-# Potential outside of the support, where a crash has a probability of e^-500 in place of none.
+# Potential outside of the support: a density of e^-500 in place of zero.
 _OUTSIDE = 500.0
 
 
 class Evaluated[A](NamedTuple):
-    """What points are known by, in arrays of JAX or of NumPy.
+    """Values of the posterior at points, as arrays of JAX or of NumPy.
 
     Args:
-        log_density: posterior, in w.
-        quantities: the model's unknowns, and what follows from them.
-        q: where coordinates take it.
-        missed: by what surrogates miss those predictions that have one.
+        log_density: log posterior density in w.
+        quantities: the model's unknowns, and the quantities derived from them, by name.
+        q: q after constraints moved it; the deviates, where these are coordinates.
+        missed: exact minus surrogate prediction of each item that has a surrogate.
     """
 
     log_density: A
@@ -52,7 +52,7 @@ class Target:
     """The posterior of a rung and a scene's structure.
 
     Args:
-        structure: which inputs are uncertain, and which evidence and surfaces there are.
+        structure: static structure of the scene: its uncertain inputs, evidence and surfaces.
     """
 
     def __init__(self, structure: Structure) -> None:
@@ -68,8 +68,8 @@ class Target:
         response surfaces). Leapfrog steps keep volume and are reversible under any field of forces, and
         NUTS weights its points by the value, so it samples the same density; the quality of surrogates
         changes only the effective sample size. Run-outs need not be differentiated: a gradient costs
-        little more than a value, and the sampler compiles in half the time. Only where rest poses do not
-        determine the motion, and for what was measured on the way, run-outs are differentiated.
+        little more than a value, and the sampler compiles in half the time. Run-outs are differentiated
+        only where rest poses do not determine the motion, and for evidence along the path to rest.
         """
         return self.evaluate(w, data, transform).log_density
 
@@ -80,14 +80,14 @@ class Target:
         transform: TransformParameters,
         missed: Float[Array, " surrogates"] | None = None,
     ) -> Evaluated[Array]:
-        """`log_density`, and what else a point is known by.
+        """`log_density`, and the other values of `Evaluated` at a point.
 
         Args:
-            w: the point.
+            w: point in the sampled coordinates, shape (w,).
             data: the scene's numbers.
-            transform: its coordinates.
-            missed: by what surrogates miss, so that no run-out is needed; where it is not given, or no
-                number, run-outs give it.
+            transform: parameters of the coordinates.
+            missed: exact minus surrogate predictions, so that no run-out is needed, shape (surrogates,);
+                run-outs give those that are NaN, or all if None.
         """
         kind = transform_of(self.structure)
         if isinstance(kind, Standard):
@@ -134,7 +134,7 @@ class Target:
         log_likelihood = sum((s["fn"].log_prob(s["value"]) for s in observed), jnp.zeros(()))
         unknowns = {k: s["value"] for k, s in samples.items() if not s["is_observed"]}
         quantities = unknowns | _recorded(trace)
-        levels = () if self.structure.barrier else rest_pose.levels_of(self.structure)
+        levels = () if self.structure.barrier else layout.levels_of(self.structure)
         if levels:
             names = (name for of_one in parts.AFTER for name in of_one if name in quantities)
             after = jnp.stack([quantities[name] for name in names])
@@ -149,19 +149,19 @@ class Target:
         return jax.vmap(lambda row: self.crash(row, data))(jnp.asarray(u))
 
     def inputs(self, data: Data, xi: Numbers) -> tuple[Array, Array, Array, Array]:
-        """Impact poses, k², friction and its scale of each row of deviates."""
+        """Impact poses, k², friction and `layout.friction_scale` of each row of deviates."""
 
         def one(deviates: Array) -> tuple[Array, Array, Array, Array]:
             x = parts.from_standard(self.structure, data, deviates)
             friction = x[f"friction_{self.structure.surfaces[0]}"]
-            scale = rest_pose.friction_scale(self.structure, data, x)
+            scale = layout.friction_scale(self.structure, data, x)
             k2 = jnp.asarray(parts.cars(self.structure, x).k2)
             return parts.impact_poses(x), k2, friction, scale
 
         return jax.vmap(one)(jnp.asarray(xi))
 
     def reached(self, data: Data, separation: Numbers, xi: Numbers) -> Array:
-        """Where each motion comes to rest."""
+        """Rest poses of each motion, a row of velocities after the impact and one of deviates."""
 
         def one(V: Array, deviates: Array) -> Array:
             x = parts.from_standard(self.structure, data, deviates)
@@ -170,15 +170,16 @@ class Target:
         return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))
 
     def levels(self, data: Data, transform: TransformParameters, q: Numbers) -> tuple[Array, ...]:
-        """Quotients of the levels at q by the regressions, their slopes by q, and the slopes by z.
+        """Numerators and denominators of the levels at q, and their derivatives by q.
 
-        Then the normal's sense from A to B as measured, which shows where the vehicles close in; 0 where
-        both stand on one side of the contact.
+        The motion at q is that of the regressions. Derivatives of the velocities over sqrt(friction) by
+        z follow. Last comes the sign of the normal from A to B as measured, which shows where the
+        vehicles close in; 0 where both are on one side of the contact.
         """
 
         def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-            at = rest_pose.separation_at(self.structure, data, transform, q)
-            both = quotients(rest_pose.levels_of(self.structure), *at)
+            at = layout.separation_at(self.structure, data, transform, q)
+            both = quotients(layout.levels_of(self.structure), *at)
             return both, both
 
         q = jnp.asarray(q)
@@ -186,7 +187,7 @@ class Target:
         as_measured = parts.from_standard(
             self.structure, data, jnp.zeros(len(self.structure.uncertain))
         )
-        by_z = rest_pose.reduced(self.structure, data, transform, q)[1]
+        by_z = layout.reduced(self.structure, data, transform, q)[1]
         to = parts.bodies(as_measured)
         return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
 
@@ -202,7 +203,7 @@ class Target:
         steps of a rolling vehicle blow up, though the value is smooth there.
         """
         value, slope = jax.value_and_grad(self.potential)(w, data, transform)
-        # to leave the support is a rejection, and no divergence, which is a rise by a thousand
+        # leaving the support is then a rejection and no divergence, which is a rise by a thousand
         value = jnp.where(jnp.isfinite(value), value, _OUTSIDE)
         steepness = jnp.sqrt(jnp.mean(slope**2))
         shorter = slope * jnp.minimum(1.0, _STEEPEST / steepness)
@@ -210,7 +211,7 @@ class Target:
         return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
 
     def simulate(self, data: Data, sites: Mapping[str, Numbers]) -> dict[str, Array]:
-        """What the model records of each crash, whose unknowns are rows of `sites`."""
+        """Quantities that the model records of each crash, whose unknowns are rows of `sites`."""
 
         def one(values: parts.Values) -> dict[str, Array]:
             conditioned = handlers.substitute(self.rung.model, values)
@@ -220,7 +221,7 @@ class Target:
         return jax.vmap(one)(jax.tree.map(jnp.asarray, sites))
 
     def prior(self, keys: Array, data: Data) -> dict[str, Array]:
-        """The unknowns of a crash from the prior by each key."""
+        """The unknowns of one crash from the prior for each random key."""
 
         def one(key: Array) -> dict[str, Array]:
             trace = handlers.trace(handlers.seed(self.rung.model, key)).get_trace(
@@ -235,7 +236,7 @@ class Target:
         return jax.vmap(one)(keys)
 
     def paths(self, data: Data, separation: Numbers, xi: Numbers) -> dict[str, Array]:
-        """How each motion comes to rest: its poses, their times, and the velocities before impact."""
+        """Path of each motion to rest: its poses, their times, and the velocities before impact."""
 
         def one(V: Array, deviates: Array) -> dict[str, Array]:
             x = parts.from_standard(self.structure, data, deviates)
@@ -248,7 +249,7 @@ class Target:
     def evaluate_rows(
         self, data: Data, transform: TransformParameters, w: Numbers, missed: Numbers
     ) -> Evaluated[Array]:
-        """`evaluate` at each row of w, given each row of what surrogates miss."""
+        """`evaluate` at each row of w, with the row of `missed` that belongs to it."""
 
         def one(w: Array, missed: Array) -> Evaluated[Array]:
             return self.evaluate(w, data, transform, missed)
@@ -257,7 +258,7 @@ class Target:
 
 
 def _recorded(trace: dict[str, Any]) -> dict[str, Array]:
-    """What a run of the model records: quantities, conditions, predictions and their likelihoods."""
+    """Values that a run of the model records: quantities, conditions, predictions and likelihoods."""
     quantities = {k: s["value"] for k, s in trace.items() if s["type"] == "deterministic"}
     for k, s in trace.items():
         if k == parts.CLOSE_IN:

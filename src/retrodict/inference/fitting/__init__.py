@@ -1,1 +1,1 @@
-"""What is made for one scene before it is sampled: regressions, mode, whitening."""
+"""Preparation of one scene before sampling: regressions, modes, whitening."""

@@ -1,10 +1,10 @@
-"""From a scene and a model to its posterior in coordinates about each peak that may count.
+"""The posterior of a scene and a model, in coordinates about each peak that may count.
 
 Standard normal deviates (`transforms.standard`) cover all that the model allows. Several peaks share the
 posterior, each a part of its own. Where rest poses pin the motion, they are coordinates too
 (`transforms.rest_pose`): there the posterior is flattest, which chains need. They cut the support where
-a divisor of e_m or of the share of the sliding changes sign, and do not do where the posterior reaches
-across.
+a divisor of e_m or of the share of the sliding changes sign, and are unsuitable where the posterior
+extends across such a change.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from retrodict.inference.fitting.optimise import spread
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.fitting.search import Counted, Peak, counted, peaks
 from retrodict.inference.fitting.steps import in_enough_steps
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout
 from retrodict.inference.transforms.choice import Coordinates, transform_of
 from retrodict.inference.transforms.parameters import Quadratic, plain
 from retrodict.models import RUNGS
@@ -36,14 +36,14 @@ from retrodict.models.standard_normal import sizes
 from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES, Scene
 
-# whitenings about a mode at most, and how little one moves it at last
+# most whitenings about a mode, and the move of the mode (norm of w) at which they end
 _WHITENINGS, _STILL = 12, 0.05
-# Least curvature that whitening takes for real. Inputs have a prior of curvature 1, and a direction that
-# is much wider than that is a ridge that bends away.
+# Least curvature that whitening uses, with response surfaces and without. Inputs have a prior of
+# curvature 1, and a direction that is much wider than that is a ridge that bends away.
 _RIDGE, _FLAT = 0.3, 1e-2
-_RUN_OUTS, _WIDE = 2048, 1.2  # that responses are fitted to, over how much of what is whitened
-# Crashes about a peak by which a divisor's sign is judged, and its standard deviations from zero there
-# from which on the other sign does not count: 2 in 10 000 of a normal lie beyond.
+_RUN_OUTS, _WIDE = 2048, 1.2  # run-outs that response surfaces are fitted to, and their spread in w
+# Number of crashes about a peak by which a divisor's sign is judged, and the distance of its mean from
+# zero, in standard deviations, above which the other sign is negligible: 2 in 10 000 of a normal.
 _ABOUT, _CLEAR = 256, 3.5
 
 
@@ -53,8 +53,8 @@ class Prepared:
 
     Args:
         posterior: density and coordinates.
-        peak: that they are about.
-        scene: as the model sees it, whole turns added to the rest headings.
+        peak: peak that the coordinates are about.
+        scene: scene as the model sees it, with whole turns added to the rest headings.
     """
 
     posterior: Posterior
@@ -66,7 +66,7 @@ def crashes_of(scene: Scene, rung: str) -> Crashes:
     """The crashes that a model allows of a scene, whole turns of unknown rotations not counted.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
         rung: name in `retrodict.models.RUNGS`.
     """
     structure, data = RUNGS[rung].of_scene(scene)
@@ -79,7 +79,7 @@ def turned(scene: Scene, turns: dict[str, int]) -> Scene:
     """The scene with whole turns added to rest headings.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
         turns: number of whole turns by vehicle.
     """
     rest = dict(scene.rest)
@@ -97,16 +97,16 @@ def prepare(
     coordinates: Coordinates = Coordinates.PINNED,
     seed: int = 0,
 ) -> Posterior:
-    """The likeliest of `prepared`.
+    """The posterior of the likeliest part of `prepared`.
 
     Args:
-        scene: what was measured.
+        scene: measured scene.
         rung: name in `retrodict.models.RUNGS`.
-        coordinates: any but guessed ones.
+        coordinates: preferred coordinates; deviates where `PINNED` ones do not cover the posterior.
         seed: integer seed of the search.
 
     Raises:
-        Unanswerable: as of `prepared`.
+        Unanswerable: in the same cases as `prepared`.
     """
     crashes = crashes_of(scene, rung)
     return prepared(crashes, scene, peaks(crashes, seed), coordinates, seed)[0].posterior
@@ -118,10 +118,10 @@ def prepared(
     """A scene's posterior under a model: the parts that make it up, the likeliest first.
 
     Args:
-        crashes: that the model allows of the scene.
-        scene: what was measured.
-        sought: its peaks.
-        coordinates: any but guessed ones.
+        crashes: crashes that the model allows of the scene.
+        scene: measured scene.
+        sought: peaks of the posterior.
+        coordinates: preferred coordinates; deviates where `PINNED` ones do not cover the posterior.
         seed: integer seed of the crashes that coordinates are fitted to.
 
     Raises:
@@ -145,7 +145,7 @@ def prepared(
 def plainest(
     crashes: Crashes, scene: Scene, sought: list[Peak], coordinates: Coordinates, seed: int
 ) -> Coordinates:
-    """What coordinates come to for a posterior: deviates where rest poses cover none of it.
+    """The coordinates that `prepared` will use: deviates where rest poses cover none of the posterior.
 
     Arguments as of `prepared`.
     """
@@ -168,7 +168,7 @@ def _by_turns(sought: list[Peak]) -> list[list[Peak]]:
 
 
 def _rest_poses_cover(crashes: Crashes, some: list[Peak], seed: int) -> bool:
-    """Whether rest poses, a branch a peak, cover the posterior about peaks of one number of turns."""
+    """Whether rest poses, one branch for each peak, cover the posterior of one number of turns."""
     sides = [_sides(crashes, peak, seed) for peak in some]
     apart = len({tuple(own.items()) for own, _ in sides}) == len(some)
     return apart and all(clear for _, clear in sides)
@@ -203,13 +203,13 @@ def _of_turns(
 
 
 def divisor_signs(peak: Peak) -> dict[str, float]:
-    """Signs at a peak of what e_m and the share of the sliding are divided by, by the level's name."""
+    """Signs of the denominators of e_m and of the share of the sliding at a peak, by level name."""
     at = {level.name: peak.quantities.get(f"divisor/{level.name}") for level in (E_M, SLIDING)}
     return {name: float(np.sign(divisor)) for name, divisor in at.items() if divisor is not None}
 
 
 def _sides(crashes: Crashes, peak: Peak, seed: int) -> tuple[dict[str, float], bool]:
-    """`divisor_signs`, and whether the posterior is clear of zero there."""
+    """`divisor_signs`, and whether the divisors are clear of zero in the posterior about the peak."""
     signs = divisor_signs(peak)
     if not signs:
         return signs, True
@@ -225,7 +225,7 @@ def _sides(crashes: Crashes, peak: Peak, seed: int) -> tuple[dict[str, float], b
 
 
 def unresolved(posterior: Posterior) -> float:
-    """How far finer steps would move what is predicted of likely crashes, in standard deviations."""
+    """Change of the predictions of likely crashes by finer steps, in standard deviations."""
     programs, data, s = posterior.programs, posterior.data, posterior.programs.structure
     if not (s.integrated and (s.followed or s.rested)):
         return 0.0
@@ -246,7 +246,7 @@ def unresolved(posterior: Posterior) -> float:
 
 
 def _by_deviates(structure: Structure, data: Data, peak: Peak, seed: int) -> Posterior:
-    """The posterior in standard normal deviates about a peak, in as many steps as it takes."""
+    """The posterior in standard normal deviates about a peak, with enough integration steps."""
 
     def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
         programs, n = programs_for(structure), structure.deviates
@@ -261,7 +261,7 @@ def _by_deviates(structure: Structure, data: Data, peak: Peak, seed: int) -> Pos
 
 
 class _Fitted(NamedTuple):
-    """Regressions of a scene, in so many steps as its programs and data have."""
+    """Regressions of a scene, with the integration steps of these programs and data."""
 
     programs: Programs
     data: Data
@@ -271,7 +271,7 @@ class _Fitted(NamedTuple):
 
 
 def _by_rest_pose(structure: Structure, data: Data, peak: Peak) -> Posterior:
-    """The posterior in rest-pose coordinates about a peak, in as many steps as it takes."""
+    """The posterior in rest-pose coordinates about a peak, with enough integration steps."""
     likely = run_outs_of({k: np.asarray(v)[None] for k, v in peak.quantities.items()})[0][0]
 
     def fitted(structure: Structure, data: Data) -> tuple[_Fitted, float, int]:
@@ -303,14 +303,14 @@ def _by_rest_pose(structure: Structure, data: Data, peak: Peak) -> Posterior:
 
 
 def _coordinates(fitted: _Fitted, peak: Peak) -> np.ndarray:
-    """About where a peak lies in rest-pose coordinates, shape (q,)."""
+    """Approximate rest-pose coordinates of a peak, shape (q,)."""
     structure, data = fitted.programs.structure, fitted.data
     z = []
     for name in structure.rest_components:
         value, sd = data.evidence.get(name, (0.0, np.inf))
         z.append((float(peak.quantities.get(f"predicted/{name}", 0.0)) - value) / sd)
     deviates = np.asarray(peak.quantities.get("measured", np.zeros(0)))
-    sampled = np.zeros(int(rest_pose.samples_sliding(structure)))
+    sampled = np.zeros(int(layout.samples_sliding(structure)))
     q = np.concatenate([z, deviates, sampled])
     return whitening.sliding(fitted.programs, data, fitted.regressions, q)
 
@@ -322,8 +322,8 @@ def _about_mode(posterior: Posterior) -> Posterior:
         Unanswerable: there is none.
     """
     programs, data = posterior.programs, posterior.data
-    responding = bool(rest_pose.with_response_surface(programs.structure))
-    # constraints and whitening depend on the mode and it on them: thrice is enough, but for responses
+    responding = bool(layout.with_response_surface(programs.structure))
+    # constraints and whitening depend on the mode, and it on them: 3 rounds suffice without responses
     for _ in range(_WHITENINGS if responding else 3):
         posterior = _with_responses(posterior)
         transform = posterior.transform
@@ -340,7 +340,7 @@ def _about_mode(posterior: Posterior) -> Posterior:
         if not (np.isfinite(axes).all() and np.isfinite(constrained).all()):
             raise _no_mode("curvature")
         side, kept = np.asarray(transform.constraints.side), float(transform.constraints.kept)
-        if rest_pose.samples_sliding(programs.structure):
+        if layout.samples_sliding(programs.structure):
             kept, (centre, constrained, axes) = whitening.softened(
                 transform, centre, constrained, axes
             )
@@ -354,7 +354,7 @@ def _about_mode(posterior: Posterior) -> Posterior:
 
 
 def _no_mode(lacks: str) -> Unanswerable:
-    """That a mode was sought and there is none to be found."""
+    """The error that no mode was found."""
     return Unanswerable(
         f"the posterior has no finite {lacks} near the measured scene; check headings and the contact "
         "line, and that the vehicles came together at all"
@@ -362,8 +362,8 @@ def _no_mode(lacks: str) -> Unanswerable:
 
 
 def _with_responses(posterior: Posterior) -> Posterior:
-    """The same, with responses for about where it is whitened."""
-    if not rest_pose.with_response_surface(posterior.programs.structure):
+    """The same posterior, with response surfaces fitted about its centre."""
+    if not layout.with_response_surface(posterior.programs.structure):
         return posterior
     rng = np.random.default_rng(0)
     return posterior.with_responses(_WIDE * rng.standard_normal((_RUN_OUTS, posterior.size)))

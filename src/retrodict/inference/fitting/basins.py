@@ -40,7 +40,7 @@ class Basins:
 
     Args:
         every: all peaks of the posterior.
-        own: place of the one among them.
+        own: index of the one peak in `every`.
     """
 
     every: tuple[Basin, ...]

@@ -1,4 +1,4 @@
-"""A scene's crashes by standard normal deviates of all unknowns: how well each fits the evidence.
+"""A scene's crashes as functions of standard normal deviates of all unknowns, and their residuals.
 
 The posterior is a sum of squares in these coordinates: half the square of the deviates, plus half that
 of the residuals.
@@ -20,7 +20,7 @@ from retrodict.models.arrays import Data
 from retrodict.scene.names import parsed
 from retrodict.scene.records import FREEDOM
 
-_STEP = 1e-3  # of a deviate in difference quotients
+_STEP = 1e-3  # step of a deviate in difference quotients
 
 Deviates = Float[np.ndarray, "crashes n"]
 Residuals = Float[np.ndarray, "crashes items"]
@@ -31,12 +31,12 @@ Turns = dict[str, Int[np.ndarray, " crashes"]]
 
 @dataclass(frozen=True)
 class Crashes:
-    """The crashes that a model allows, by deviates.
+    """The crashes that a model allows, as functions of deviates.
 
     Args:
-        programs: of the scene's structure.
-        data: its numbers.
-        modulo: names of evidence, angles whose whole turns were not counted.
+        programs: compiled programs of the scene's structure.
+        data: numbers of the scene.
+        modulo: names of the items of evidence that are angles whose whole turns were not counted.
     """
 
     programs: Programs
@@ -61,8 +61,8 @@ class Crashes:
     def residuals(self, u: Deviates, turns: Turns | None = None) -> tuple[Residuals, Quantities]:
         """Residuals whose half squares are minus the log likelihood of each item, and quantities.
 
-        In standard deviations of the measurement, from what was measured; not a number where the model
-        allows no such crash.
+        Residuals are prediction minus measurement, in standard deviations of the measurement; NaN where
+        the model allows no such crash.
 
         Args:
             u: deviates, shape (crashes, n).
@@ -98,7 +98,7 @@ class Crashes:
         Arguments as of `residuals`.
         """
         count, n = u.shape
-        # outwards of a bound that is near there may be no crash
+        # beyond a nearby bound there may be no crash
         ends = np.concatenate([u[:, None], u[:, None] + _STEP * np.eye(n)], axis=1)
         every = turns and {v: np.repeat(own, n + 1) for v, own in turns.items()}
         residuals = self.residuals(ends.reshape(-1, n), every)[0].reshape(count, n + 1, -1)

@@ -1,4 +1,4 @@
-"""Coordinates about a mode in standard normal deviates: along what evidence pins, and bent with it."""
+"""Coordinates about a mode in standard normal deviates: along the pinned directions, bent with them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from retrodict.inference.fitting.search import Peak
 from retrodict.inference.transforms.parameters import Flattening, Quadratic
 from retrodict.inference.transforms.standard import pinned_of, unbent
 
-_ROUNDS, _LEAST, _EACH = 3, 2048, 3  # fits; crashes of each, at least and for each coefficient
+_ROUNDS, _LEAST, _EACH = 3, 2048, 3  # fits; least crashes of a fit; crashes for each coefficient
 _WIDE = 1.2  # standard deviations of these crashes
-_NEAR = 6.0  # residual that the fit misses by, over which a crash loses its weight
-_PINNED = 2.0  # change of the residuals by a deviate from which on evidence pins a direction
+_NEAR = 6.0  # error of the fit in a residual over which a crash loses its weight
+_PINNED = 2.0  # change of the residuals per deviate above which evidence pins a direction
 
 Points = Float[np.ndarray, "points n"]
 
@@ -25,7 +25,7 @@ def flattened(crashes: Crashes, peak: Peak, seed: int) -> Flattening:
     """A flattening about a peak, fitted to crashes about it.
 
     Args:
-        crashes: that the model allows.
+        crashes: crashes that the model allows.
         peak: mode of the posterior.
         seed: integer seed of the crashes.
     """
@@ -47,11 +47,11 @@ def bent(
     """A flattening whose shear is fitted to the crashes at points v.
 
     Args:
-        crashes: that the model allows.
-        peak: that its axes are of.
-        flat: as it is.
-        draw: number of points -> so many, in the coordinates v.
-        rounds: fits, each at new points.
+        crashes: crashes that the model allows.
+        peak: peak that the flattening is about, whose slopes determine the axes.
+        flat: flattening before the fit.
+        draw: function from a number of points to points v of that number, shape (points, n).
+        rounds: number of fits, each at new points.
     """
     across, s, _ = np.linalg.svd(peak.slopes)
     pinned, items = int((s > _PINNED).sum()), flat.bend.constant.size
@@ -66,7 +66,7 @@ def bent(
         missed = residuals - (peak.residuals @ across + by_v * v[:, :pinned])
         worst = np.abs(missed).max(axis=1)
         weight = np.where(np.isfinite(worst), np.exp(-0.25 * (worst / _NEAR) ** 2), 0.0)
-        shift = flat.deviates(v, np) - peak.u  # of v, along the axes
+        shift = flat.deviates(v, np) - peak.u  # next expressed along the axes
         shift = np.linalg.solve(flat.axes, shift.T).T[:, :pinned] - v[:, :pinned]
         wanted = shift - np.nan_to_num(missed) * by_v
         own = as_quadratic(

@@ -20,12 +20,12 @@ Curvature = Float[np.ndarray, "w w"]
 Values = Float[np.ndarray, " any"]
 Missed = Float[np.ndarray, "any items"]
 
-_STEP = 0.05  # of differences, in standard deviations
+_STEP = 0.05  # step of difference quotients, in standard deviations
 _STILL, _MOST = 1e-3, 400  # slope at which a search ends, and steps that it may take
-# A search ends too where a quadratic about the point lies no lower than this, and where so many steps
-# have led no lower: the surrogate's slope does not quite lead down.
+# A search also ends where the minimum of a quadratic about the point is lower by less than _LOWER, or
+# where _LAST steps gained less: the surrogate's slope is not exactly that of the potential.
 _LOWER, _LAST = 1e-2, 4
-_OUTSIDE, _BACK = 1e10, 1e8  # the value where there is no potential, and how it rises outwards
+_OUTSIDE, _BACK = 1e10, 1e8  # potential outside the support: constant, and factor of |w|²
 
 
 class Found(NamedTuple):
@@ -40,8 +40,8 @@ class Potential:
     """A function of w with a good surrogate about each point.
 
     Args:
-        at: exact values at points, and what the surrogate misses there.
-        alike: values of surrogates at points, each of one that misses so much.
+        at: function from points to exact values there, and to what the surrogate misses.
+        alike: function from points and misses to the values of surrogates that miss by these amounts.
     """
 
     at: Callable[[Points], tuple[Values, Missed]]
@@ -59,7 +59,7 @@ class Potential:
         return float(values[0]), _leading_back(w, float(values[0]), slope)
 
     def curvature(self, w: Point) -> Curvature:
-        """The Hessian at w; zero where that is no number."""
+        """The Hessian at w; entries that are no number are zero."""
         return self._about(w).curvature
 
     def minimise(self, start: Point) -> Found:
@@ -92,7 +92,7 @@ class Potential:
         return np.where(np.isfinite(values), values, outwards), missed
 
     def _about(self, w: Point) -> _Local:
-        """What it is like about w; kept for the last two points, which a search asks again."""
+        """Value, slope and curvature about w; kept for the last two points, which searches reuse."""
         at = w.tobytes()
         if at not in self._known:
             self._known[at] = self._measured(w)
@@ -122,7 +122,7 @@ class _Local(NamedTuple):
     curvature: Curvature
 
     def lower(self) -> float:
-        """By how much the minimum of a quadratic through here is lower; infinite if it has none."""
+        """Decrease of the potential to the minimum of its quadratic; infinite if there is none."""
         values, vectors = np.linalg.eigh(self.curvature)
         if not values[0] > 0:
             return np.inf
@@ -130,7 +130,7 @@ class _Local(NamedTuple):
 
 
 def spread(curvature: Curvature, least: float) -> Float[np.ndarray, "w w"]:
-    """Square root of the covariance of a normal of this curvature, or of `least` where it has less."""
+    """Square root of the covariance of a normal of this curvature, which is raised to `least`."""
     values, vectors = np.linalg.eigh(curvature)
     return vectors @ np.diag(1 / np.sqrt(np.clip(values, least, 1e4))) @ vectors.T
 
@@ -140,5 +140,5 @@ def _numbers(values: np.ndarray) -> np.ndarray:
 
 
 def _leading_back(w: Point, value: float, slope: Slope) -> Slope:
-    """A slope, zero where it is no number; outside the support that of the quadratic there."""
+    """A slope, zero where it is no number; outside the support the slope of the quadratic."""
     return _numbers(slope) if value < _OUTSIDE else 2 * _BACK * w

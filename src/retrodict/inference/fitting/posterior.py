@@ -17,14 +17,14 @@ from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.optimise import Potential
 from retrodict.inference.fitting.ridge import Ridge, ridge_of
 from retrodict.inference.fitting.search import Peak
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import TransformParameters, plain
 from retrodict.models import parts
 from retrodict.models.arrays import Data, in_steps, steps_of
 
 LEAST_WEIGHT = 1e-3  # weight from which on another mode counts
-_AS_DRAWS = 10  # what the whitening at the mode counts for beside that by draws
+_AS_DRAWS = 10  # number of draws that the whitening at the mode counts for when draws whiten
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,12 @@ class Posterior:
         programs: compiled functions, among them the density and its gradient.
         data: the scene's numbers.
         transform: the coordinates, centred and whitened at the mode.
-        regression_error: of the fitted regressions for A and B, in standard deviations of the rest pose.
-        log_evidence: Laplace's approximation at the mode.
-        unresolved: how far the rest poses may be out for want of steps, in standard deviations.
-        basins: of deviates, the share of the density that is this one's; None for all of it.
-        peak: of deviates, that they are about; None where they are not about one.
+        regression_error: error of the fitted regressions for A and B, in standard deviations of the
+            rest pose, shape (2,).
+        log_evidence: log evidence by the Laplace approximation at the mode.
+        unresolved: integration error of the run-outs' predictions, in standard deviations.
+        basins: share of the density that belongs to this peak, in deviates; None for all of it.
+        peak: peak that the coordinates are about, in deviates; None where there is none.
     """
 
     programs: Programs
@@ -62,12 +63,12 @@ class Posterior:
         return Potential(self._exact, self._alike)
 
     def _exact(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The potential at points, and by what surrogates miss the rest poses there."""
+        """The potential at points, and exact minus surrogate predictions."""
         there = self._located(w)
         return -there.log_density, there.missed
 
     def _alike(self, w: np.ndarray, missed: np.ndarray) -> np.ndarray:
-        """The potential at points if surrogates missed by so much: no run-out is asked."""
+        """The potential at points if surrogates missed by the given amounts: needs no run-out."""
         return -self._located(w, missed).log_density
 
     def log_density(self, w: np.ndarray) -> np.ndarray:
@@ -76,9 +77,9 @@ class Posterior:
 
     @property
     def refits(self) -> bool:
-        """Whether draws make its coordinates or its surrogates better."""
+        """Whether a fit to draws improves the coordinates or the surrogates."""
         structure = self.programs.structure
-        return structure.in_deviates or bool(rest_pose.with_response_surface(structure))
+        return structure.in_deviates or bool(layout.with_response_surface(structure))
 
     def refit(self, w: np.ndarray) -> Posterior:
         """The same posterior, whitened by draws or with response surfaces fitted to them.
@@ -90,7 +91,7 @@ class Posterior:
         return self.whitened_by(w) if whitens else self.with_responses(w)
 
     def whitened_by(self, w: np.ndarray) -> Posterior:
-        """The same in coordinates whitened by draws of it, where those at the mode may move.
+        """The same posterior, whitened by draws if its coordinates are deviates; else unchanged.
 
         Args:
             w: the draws, shape (any, q).
@@ -98,7 +99,7 @@ class Posterior:
         if not self.programs.structure.in_deviates:
             return self
         spread = np.asarray(self.transform.spread)
-        # a little of the spread as it was, lest few draws should make it flat
+        # part of the former spread, so that few draws do not make it flat
         covariance = (w.shape[0] * np.cov(w.T) + _AS_DRAWS * np.eye(self.size)) / (
             w.shape[0] + _AS_DRAWS
         )
@@ -119,7 +120,7 @@ class Posterior:
         """Points in the coordinates of the same posterior, whitened by draws or as it was before.
 
         Args:
-            other: whose coordinates are asked for.
+            other: posterior whose coordinates are asked for.
             w: points in these coordinates, shape (any, q).
         """
         if not self.programs.structure.in_deviates:
@@ -134,11 +135,11 @@ class Posterior:
         return there.log_density, there.quantities
 
     def constrained(self, w: np.ndarray) -> np.ndarray:
-        """q at w, where constraints have moved it to."""
+        """q at w after constraints have moved it, shape (q,)."""
         return np.asarray(self._located(w[None]).q[0])
 
     def _located(self, w: np.ndarray, missed: np.ndarray | None = None) -> Evaluated[np.ndarray]:
-        """What points are known by; rest poses by their surrogate if `missed` is given."""
+        """Values of the posterior at points; rest poses by their surrogate if `missed` is given."""
         data, transform = self._numbers
         structure = self.programs.structure
         if structure.in_deviates:
@@ -172,28 +173,28 @@ class Posterior:
 
     @cached_property
     def ridge(self) -> Ridge | None:
-        """Of deviates: where the posterior goes on beyond a normal about its peak."""
+        """Ridge where a posterior in deviates extends beyond a normal about its peak, if it has one."""
         return ridge_of(self.crashes, self.peak) if self.peak else None
 
     def at_deviates(self, u: np.ndarray) -> np.ndarray:
-        """Points by their deviates, where these are coordinates; shape (any, n)."""
+        """Points w at given deviates, where these are coordinates; shape (any, n)."""
         assert self.transform.flattening is not None, "parameters of deviates have one"
         off = self.transform.flattening.inverse(u) - np.asarray(self.transform.centre)
         return np.linalg.solve(np.asarray(self.transform.spread), off.T).T
 
     @property
     def log_volume(self) -> float:
-        """Log of the volume of deviates by that of these coordinates, the same everywhere."""
+        """Log |d deviates / d w|, the same everywhere."""
         assert self.transform.flattening is not None, "parameters of deviates have one"
         return float(self.transform.log_volume) + float(self.transform.flattening.log_volume)
 
     @cached_property
     def crashes(self) -> Crashes:
-        """The crashes that the model allows, by deviates."""
+        """The crashes that the model allows, as functions of deviates."""
         return Crashes(programs_for(self.programs.structure.without_transform), self.data)
 
     def differentiable(self) -> Posterior:
-        """The same posterior by programs with derivatives in reverse mode, in as many steps."""
+        """The same posterior by programs with reverse-mode derivatives, in as many integration steps."""
         structure = self.programs.structure
         if not structure.in_deviates or structure.steps:
             return self
@@ -204,12 +205,12 @@ class Posterior:
 
     @cached_property
     def _numbers(self) -> tuple[Data, TransformParameters]:
-        """What programs take besides w, handed over to JAX once: it takes as long as a call does."""
+        """Arguments of the programs besides w, given to JAX once: that takes as long as a call."""
         return jax.device_put((self.data, self.transform))
 
 
 def run_outs_of(quantities: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities after the impact, and deviates of the inputs, of crashes; a row for each."""
+    """Velocities after the impact and deviates of the inputs, a row for each crash."""
     V = np.stack(
         [quantities[k] for of_one in parts.AFTER for k in of_one if k in quantities], axis=1
     )

@@ -1,4 +1,4 @@
-"""Least squares by quadratics whose arguments saturate, as the coordinates have them."""
+"""Least squares of quadratics whose arguments saturate, as in `parameters.Quadratic`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.linalg import solve
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.parameters import Quadratic, saturated
 
-_RIDGE = 1e-8  # small: some inputs (a zone nobody reaches) shape nothing
+_RIDGE = 1e-8  # ridge penalty: some inputs (a zone that no vehicle reaches) have no effect
 
 Terms = Float[np.ndarray, "rows terms"]
 
@@ -26,17 +26,17 @@ def least_squares(
 ) -> Float[np.ndarray, "terms values"]:
     """Coefficients of the weighted least squares.
 
-    By the normal equations, which take a fifth of the time of an SVD (measured); they lose half of the
-    digits, and coordinates need few.
+    Solves the normal equations, which takes a fifth of the time of an SVD (measured); this loses half of
+    the digits, and coordinates need few.
     """
     keep = weight > 0
     A, y = A[keep] * weight[keep, None], y[keep] * weight[keep, None]
-    with one_blas_thread():  # beside the compiler's, its threads wait for each other for seconds
+    with one_blas_thread():  # BLAS threads and the compiler's would wait for each other for seconds
         return solve(A.T @ A + _RIDGE * np.eye(A.shape[1]), A.T @ y, assume_a="pos")
 
 
 def as_quadratic(coefficients: Float[np.ndarray, "terms values"], k: int) -> Quadratic:
-    """The quadratic of k arguments that coefficients of `terms` make."""
+    """The quadratic of k arguments that has these coefficients of `terms`."""
     quadratic = np.zeros((coefficients.shape[1], k, k))
     rows, columns = np.triu_indices(k)
     quadratic[:, rows, columns] = coefficients[1 + k :].T

@@ -1,7 +1,7 @@
-"""Coordinates made for a scene, taken over to one of the same structure with other numbers: no run-out.
+"""Coordinates made for one scene, reused for another of the same structure without any run-out.
 
 The density stays exact in any coordinates. Those of a neighbouring scene only cost efficiency, and cost
-little once the regressions count from what is measured now.
+little once the regressions count from the new scene's measurements.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.whitening import whitened_about
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout
 from retrodict.inference.transforms.parameters import REACH, Quadratic, saturated
 from retrodict.models.arrays import Data, Structure
 from retrodict.scene.records import VEHICLES
@@ -22,16 +22,16 @@ from retrodict.scene.records import VEHICLES
 def rebased(
     posterior: Posterior, data: Data, constrained: Float[np.ndarray, " q"] | None = None
 ) -> Posterior:
-    """A posterior of other numbers, in the coordinates of one that was fitted.
+    """The posterior of a scene with other numbers, in the coordinates of a fitted posterior.
 
     Args:
-        posterior: as it was fitted.
-        data: the other numbers, of the same structure.
-        constrained: where constraints take its centre; None where that is not known yet.
+        posterior: fitted posterior.
+        data: numbers of the other scene, of the same structure.
+        constrained: q at its centre after constraints moved it, shape (q,); None if not known yet.
 
     Returns:
-        The posterior; its log evidence is unknown. How well it is resolved is what the fitted one was,
-        in the standard deviations that now hold.
+        The posterior; its log evidence is unknown. Its integration error is that of the fitted one,
+        scaled by the largest ratio of former to new standard deviations if that exceeds 1.
     """
     structure, before = posterior.programs.structure, posterior.data
     data = data._replace(steps=before.steps)
@@ -40,7 +40,7 @@ def rebased(
         posterior,
         data=data,
         log_evidence=-np.inf,
-        peak=None,  # that of the other numbers is elsewhere
+        peak=None,  # the other scene has its peak elsewhere
         unresolved=posterior.unresolved * float(np.max([1.0, *sharper])),
     )
     transform = posterior.transform
@@ -68,15 +68,16 @@ def rebased(
 def _rebased(
     structure: Structure, before: Data, now: Data, v: str, regression: Quadratic
 ) -> Quadratic:
-    """A vehicle's regression by deviates from what is measured now.
+    """A vehicle's regression as a function of deviates from the new measurements.
 
-    They are affine in those before; quadratic terms, whose argument saturates, follow to first order.
+    The new deviates are affine in the former ones; quadratic terms, whose argument saturates, are
+    converted to first order.
     """
     if v in structure.inverted:
         return regression
     rests = structure.rest_components
     own = rests[: len(rests) // 2] if v == VEHICLES[0] else rests[len(rests) // 2 :]
-    shaping = [structure.names[i] for i in rest_pose.shaping_inputs(structure, v)]
+    shaping = [structure.names[i] for i in layout.shaping_inputs(structure, v)]
     pairs = [
         (before.evidence[k], now.evidence[k]) if k in before.evidence else ((0.0, 1.0),) * 2
         for k in own
@@ -99,7 +100,7 @@ def _rebased(
 
 
 def _friction(structure: Structure, data: Data) -> float:
-    """The measured friction of the surface that lies everywhere."""
+    """The measured friction of the first surface, which lies everywhere."""
     name = f"friction_{structure.surfaces[0]}"
     value = float(data.inputs[name][0])
     return np.exp(value) if dict(structure.uncertain).get(name) == "lognormal" else value

@@ -1,10 +1,11 @@
 """Inverse regression: velocities after the impact from rest poses and inputs.
 
-Finds them by Newton's method from many starts at once, then fits the quadratics of the rest-pose
-transform by least squares to run-outs. Nothing here needs to be exact: it only shapes coordinates.
+`shoot` finds the velocities by Newton's method from many starts at once; `fit` then fits the quadratics
+of the rest-pose transform by least squares to run-outs. Nothing here needs to be exact: it only shapes
+coordinates.
 
-In the place of a part of a rest pose that was not measured stands the velocity beside it, of x that
-along x, of the heading the yaw rate, counted from that of a likely crash.
+A component of a rest pose that was not measured is replaced by its velocity (for x the velocity along
+x, for the heading the yaw rate), counted from that of a likely crash.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import BATCH, INPUTS, REACHED
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.quadratic import as_quadratic, least_squares, terms
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout, rest_pose
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.scene.records import VEHICLES
 
@@ -23,10 +24,10 @@ _ROUNDS = 4
 _REACHES = (
     1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
 )
-_STEP = 1e-4  # of velocities in difference quotients, m/s and rad/s
-_UNIT = 1.0  # of velocities that stand for parts of rest poses, m/s and rad/s
-_NEAR = 6.0  # standard deviations from the measured rest over which run-outs lose their say
-_TURNING = np.array([1.0, 1.0, 1.4])  # what a yaw rate counts beside velocities, m
+_STEP = 1e-4  # step of velocities in difference quotients, m/s and rad/s
+_UNIT = 1.0  # unit of velocities that replace unmeasured components, m/s and rad/s
+_NEAR = 6.0  # distance from the measured rest over which run-outs lose weight, standard deviations
+_TURNING = np.array([1.0, 1.0, 1.4])  # weights of V_x, V_y and the yaw rate (m) in a step's length
 _ABOUT = 0.03  # spread of starts about a likely crash, share of the speed
 
 
@@ -34,15 +35,15 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
     """Velocities after the impact that end at the measured rest poses, near those of a likely crash.
 
     Args:
-        programs: of the scene's structure.
-        data: its numbers, taken at their measured values.
-        likely: velocities after the impact of a crash that nearly ends there, in the order of what is
-            returned; what was not measured counts from them.
+        programs: compiled programs of the scene's structure.
+        data: numbers of the scene; inputs are at their measured values.
+        likely: velocities after the impact of a crash that nearly ends there, in the order of the
+            returned ones; velocities of unmeasured components count from them.
 
     Returns:
         (V_ax, V_ay, Omega_a, V_bx, V_by, Omega_b), m/s and rad/s; without the yaw rates where the rung
-        has none. Where a part is open, its velocity is that of the likely crash. Of vehicles whose
-        run-out is inverted they need not end at rest as measured.
+        has none. The velocity of an unmeasured component is that of the likely crash. Vehicles whose
+        run-out is inverted in closed form need not end at the measured rest pose.
 
     Raises:
         Unanswerable: no start came near the measured rest pose of a vehicle.
@@ -59,7 +60,7 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
     damping = np.ones((starts, 2, 1))
     previous, cost_before = V.copy(), np.full((starts, 2), np.inf)
     for _ in range(14):
-        # run-outs of a start: where it ends, and where with each velocity nudged
+        # run-outs of a start: with its velocities, and with each of them increased by _STEP
         nudged = np.repeat(V[:, None], size + 1, axis=1)
         for j in range(size):
             nudged[:, j + 1, :, j] += _STEP
@@ -108,23 +109,24 @@ def fit(
     """The quadratic regressions about a solution of `shoot`.
 
     Args:
-        programs: of the scene's structure.
-        data: its numbers.
-        separation: velocities that end at the measured rest poses.
+        programs: compiled programs of the scene's structure.
+        data: numbers of the scene.
+        separation: velocities after the impact that end at the measured rest poses, m/s and rad/s.
 
     Returns:
-        The regressions for A and B; the root mean square error of each fit in standard deviations of
-        the rest pose (A, B): how curved a target is left for the sampler; and the run-outs of the
-        last round: their velocities after the impact and deviates of the inputs.
+        The regressions for A and B; the error of each (A, B), which measures how curved the sampler's
+        target remains: root of the median over run-outs of the mean square miss, in standard deviations
+        of the rest pose; and the run-outs of the last round: velocities after the impact and deviates
+        of the inputs.
     """
     structure = programs.structure
-    n, size = rest_pose.length_for_regressions(structure), len(structure.rests)
+    n, size = layout.length_for_regressions(structure), len(structure.rests)
     sample = np.clip(1.3 * np.random.default_rng(0).standard_normal((BATCH, n)), -3.5, 3.5)
     xi = sample[:, 2 * size :]
     target, sd = _target_poses(programs, data, separation)
     mine = [slice(size * v, size * (v + 1)) for v in range(2)]
     scale = np.asarray(programs(INPUTS, data, xi)[3])
-    shaping = [rest_pose.shaping_inputs(structure, v) for v in "ab"]
+    shaping = [layout.shaping_inputs(structure, v) for v in "ab"]
     regressions = _linear(programs, data, separation)
     error = np.full(2, np.inf)
     for _ in range(_ROUNDS):
@@ -157,15 +159,15 @@ def responses(
     run_outs: tuple[np.ndarray, np.ndarray],
     predicted: dict[str, np.ndarray],
 ) -> tuple[rest_pose.ResponseSurface, ...]:
-    """What vehicles `with_response_surface` pass on their way, fitted to run-outs.
+    """Response surfaces of the vehicles of `with_response_surface`, fitted to run-outs.
 
     Args:
-        structure: of the scene.
-        data: its numbers.
-        run_outs: velocities after the impact, and deviates of the inputs, a row for each.
-        predicted: each item on the way by them, by name.
+        structure: static structure of the scene.
+        data: numbers of the scene.
+        run_outs: velocities after the impact, and deviates of the inputs, a row for each run-out.
+        predicted: predictions of these run-outs for each item along the path to rest, by name.
     """
-    vehicles = rest_pose.with_response_surface(structure)
+    vehicles = layout.with_response_surface(structure)
     return tuple(_response(structure, data, run_outs, predicted, v) for v in vehicles)
 
 
@@ -184,28 +186,28 @@ def _response(
     if not followed.any():
         raise Unanswerable(f"vehicle {v.upper()}: none of its likely run-outs can be followed")
     velocity, items = velocity[followed], items[followed]
-    shape = shape[followed][:, rest_pose.shaping_inputs(structure, v)]
+    shape = shape[followed][:, layout.shaping_inputs(structure, v)]
     centre, unit = velocity.mean(axis=0), velocity.std(axis=0)
     A = terms(np.hstack([(velocity - centre) / unit, shape]))
     value, sd = np.array([data.evidence[name] for name in names]).T
     off = np.linalg.norm((items - value) / sd, axis=1)
-    # far from what was measured a run-out is weakly informative, but enough of them have to speak
+    # run-outs far from the measurements are weakly informative, but enough of them must have weight
     reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
     surface = least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
     return rest_pose.ResponseSurface(centre, unit, as_quadratic(surface, size + shape.shape[1]))
 
 
 def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.ndarray]) -> float:
-    """How far finer steps would move rest poses, in standard deviations of their measurement.
+    """Change of rest poses by finer integration steps, in standard deviations of their measurement.
 
     Args:
-        programs: of the scene's structure.
-        data: its numbers.
-        run_outs: as `fit` returns them.
+        programs: compiled programs of the scene's structure.
+        data: numbers of the scene.
+        run_outs: velocities after the impact and deviates of the inputs, as `fit` returns them.
 
     Returns:
-        What nine tenths of the run-outs' coordinates stay below, against four times the steps; of those
-        that can be followed.
+        The 90 % quantile of the change by four times as many steps, over all measured components of the
+        run-outs that can be followed.
     """
     s = programs.structure
     if not s.integrated:
@@ -239,7 +241,7 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
     ends = _reached(programs, data, V, xi)
     regressions = []
     for v, vehicle in enumerate("ab"):
-        shape = rest_pose.shaping_inputs(structure, vehicle)
+        shape = layout.shaping_inputs(structure, vehicle)
         own = separation[size * v : size * (v + 1)]
         J_V = ((ends[1 : 1 + size, v] - ends[0, v]) / _STEP).T
         J_xi = ((ends[1 + size : 1 + size + p, v] - ends[0, v]) / h).T[:, shape]
@@ -260,7 +262,7 @@ def _linear(programs: Programs, data: Data, separation: np.ndarray) -> list[np.n
 
 
 def _undetermined(programs: Programs) -> np.ndarray:
-    """Which parts of the rest poses pin nothing, a row each for A and B."""
+    """Mask of the unmeasured components of the rest poses, a row each for A and B."""
     structure = programs.structure
     return np.array([name in structure.unmeasured for name in structure.rest_components]).reshape(
         2, -1
@@ -268,7 +270,7 @@ def _undetermined(programs: Programs) -> np.ndarray:
 
 
 def _about(likely: np.ndarray, starts: int) -> np.ndarray:
-    """Starts about velocities after the impact, these first; shape (starts, 2, v)."""
+    """Starts about likely velocities, which are the first start; shape (starts, 2, v)."""
     off = np.random.default_rng(0).standard_normal((starts, *likely.shape))
     off[0] = 0
     return likely + _ABOUT * np.linalg.norm(likely, axis=1)[:, None] * off
@@ -277,7 +279,7 @@ def _about(likely: np.ndarray, starts: int) -> np.ndarray:
 def _target_poses(
     programs: Programs, data: Data, separation: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What is aimed at and its standard deviations, a row each for A and B."""
+    """Target of `_reached` and its standard deviations, a row each for A and B."""
     structure = programs.structure
     pairs = [
         np.array((velocity, _UNIT) if name in structure.unmeasured else data.evidence[name])
@@ -288,6 +290,6 @@ def _target_poses(
 
 
 def _reached(programs: Programs, data: Data, V: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """Where run-outs end, or the velocity in the place of what pins none."""
+    """Rest poses of run-outs, with the velocity in the place of each unmeasured component."""
     ends = np.asarray(programs(REACHED, data, V, xi))
     return np.where(_undetermined(programs), V.reshape(ends.shape), ends)

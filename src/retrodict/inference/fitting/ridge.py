@@ -1,10 +1,10 @@
 """The ridge of a posterior along e_m: a proposal that follows it where a normal about the peak does not.
 
 The spins after the impact determine e_m times the spin that the force alone gives, so that the posterior
-of both is a hyperbola. From the peak, e_m is moved step by step either way, and the rest is sought anew
-by damped least squares: each step gives the mode and the covariance of all else given e_m (nested
-Laplace approximations, Rue et al. 2009). Without it the upper tail of e_m was missed: of 851 simulated
-crashes 32 had it above all 99 draws, where 9 are expected (`benchmarks.calibration`).
+of both is a hyperbola. From the peak, e_m is moved step by step in either direction, and all else is
+fitted anew by damped least squares: each step gives the mode and the covariance of all else given e_m
+(nested Laplace approximations, Rue et al. 2009). Without the ridge the upper tail of e_m was missed: of
+851 simulated crashes 32 had e_m above all 99 draws, where 9 are expected (`benchmarks.calibration`).
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.search import Peak
 from retrodict.models.standard_normal import sizes
 
-_STEP, _MOST = 0.5, 8  # deviates of e_m; steps either way at most
-_FAR = 9.0  # log evidence by which a step may be lower than the highest
-_ROUNDS, _STRIDE, _STILL = 12, 2.0, 1e-2  # of the search at each step
-_FREEDOM = 8.0  # of the tails about each step
-_LEAST = 0.1  # share of the draws that all steps have alike
+_STEP, _MOST = 0.5, 8  # step of e_m's deviate; most steps in either direction
+_FAR = 9.0  # drop of the log evidence below the highest at which the steps end
+# search at each step: rounds, longest move, decrease of the sum of squares at which it ends
+_ROUNDS, _STRIDE, _STILL = 12, 2.0, 1e-2
+_FREEDOM = 8.0  # degrees of freedom of the Student's t about each step
+_LEAST = 0.1  # share of the draws that is divided equally among the steps
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,10 @@ class Step:
     """The posterior about one value of e_m.
 
     Args:
-        u: deviates at the mode of all else.
-        tangent: by which the others move with that of e_m.
-        root: Cholesky factor of the covariance of the others.
-        log_evidence: by Laplace's approximation, but for a constant.
+        u: deviates at the mode given e_m, shape (n,).
+        tangent: change of the other deviates per deviate of e_m, shape (m,).
+        root: Cholesky factor of the covariance of the other deviates given e_m, shape (m, m).
+        log_evidence: log evidence given e_m by the Laplace approximation, up to a constant.
     """
 
     u: Float[np.ndarray, " n"]
@@ -48,8 +49,8 @@ class Ridge:
     """A mixture of Student's t about steps along the ridge.
 
     Args:
-        at: place of the deviate of e_m.
-        steps: along it.
+        at: index of the deviate of e_m.
+        steps: steps along the ridge.
     """
 
     at: int
@@ -61,7 +62,7 @@ class Ridge:
         return (1 - _LEAST) * shares + _LEAST / len(shares)
 
     def draw(self, count: int, rng: np.random.Generator) -> Float[np.ndarray, "count n"]:
-        """So many draws of deviates."""
+        """Draws of deviates, a number of `count`."""
         n = self.steps[0].u.size
         of_step = rng.choice(len(self.steps), count, p=self._shares)
         z = rng.standard_normal((count, n))
@@ -90,11 +91,11 @@ class Ridge:
 
 
 def ridge_of(crashes: Crashes, peak: Peak) -> Ridge | None:
-    """The ridge through a peak; None of a model without e_m.
+    """The ridge through a peak; None if the model has no e_m.
 
     Args:
-        crashes: that the model allows.
-        peak: where it begins.
+        crashes: crashes that the model allows.
+        peak: peak at which the ridge begins.
     """
     structure = crashes.programs.structure
     counts = sizes(crashes.programs.target.rung.impact, structure, crashes.data)

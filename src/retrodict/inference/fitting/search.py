@@ -36,8 +36,8 @@ class Search:
         after: steps after which searches that are far behind are given up.
         behind: potential above the lowest that counts as far behind.
         apart: distance between modes, in standard deviations of the posterior about one of them.
-        improbable: log evidence by which another mode may be lower and count.
-        few_turned: likewise of a mode beside which further numbers of turns are sought.
+        improbable: log evidence by which another mode may be lower and still count.
+        few_turned: log evidence by which a mode may be lower and have neighbouring turns searched.
         uncounted: share of the evidence of all numbers of turns that are left out together.
     """
 
@@ -61,11 +61,11 @@ class Peak:
     """A local maximum of the posterior in standard normal deviates.
 
     Args:
-        u: deviates there, shape (n,).
-        potential: minus the log density there, but for constants.
-        residuals: of the evidence, shape (items,).
-        slopes: of the residuals by the deviates, shape (items, n).
-        quantities: the crash there.
+        u: deviates at the peak, shape (n,).
+        potential: minus the log density at the peak, up to a constant.
+        residuals: residuals of the evidence, shape (items,).
+        slopes: derivatives of the residuals by the deviates, shape (items, n).
+        quantities: quantities of the crash at the peak, by name.
         turns: whole turns from the written rest heading of each vehicle whose rotation is unknown.
     """
 
@@ -78,12 +78,12 @@ class Peak:
 
     @property
     def precision(self) -> Float[np.ndarray, "n n"]:
-        """Inverse covariance of the posterior about there, after Gauss and Newton."""
+        """Inverse covariance of the posterior about the peak, in the Gauss-Newton approximation."""
         return np.eye(self.u.size) + self.slopes.T @ self.slopes
 
     @property
     def log_evidence(self) -> float:
-        """Laplace's approximation of its share of the evidence, but for a constant."""
+        """Log of the peak's share of the evidence by the Laplace approximation, up to a constant."""
         return float(-self.potential - np.linalg.slogdet(self.precision)[1] / 2)
 
     def distance(self, other: Peak) -> float:
@@ -108,9 +108,9 @@ def peaks(
     """The modes of a posterior that may count, the one of most evidence first.
 
     Args:
-        crashes: that the model allows.
+        crashes: crashes that the model allows.
         seed: integer seed of the crashes from which the search begins.
-        settings: of the search.
+        settings: settings of the search; None for the defaults.
 
     Raises:
         Unanswerable: no crash of the prior has a likelihood.
@@ -145,9 +145,10 @@ def counted(turns: dict[str, int]) -> Counted:
 def _turned_once_more(
     found: list[Peak], asked: set[Counted], settings: Search
 ) -> dict[Counted, Peak]:
-    """Numbers of turns that were not asked, one from those of a peak, which is where to begin.
+    """Numbers of turns not searched yet that are one turn from those of a peak, each with that peak.
 
-    Few of them lie near a crash of the prior, and a step from one to the next is short.
+    Their searches start at the peak: few crashes of the prior lie near these numbers of turns, and the
+    distance from one number to the next is short.
     """
     beside: dict[Counted, Peak] = {}
     least = found[0].log_evidence - settings.few_turned
@@ -161,7 +162,7 @@ def _turned_once_more(
 
 
 def _of_likely_turns(found: list[Peak], settings: Search) -> list[Peak]:
-    """Peaks of the numbers of turns that have all but a little of the evidence."""
+    """Peaks of the numbers of turns that have all but a share `uncounted` of the evidence."""
     share: dict[Counted, float] = {}
     for peak in found:
         relative = float(np.exp(peak.log_evidence - found[0].log_evidence))
@@ -188,8 +189,8 @@ def _starts(
     quantities: Quantities,
     settings: Search,
 ) -> np.ndarray:
-    """Rows from which to search: the first, the best, and the best of each number of turns."""
-    # by Cauchy's law, so that one sharp item does not outweigh all others
+    """Rows at which searches start: the first, the best, and the best of each number of turns."""
+    # Cauchy log density, so that one sharp item does not outweigh all others
     score = np.nan_to_num(-np.log1p(residuals**2).sum(axis=1), nan=-np.inf)
     allowed = np.isfinite(residuals).all(axis=1)
     order = [i for i in np.argsort(-score) if allowed[i]]
@@ -212,7 +213,7 @@ def _descended(
     settings: Search,
     turns: Turns | None = None,
 ) -> _Ends:
-    """Where searches end that were not given up, each for its numbers of turns if they are given."""
+    """Ends of the searches that were not given up, each for its numbers of turns if given."""
     n = u.shape[1]
     residuals, slopes = crashes.linearised(u, turns)
     potential = _potential(u, residuals)
@@ -238,7 +239,7 @@ def _descended(
         index = under_way[taken]
         u[index], residuals[index], slopes[index] = moved[taken], there[taken], slopes_there[taken]
         potential[index] -= lower[taken]
-        # what a step would bring at the most, were the surface the quadratic that it looks like
+        # upper bound of the step's decrease if the surface were the local quadratic
         small = np.einsum("ki,ki->k", downhill, step) < settings.still
         arrived[under_way] |= small | (damping[under_way] >= 1e10)
         if done >= settings.after:

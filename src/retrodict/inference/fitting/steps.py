@@ -1,4 +1,4 @@
-"""As many integration steps of the run-outs as a scene's measurements can resolve, and no more."""
+"""Choice of the run-outs' integration steps: as many as a scene's measurements can resolve."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from collections.abc import Callable
 
 from retrodict.models.arrays import Data, Structure, in_steps
 
-RESOLVED = 0.05  # standard deviations of a rest pose: what the run-out's steps may be out by
+RESOLVED = 0.05  # largest acceptable integration error, standard deviations of a rest pose
 MOST_STEPS = 768
 
 
 def in_enough_steps[T](
     structure: Structure, data: Data, attempt: Callable[[Structure, Data], tuple[T, float, int]]
 ) -> T:
-    """What an attempt makes of a scene in the steps that it takes.
+    """The result of an attempt with enough integration steps, doubled until they resolve the scene.
 
     Args:
-        structure: of the scene, in the fewest steps.
-        data: its numbers.
-        attempt: gives a result, by how many standard deviations finer steps would move it, and the
-            number of steps that it took in the end.
+        structure: static structure of the scene, with the fewest steps.
+        data: numbers of the scene.
+        attempt: function that returns a result, its change by finer steps in standard deviations, and
+            the number of steps that it used in the end.
 
     Returns:
-        The first result that is RESOLVED, or that took MOST_STEPS.
+        The first result whose change is at most RESOLVED, or that used MOST_STEPS.
     """
     while True:
         found, unresolved, steps = attempt(structure, data)

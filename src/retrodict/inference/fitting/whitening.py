@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from retrodict.inference.density.compiled import Programs
 from retrodict.inference.density.kernels import LEVELS
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout, rest_pose
 from retrodict.inference.transforms.parameters import Constraints, Quadratic, TransformParameters
 from retrodict.inference.transforms.soft_bounds import (
     raised,
@@ -19,9 +19,9 @@ from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, E
 
 KEPT = 0.2  # softness of the share of the sliding where nothing is known yet: its prior's scale
-_NARROW = 1e-4  # of a margin's standard deviation: at least, so that something can be divided by it
-_LIKELY = 0.1, 0.98  # shares of the sliding that a search begins from
-_SOFT = 1e-3, 2.0  # the least and most
+_NARROW = 1e-4  # least standard deviation of a margin, so that it can be divided by
+_LIKELY = 0.1, 0.98  # range of the share of the sliding at which a search begins
+_SOFT = 1e-3, 2.0  # range of the softness of the share of the sliding
 # entry of q where a half-normal share is likeliest, if it is as soft as constraints are
 _RAISED = 0.35
 
@@ -42,20 +42,21 @@ def whitened_about(
     """A transform about `centre`, constrained along the cheapest directions of `spread`.
 
     Args:
-        programs: of the structure.
+        programs: compiled programs of the scene's structure.
         data: the scene's numbers.
-        regressions: as `regression.fit` gives them.
-        centre: q at w = 0.
-        spread: q's change by deviates of the posterior about there.
-        constrained: where constraints take the centre, as far as is known: they are made for there.
-        side: of the constraints; where not given that of the centre, but for e that of vehicles that
-            close in, where it is known from which side each does.
-        kept: as of `Constraints`.
+        regressions: regressions for A and B that `regression.fit` returns.
+        centre: q at w = 0, shape (q,).
+        spread: change of q per deviate of the posterior about the centre, shape (q, any).
+        constrained: q of the centre after constraints moved it, as far as is known: the constraints are
+            linearised there, shape (q,).
+        side: signs of the denominators, `Constraints.side`; None for those at `constrained`, except that
+            e takes the sign of vehicles that close in, where it is known from which side each does.
+        kept: softness of the share of the sliding, `Constraints.kept`.
     """
     structure = programs.structure
-    held, empty = rest_pose.held_of(structure), rest_pose.RestPose().example(structure)
+    held, empty = layout.held_of(structure), rest_pose.RestPose().example(structure)
     constraints = empty.constraints
-    if rest_pose.levels_of(structure):
+    if layout.levels_of(structure):
         constrained = centre if constrained is None else constrained
         constraints, spread = _wall(
             programs, data, regressions, centre, spread, constrained, side, kept
@@ -78,9 +79,9 @@ def _wall(
     side: np.ndarray | None,
     kept: float,
 ) -> tuple[Constraints, Spread]:
-    """The constraints of `about`, and the spread without what of it changes what is held."""
+    """The constraints of `whitened_about`, and the spread without its part that changes held levels."""
     structure = programs.structure
-    levels, held = rest_pose.levels_of(structure), rest_pose.held_of(structure)
+    levels, held = layout.levels_of(structure), layout.held_of(structure)
     flat = rest_pose.RestPose().example(structure)._replace(regressions=regressions)
     over, under, *slopes, by_z, sense = map(np.asarray, programs(LEVELS, data, flat, constrained))
     if side is None:
@@ -88,19 +89,19 @@ def _wall(
         known = [level == E and sense != 0 for level in levels]
         side = np.where(known, sense, np.where(under < 0, -1.0, 1.0))
     share = kept * raised(constrained[-1])  # where that is sampled
-    margin = np.array(rest_pose.margins(levels, side, over, under, share))
+    margin = np.array(layout.margins(levels, side, over, under, share))
     over_by_q, under_by_q = slopes
-    slope = np.array(rest_pose.margins(levels, side, over_by_q, under_by_q, share))
+    slope = np.array(layout.margins(levels, side, over_by_q, under_by_q, share))
     along = np.linalg.pinv(slope[:held]).T
-    if SLIDING in levels:  # held at a value that is a coordinate, and stays
+    if SLIDING in levels:  # held at a value that is a coordinate, and that is not moved
         at = [level.name for level in levels if level.held].index(SLIDING.name)
         slope[at, -1] = -kept * ndtr(constrained[-1]) * under[levels.index(SLIDING)]
     unbent = margin + slope @ (centre - constrained)
-    # the shortest way to what is held, for q counts in deviates; then the posterior's width besides
+    # the shortest moves to the held levels, as q is in deviates; then also the width of the posterior
     spread = spread - along.T @ (slope[:held] @ spread)
     metric = spread @ spread.T
-    # those that cut off most first: each is constrained along a way that leaves those before it alone,
-    # and where two margins meet that is far narrower than the margin is by itself
+    # margins that cut off most come first: each is constrained along a direction that leaves the earlier
+    # ones unchanged, along which the posterior is far narrower than the margin where two margins meet
     wide = np.maximum(np.linalg.norm(slope @ spread, axis=1), _NARROW)
     order = np.array([*range(held), *(held + np.argsort((unbent / wide)[held:]))], dtype=int)
     margin, unbent, slope, softness = (
@@ -122,10 +123,10 @@ def _wall(
 def sliding(
     programs: Programs, data: Data, regressions: tuple[Quadratic, Quadratic], q: Point
 ) -> Point:
-    """A point with the share of the sliding that its motion keeps, where that is sampled."""
-    if not rest_pose.samples_sliding(programs.structure):
+    """A point whose share of the sliding, where that is sampled, is set to that of its motion."""
+    if not layout.samples_sliding(programs.structure):
         return q
-    at = rest_pose.levels_of(programs.structure).index(SLIDING)
+    at = layout.levels_of(programs.structure).index(SLIDING)
     flat = rest_pose.RestPose().example(programs.structure)._replace(regressions=regressions)
     over, under = map(np.asarray, programs(LEVELS, data, flat, q)[:2])
     q = q.copy()
@@ -136,11 +137,11 @@ def sliding(
 def softened(
     transform: TransformParameters, *points: Float[np.ndarray, "q *any"]
 ) -> tuple[float, list[Float[np.ndarray, "q *any"]]]:
-    """How soft the share of the sliding best is at zero by where it is likeliest, and points so counted.
+    """Best softness of the share of the sliding at zero, given its mode, and points in that unit.
 
     Args:
-        transform: as points are counted now.
-        points: where it is likeliest, then others or directions there (columns).
+        transform: transform with the present softness, `Constraints.kept`.
+        points: mode, shape (q,), then other points or directions there (columns), in the present unit.
     """
     share, before = float(transform.constraints.kept), points[0][-1]
     kept = float(np.clip(share * raised(before) / raised(_RAISED), *_SOFT))
@@ -153,14 +154,14 @@ def softened(
 
 
 def _across(structure: Structure, slope: np.ndarray, by_z: np.ndarray) -> np.ndarray:
-    """The shortest changes of the motion that move one margin and none before it: `Constraints.across`.
+    """`Constraints.across`: the shortest changes of the motion that move one margin and none before it.
 
     Args:
-        structure: of the scene.
-        slope: of the margins by q, shape (m, q).
-        by_z: velocities of A and of B over sqrt(friction) by z, shape (2, v, v).
+        structure: static structure of the scene.
+        slope: derivatives of the margins by q, shape (m, q).
+        by_z: derivatives of the velocities of A and B over sqrt(friction) by z, shape (2, v, v).
     """
-    n, speed_a = len(structure.rest_components), rest_pose.place_of_speed_a(structure)
+    n, speed_a = len(structure.rest_components), layout.place_of_speed_a(structure)
     moving = slope[:, [*range(n), *([] if speed_a is None else [speed_a])]]
     ways = [np.linalg.pinv(moving[: i + 1])[:, -1] for i in range(len(moving))]
     way = np.stack(ways, axis=1)
@@ -172,11 +173,11 @@ def _across(structure: Structure, slope: np.ndarray, by_z: np.ndarray) -> np.nda
 def _triangular(spread: Spread, held: np.ndarray) -> Spread:
     """A spread of the same covariance, lower triangular along axes of q on which nothing is held.
 
-    By QR: squaring the spread first would lose half the digits.
+    It is found by QR: squaring the spread first would lose half the digits.
 
     Args:
-        spread: which changes nothing that is held.
-        held: slopes of what is held by q, shape (any, q).
+        spread: spread that changes no held level, shape (q, any).
+        held: derivatives of the held levels' margins by q, shape (held, q).
     """
     keep = np.linalg.svd(held)[2][len(held) :].T if len(held) else np.eye(len(spread))
     R = np.linalg.qr((keep.T @ spread).T, mode="r")

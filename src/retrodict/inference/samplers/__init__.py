@@ -1,4 +1,4 @@
-"""The methods that draw from a posterior, one interface: a new one is a file and a line."""
+"""The methods that draw from a posterior, behind one interface: a new method is a file and a line."""
 
 from __future__ import annotations
 
@@ -15,24 +15,26 @@ from retrodict.models.arrays import Data
 def _no_kernels(
     programs: Programs, warmup: int, data: Data, transform: TransformParameters
 ) -> None:
-    """Of a method that has no kernels of its own."""
+    """Compile nothing, for a method that has no kernels of its own."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A way to draw from a posterior.
+    """A method of drawing from a posterior.
 
     Args:
-        title: what it is, in words.
-        exact: whether its draws tend to the posterior as they grow in number; others are
-            approximations, of which the report says so.
-        draws: kept of each chain unless set otherwise.
-        draw: does it.
-        resumes: whether it has chains that an interrupted run can go on with.
-        solves_back: whether it needs rest poses as coordinates, even if they do not cover the posterior.
-        follows: whether its draws follow one another, so that they may never come to another mode.
-        weighs: whether draws bring the evidence, by which several solutions are weighted.
-        compile_ahead: has its own kernels compiled, of (programs, warmup, data, transform).
+        title: name of the method, in words.
+        exact: whether its draws tend to the posterior as they grow in number; the report calls other
+            methods approximations.
+        draws: default number of draws kept of each chain.
+        draw: function that makes the draws of a task.
+        resumes: whether the method has chains that can be continued after an interruption.
+        solves_back: whether the method needs rest poses as coordinates, even if they do not cover the
+            posterior.
+        follows: whether its draws form Markov chains, which may never come to another mode.
+        weighs: whether its draws give the evidence, by which several solutions are weighted.
+        compile_ahead: function that compiles the method's own kernels in the background, called with
+            (programs, warmup, data, transform).
     """
 
     title: str

@@ -35,14 +35,14 @@ _MAX_TREE_DEPTH = 6
 
 @dataclass(frozen=True)
 class Chains:
-    """What the chains brought.
+    """Draws and statistics of the chains, and the states to continue them from.
 
     Args:
         w: draws in the sampled coordinates, shape (chains, draws, q).
-        stats: per draw, each of shape (chains, draws): diverging, n_steps, energy, …
+        stats: statistics of the draws, each of shape (chains, draws): diverging, n_steps, energy, …
         complete: False when interrupted; then all chains are cut to the shortest.
-        states: where each chain stands, so that it can go on.
-        records: of every block of every chain, warm-up and cut ends included.
+        states: last state of each chain, from which it can be continued.
+        records: arrays of every block of every chain, including warm-up and the ends cut from `w`.
     """
 
     w: np.ndarray
@@ -58,7 +58,7 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     Args:
         task: posterior, chains, draws, warm-up (which adapts the step size) and seed.
         target_accept: mean acceptance that the step size aims for.
-        after: chains that are to be continued, made with the same arguments but for fewer `draws`.
+        after: chains to be continued, made with the same arguments but for fewer `draws`.
 
     Returns:
         The chains; on KeyboardInterrupt with the draws that all of them have, marked incomplete.
@@ -119,13 +119,14 @@ def kernels(
     data: Data,
     transform: TransformParameters,
 ) -> tuple[Kernel[..., HMCState], Kernel[..., tuple[HMCState, dict[str, Array]]]]:
-    """NUTS: how a chain is started, and how it is advanced by a block; compiled from now on.
+    """Kernels of NUTS that start a chain and advance it by a block; their compilation begins here.
 
     Args:
-        programs: of the posterior.
+        programs: compiled programs of the posterior.
         warmup: iterations that adapt the step size.
-        target_accept: acceptance that they aim for.
-        data: of which only shapes matter here, and so of the transform.
+        target_accept: mean acceptance that the step size aims for.
+        data: the scene's numbers; only their shapes matter here.
+        transform: parameters of the coordinates; only their shapes matter here.
 
     Returns:
         start((seed, chain), w, potential, gradient, data, transform) -> state and
@@ -186,7 +187,7 @@ def kernels(
 
 
 def settings(task: Task) -> dict[str, int | str]:
-    """What chains must share for one to go on where the other stopped."""
+    """Settings that a run must share with an interrupted one to continue its chains."""
     posterior = task.posterior
     print_ = hashlib.sha256()
     for leaf in jax.tree.leaves((posterior.data, posterior.transform)):

@@ -1,4 +1,4 @@
-"""Interrupted chains on disk: where each stands and what it has drawn, as numbers only."""
+"""Interrupted chains on disk: the state of each chain and its draws so far, as numbers only."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Records = list[list[dict[str, np.ndarray]]]
 
 
 def packed(states: Sequence[Any], records: Records, settings: dict[str, int | str]) -> bytes:
-    """Chains as a file (.npz) from which a later process can go on with them.
+    """Chains as a file (.npz) from which a later process can continue them.
 
     Args:
-        states: where each interrupted chain stands.
-        records: of every block of every chain.
-        settings: that the run was made with, seed included, and a fingerprint of the scene.
+        states: last state of each interrupted chain.
+        records: arrays of every block of every chain, by name.
+        settings: settings of the run, seed included, and a fingerprint of the data and coordinates.
     """
     arrays: dict[str, np.ndarray] = {f"setting/{k}": np.asarray(v) for k, v in settings.items()}
     for i, (state, record) in enumerate(zip(states, records, strict=True)):
@@ -33,20 +33,20 @@ def packed(states: Sequence[Any], records: Records, settings: dict[str, int | st
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
-    """What `packed` made, by name.
+    """Arrays of a file that `packed` made, by name.
 
     Args:
-        path: of the file.
+        path: path of the file.
 
     Raises:
-        ValueError: it is damaged, or is no such file.
-        OSError: it cannot be read.
+        ValueError: the file is damaged, or was not made by `packed`.
+        OSError: the file cannot be read.
     """
     content = path.read_bytes()
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             found = {name: file[name] for name in file.files}
-    except Exception as error:  # of the archive, of a header, of memory for what a header claims
+    except Exception as error:  # bad archive or header, or no memory for what it claims
         raise _damaged(path) from error
     if not any(name.startswith("setting/") for name in found):
         raise _damaged(path)
@@ -57,16 +57,16 @@ def load(path: Path, settings: dict[str, int | str], fresh: list[Any]) -> tuple[
     """Read chains back.
 
     Args:
-        path: of a file that `packed` made.
-        settings: that the new run is made with.
+        path: path of a file that `packed` made.
+        settings: settings of the new run, as of `packed`; they must be the same.
         fresh: states of chains that have just begun, of which only the structure matters.
 
     Returns:
-        Where each chain stands, and its records.
+        The last state of each chain, and its records.
 
     Raises:
         ValueError: the file is of another run, or damaged.
-        OSError: it cannot be read.
+        OSError: the file cannot be read.
     """
     file = read(path)
     for name, value in settings.items():
@@ -98,20 +98,20 @@ def _damaged(path: Path) -> ValueError:
 
 
 def _alike(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether shape and kind are the same, and no number is missing that the first has."""
+    """Whether shape and kind are the same, and the second array has no NaN that the first has not."""
     if one.shape != other.shape or one.dtype.kind != other.dtype.kind:
         return False
     return other.dtype.kind != "f" or not (np.isnan(other) & ~np.isnan(one)).any()
 
 
 def _numbers(leaf: Any) -> np.ndarray:
-    """A leaf of a state as numbers: random keys by their data."""
+    """A leaf of a state as numbers; a random key is replaced by its data."""
     key = jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)
     return np.asarray(jax.random.key_data(leaf) if key else leaf)
 
 
 def _as(leaves: Sequence[Any], arrays: Sequence[np.ndarray]) -> list[Any]:
-    """Arrays with the types of leaves; random keys are recognised by theirs."""
+    """Arrays converted to the types of the leaves, random keys included."""
     return [
         jax.random.wrap_key_data(jax.numpy.asarray(array))
         if jax.dtypes.issubdtype(leaf.dtype, jax.dtypes.prng_key)

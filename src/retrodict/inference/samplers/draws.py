@@ -1,4 +1,4 @@
-"""What every method takes and returns."""
+"""Arguments and results that all sampling methods share."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ Progress = Callable[[int, int], None]  # done, of all
 
 @dataclass(frozen=True)
 class Task:
-    """What a method is asked for.
+    """Request to a sampling method.
 
     Args:
-        posterior: in coordinates where it is near a standard normal.
-        chains: how many; independent replicates where a method has no chains.
-        draws: kept of each.
-        warmup: iterations before them, where a method has any.
-        seed: of the random numbers; same seed, same machine, same draws.
-        progress: called as the work goes on.
-        resume: a file of interrupted chains to go on with; None of a method without chains.
-        slight: whether so few of its draws will count, beside those of other posteriors, that points
-            for them need not be many.
+        posterior: posterior to draw from, in coordinates in which it is near a standard normal.
+        chains: number of chains; of independent replicates where a method has no chains.
+        draws: number of draws kept of each chain.
+        warmup: number of iterations before the kept draws, where a method has any.
+        seed: integer seed of all random numbers; same seed, same machine, same draws.
+        progress: callback that is called with (done, of all) as the work goes on.
+        resume: file of interrupted chains to be continued; None to begin anew.
+        slight: whether the posterior is a solution of so little weight beside others that few points
+            suffice.
     """
 
     posterior: Posterior
@@ -41,23 +41,23 @@ class Task:
 
 @dataclass(frozen=True)
 class Draws:
-    """What a method brought.
+    """Draws of a sampling method, with its diagnostics.
 
     Args:
-        w: draws in the sampled coordinates, shape (chains, draws, q); of a method that solves back
-            without coordinates, the (z, xi) of `coordinates`.
-        stats: per draw, each of shape (chains, draws): diverging, log_weight, …
+        w: draws in the sampled coordinates, shape (chains, draws, q); of a method that solves back,
+            the (z, xi) of `transforms.rest_pose`.
+        stats: statistics of the draws, each of shape (chains, draws): diverging, log_weight, …
         complete: False when interrupted; then all chains are cut to the shortest.
-        notes: how the method helped itself.
-        faults: for which the draws must not be relied on.
+        notes: remedies that the method applied by itself, in words.
+        faults: reasons not to rely on the draws, in words.
         attributes: the method's own diagnostics: pareto_k, log_evidence.
-        quantities: the model's unknowns at w and what follows from them, a row for each draw; None of a
-            method that has not come by them.
-        unfinished: interrupted chains as a file holds them; None where there is nothing to go on with.
-        enough: whether so many of the points that they are chosen from count that no other method need
-            draw them again; of draws that are not chosen from points, always.
-        more: goes on to twice as many, of draws or of the points that they are chosen from; None where
-            nothing is to be had that way.
+        quantities: the model's unknowns at w and what follows from them, a row for each draw; None
+            where the method has not computed them.
+        unfinished: content of a file of interrupted chains; None where there are none to continue.
+        enough: whether enough of the points that the draws were chosen from are effective, so that no
+            other method need draw again; True for draws not chosen from points.
+        more: function that continues to twice as many draws, or points that they are chosen from;
+            None where that is not possible or of no use.
     """
 
     w: np.ndarray

@@ -37,18 +37,20 @@ from retrodict.scene.quantities import REPORTED, describe
 # alone left it above for one seed in five (ten seeds of five scenes of users, measured). Wide axes are
 # drawn wider still, for a skew's wider half.
 _FIRST, _LATER, _SKEWED = (0.2, 4.0), (1.0, 4.0), 1.25
-# Of adaptation, the first included; and of a later one, which begins from where the first ended.
+# Rounds of adaptation at most; of a later adaptation, which begins from where the first ended, and of
+# the only one for a solution of little weight.
 _ROUNDS, _LATER_ROUNDS = 10, 3
-_EVEN, _SHARE = 0.6, 1 / 3  # Pareto k, effective share of the draws: that ask for no other round
-# Nor do so many effective draws of all rounds for each coordinate: mean and covariance are then known as
-# well as they need be.
+_EVEN, _SHARE = 0.6, 1 / 3  # Pareto k and effective share of draws at which no round follows
+# Effective draws of all rounds, for each coordinate, at which no round follows, however uneven the
+# weights: mean and covariance are then known as well as they need be.
 _KNOWN = 30.0
-# Nor does a variance of the posterior, along any line, over that of the last proposal: as wide as so few
-# draws of one that fits would make it look, times this. (A Pareto k shows nothing of what was never
-# drawn: at 1.27 means were 0.1 sd off with an effective half of the draws.)
+# Largest ratio of a variance of the posterior, along any line, to that of the last proposal at which
+# even weights end the rounds, over the ratio that so few draws of a proposal that fits would show. (A
+# Pareto k shows nothing of what was never drawn: at 1.27 means were 0.1 sd off with an effective half of
+# the draws.)
 _OUTGROWN = 1.1
 _FOR_EVIDENCE, _HELD_AGAINST = 2000, 2000  # draws
-# Of the posterior's sd: what an approximation's mean, or its sd, may be off by. A quarter would be
+# Largest error of an approximation's mean, or of its sd, over the posterior's sd. A quarter would be
 # wrong; three Monte Carlo errors of the comparison, each of 0.03, are not to let that pass (at 0.2
 # two of 500 random crashes passed, 0.26 off).
 _OFF = 0.15
@@ -62,12 +64,12 @@ _PILOT, _LATER_PILOT, _ADAPTED_AGAIN = 2048, 8192, 4
 
 @dataclass(frozen=True)
 class Evidence:
-    """Log of the mean weight.
+    """Log evidence of a posterior, with its standard error.
 
     Args:
-        value: of the log evidence.
-        error: its standard error.
-        faults: for which it must not be relied on.
+        value: log evidence.
+        error: standard error of the log evidence.
+        faults: reasons not to rely on the value, in words.
     """
 
     value: float
@@ -88,14 +90,14 @@ def draw(task: Task) -> Draws:
 
 @dataclass(frozen=True)
 class _Points:
-    """Points of a proposal so far, a row for each chain.
+    """Points drawn so far from a proposal, a row for each chain.
 
     Args:
-        proposal: that they are drawn from.
-        evaluations: of the density, those of its adaptation included.
-        w: shape (chains, points, q).
-        log_weight: of the points, shape (chains, points).
-        quantities: there, each shape (chains, points, ...).
+        proposal: distribution that the points are drawn from.
+        evaluations: number of density evaluations, those of the proposal's adaptation included.
+        w: the points, shape (chains, points, q); None before any are drawn.
+        log_weight: log importance weights of the points, shape (chains, points); None likewise.
+        quantities: the model's quantities at the points, by name, each of shape (chains, points, ...).
     """
 
     proposal: WithRidge
@@ -105,7 +107,7 @@ class _Points:
     quantities: dict[str, np.ndarray] = field(default_factory=dict)
 
     def with_more(self, posterior: Posterior, chains: int, count: int, rng: Any) -> _Points:
-        """These and so many more for each chain."""
+        """The points with `count` more for each chain."""
         w = self.proposal.draw(chains * count, rng)
         heights, quantities = evaluated(posterior, w)
         new = {"w": w, "log_weight": heights - self.proposal.log_density(w)} | quantities
@@ -123,11 +125,11 @@ def _extended(
     """Draws chosen from `times` as many points as are asked for, or more where few of them count.
 
     Args:
-        task: what is asked for.
+        task: posterior, numbers of chains and draws, and callback.
         rng: random number generator of the draws.
-        points: that are there already.
-        times: as many points as draws are asked for.
-        kept: as many draws as are asked for.
+        points: points drawn so far.
+        times: number of points at first, as a multiple of the draws asked for.
+        kept: number of draws kept, as a multiple of those asked for.
     """
     posterior, chains, draws = task.posterior, task.chains, task.draws * kept
     most = _MOST_PACED if posterior.programs.structure.paced else _MOST
@@ -176,33 +178,33 @@ def _extended(
 def log_evidence(
     posterior: Posterior, rng: np.random.Generator, draws: int = _FOR_EVIDENCE
 ) -> Evidence:
-    """The evidence of a posterior, by the mean of its importance weights.
+    """The evidence of a posterior, from the mean of its importance weights.
 
     Args:
-        posterior: whose evidence it is.
+        posterior: posterior whose evidence is estimated.
         rng: random number generator of the draws.
         draws: number of points.
 
     Returns:
-        The evidence; at fault where the weights have no variance to judge it by.
+        The log evidence, with a fault where the Pareto k of the weights is too high to rely on it.
     """
     _, log_weight, _, _ = weighted_points(posterior, draws, rng)
     return Evidence(*log_mean(log_weight), judged(smoothed(log_weight)[1])["faults"])
 
 
 def disagreements(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
-    """Whether draws by an approximation leave the posterior, as importance sampling has it.
+    """Errors of draws by an approximation, compared with importance sampling of the posterior.
 
-    (The weights of Laplace's own draws do not show it: a normal's few draws in a heavy tail passed a
+    (The weights of Laplace's own draws do not show them: a normal's few draws in a heavy tail passed a
     spread of three quarters of the posterior's.)
 
     Args:
-        draws: of the approximation, the model's unknowns by name, each of shape (any,).
-        task: that they were drawn for.
+        draws: the model's unknowns as drawn by the approximation, by name, each of shape (any,).
+        task: task that the draws were made for.
 
     Returns:
-        Of the reported quantities the one whose mean or spread is off by the most, if by too much; or
-        why that cannot be computed.
+        A sentence on the reported quantity whose mean or spread is off by the most, if by too much, or
+        on why the comparison is unreliable; else empty.
     """
     chance = np.random.default_rng([task.seed, 5])
     _, log_weight, quantities, _ = weighted_points(task.posterior, _HELD_AGAINST, chance)
@@ -229,16 +231,16 @@ def disagreements(draws: dict[str, np.ndarray], task: Task) -> tuple[str, ...]:
 def weighted_points(
     posterior: Posterior, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], int]:
-    """Draws from a proposal that pilots have adapted, not yet resampled.
+    """Weighted draws from a proposal that pilots have adapted, not yet resampled.
 
     Args:
-        posterior: whose weights they carry.
+        posterior: posterior that the draws are weighted by.
         count: number of draws.
         rng: random number generator of the draws.
 
     Returns:
-        w, shape (count, q), the logs of their weights, the quantities there, and how many points were
-        evaluated in all.
+        The draws w, shape (count, q); the logs of their weights, shape (count,); the quantities there;
+        and the number of points evaluated in all.
     """
     found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.draw(_PILOT, rng))
     proposal = WithRidge(found.next, posterior)
@@ -250,14 +252,14 @@ def weighted_points(
 
 @dataclass(frozen=True)
 class Adapted:
-    """What the last of the proposals gave.
+    """Draws of the last round of an adaptation, and the proposal that results.
 
     Args:
-        w: its draws, shape (any, q).
-        log_weight: of each.
-        quantities: there.
-        evaluations: points of all rounds.
-        next: the proposal that its weighted draws, and those before it, suggest.
+        w: draws of the last round, shape (any, q).
+        log_weight: log importance weights of the draws, shape (any,).
+        quantities: the model's quantities at the draws, by name.
+        evaluations: number of points evaluated in all rounds.
+        next: proposal that the weighted draws of all rounds suggest.
     """
 
     w: np.ndarray
@@ -273,13 +275,13 @@ def adapted(
     draw: Callable[[Proposal], np.ndarray],
     rounds: int = _ROUNDS,
 ) -> Adapted:
-    """Rounds of draws, each from a proposal by all before it, until their weights are even.
+    """Rounds of draws, each from a proposal adapted to all before it, until their weights are even.
 
     Args:
-        posterior: whose weights they carry.
-        first: the proposal to begin with.
-        draw: gives the draws of a round.
-        rounds: as many at most.
+        posterior: posterior that the draws are weighted by.
+        first: proposal to begin with.
+        draw: function that makes the draws of a round, shape (any, q), from its proposal.
+        rounds: largest number of rounds.
     """
     proposals, evaluations = [first], 0
     every, log_densities = np.zeros((0, posterior.size)), np.zeros(0)
@@ -306,15 +308,15 @@ def adapted(
 
 
 def evaluated(posterior: Posterior, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Log densities at points, and what is known there.
+    """Log densities and the model's quantities at points.
 
     Args:
-        posterior: whose densities they are.
+        posterior: posterior that is evaluated.
         w: the points, shape (any, q).
 
     Returns:
-        Where there is no density, minus infinity and the quantities of another point: its own may be no
-        numbers, and spoil every sum.
+        Log densities, shape (any,), and quantities by name; at a point without density, minus infinity
+        and the quantities of another point, for its own may be NaN and spoil every sum.
     """
     heights, quantities = posterior.evaluate(w)
     inside = np.isfinite(heights)
@@ -326,15 +328,15 @@ def evaluated(posterior: Posterior, w: np.ndarray) -> tuple[np.ndarray, dict[str
 
 @dataclass(frozen=True)
 class Proposal:
-    """A normal; for a share of the draws a Student-t.
+    """A multivariate normal, mixed with a Student-t for a share of the draws.
 
     Args:
-        middle: its location, shape (q,).
+        middle: location of both, shape (q,).
         axes: orthonormal columns, the widest first, shape (q, q).
-        sd: of the posterior along each, as far as is known, shape (q,).
-        share: of the draws that have tails.
-        freedom: their degrees of freedom.
-        worth: effective draws that its axes and sd count for beside new ones.
+        sd: standard deviation of the posterior along each axis, as far as is known, shape (q,).
+        share: share of the draws that are of the Student-t, from 0 to 1.
+        freedom: degrees of freedom of the Student-t.
+        worth: number of effective draws that `axes` and `sd` count for beside new draws.
     """
 
     middle: np.ndarray
@@ -346,16 +348,16 @@ class Proposal:
 
     @classmethod
     def first(cls, n: int) -> Proposal:
-        """That of n coordinates in which a posterior is near a standard normal."""
+        """First proposal, for n coordinates in which a posterior is near a standard normal."""
         return cls(np.zeros(n), np.eye(n), np.ones(n), *_FIRST, 2.0 * n)
 
     @property
     def _scale(self) -> np.ndarray:
-        """What draws along each axis are scaled by; a whitened coordinate is as wide as at the mode."""
+        """Scale of draws along each axis: above `sd` where the posterior is wider than at its mode."""
         return self.sd * np.clip(np.sqrt(self.sd), 1, _SKEWED)
 
     def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """So many draws, shape (count, q)."""
+        """Independent draws, shape (count, q)."""
         in_tails = rng.permutation(count)[:, None] < self.share * count
         tails = np.sqrt(self.freedom / rng.chisquare(self.freedom, (count, 1)))
         return self._placed(rng.standard_normal((count, self.middle.size)), in_tails, tails)
@@ -364,14 +366,14 @@ class Proposal:
         """Draws from points within the unit cube, of which the last two coordinates make the tails.
 
         Args:
-            u: shape (any, q + 2).
+            u: points of the unit cube, shape (any, q + 2).
         """
         in_tails = u[:, -1:] < self.share
         tails = np.sqrt(self.freedom / chdtri(self.freedom, u[:, -2:-1]))
         return self._placed(ndtri(u[:, :-2]), in_tails, tails)
 
     def _placed(self, z: np.ndarray, in_tails: np.ndarray, tails: np.ndarray) -> np.ndarray:
-        """Where standard normal draws come to, those in the tails so many times as far out."""
+        """Draws from standard normal ones, of which those in the tails are scaled up by `tails`."""
         z *= np.where(in_tails, tails, 1.0)
         return self.middle + (z * self._scale) @ self.axes.T
 
@@ -386,14 +388,14 @@ class Proposal:
         return both - np.log(self._scale).sum()
 
     def outgrown(self, spread: np.ndarray, effective: float) -> float:
-        """The largest ratio of a covariance to its own, over what chance makes of so many draws."""
+        """Largest ratio of a covariance to the proposal's, over that which chance gives so few draws."""
         whitened = (self.axes / self.sd).T @ spread @ (self.axes / self.sd)
         # the edge of the spectrum of a sample of the standard normal (Marchenko and Pastur 1967)
         margin = (1 + np.sqrt(self.sd.size / effective)) ** 2
         return float(np.linalg.eigvalsh(whitened)[-1] / margin)
 
     def moved(self, mean: np.ndarray, spread: np.ndarray, effective: float) -> Proposal:
-        """Towards a mean and a covariance, the further the more effective draws there are."""
+        """The proposal moved towards a mean and a covariance, further for more effective draws."""
         share = effective / (effective + self.worth)
         scale = share * spread + (1 - share) * (self.axes * self.sd**2) @ self.axes.T
         variances, axes = np.linalg.eigh(scale)
@@ -409,15 +411,15 @@ class WithRidge:
     """A proposal about the mode; half of the draws come from along the posterior's ridge, if it has one.
 
     Args:
-        about_mode: the proposal.
-        posterior: whose ridge it is.
+        about_mode: proposal about the mode.
+        posterior: posterior, whose ridge is followed if it has one.
     """
 
     about_mode: Proposal
     posterior: Posterior
 
     def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """So many draws, shape (count, q), in random order."""
+        """Independent draws, shape (count, q), in random order."""
         ridge = self.posterior.ridge
         if ridge is None:
             return self.about_mode.draw(count, rng)

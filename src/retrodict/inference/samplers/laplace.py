@@ -1,7 +1,7 @@
 """Laplace's approximation: a normal in the flattened coordinates, centred and whitened at the mode.
 
-The coordinates are not linear in the unknowns, so neither is what comes out; how far it is from the
-posterior, the Pareto k of its importance weights shows, and importance sampling itself.
+The coordinates are not linear in the unknowns, so the draws of these are not normal. The Pareto k of
+their importance weights, and a comparison with importance sampling, show how far they are off.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""NUTS, the default and the reference: chains that help themselves once where they diverge."""
+"""NUTS, the default and the reference: a run with few divergences is repeated in shorter steps, once."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ from retrodict.inference.transforms.parameters import TransformParameters
 from retrodict.models.arrays import Data, Structure
 
 _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
-# Of the run that follows one with divergences. No more: the gradient steers only near enough, so that
-# acceptance stays at 0.9 however short the steps, and steps that aim for it collapse (measured).
+# Target acceptance of the run that follows one with divergences. No more: the gradient steers only near
+# enough, so that acceptance stays at 0.9 however short the steps, and steps that aim for it collapse
+# (measured).
 _SECOND_TRY = 0.8
-# Of a posterior that rest poses do not pin, whose slopes are exact: 0.8 leaves one to three divergences
-# in 2000 draws of four random crashes in ten, 0.95 none, in 1.4 times as many steps (measured).
+# Both targets for a posterior that rest poses do not pin, whose gradients are exact: 0.8 leaves one to
+# three divergences in 2000 draws of four random crashes in ten, 0.95 none, in 1.4 times as many steps
+# (measured).
 # Where one is left all the same, shorter steps still help.
 _CURVED, _STEADY = 0.95, 0.99
 _PILOT = 2000  # importance draws by which such a posterior is whitened, or responses are fitted
@@ -76,7 +78,7 @@ def compile_ahead(
 
 
 def targets(structure: Structure) -> tuple[float, float]:
-    """Acceptance that a first run aims for, and one after divergences."""
+    """Target acceptance of a first run, and of one after divergences."""
     return (_CURVED, _STEADY) if structure.in_deviates else (_FIRST_TRY, _SECOND_TRY)
 
 

@@ -1,7 +1,7 @@
-"""What the profession does today: carry the measurements' uncertainty back through the closed form.
+"""Common practice today: carry the measurements' uncertainty back through the closed form.
 
-Neither knows a prior, so nothing keeps e or e_m within bounds, and what the measurements say of each
-other is lost. Both are here to be compared with, and are compared with the posterior by themselves.
+Neither method here knows a prior, so nothing keeps e or e_m within bounds, and what the measurements say
+of each other is lost. Both serve for comparison, and their draws are compared with the posterior.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from retrodict.inference.density.log_density import Target
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.importance import disagreements
-from retrodict.inference.transforms import rest_pose
+from retrodict.inference.transforms import layout, rest_pose
 from retrodict.inference.transforms.parameters import Numbers, TransformParameters
 from retrodict.models import parts
 from retrodict.models.arrays import Data
@@ -43,7 +43,7 @@ def _solve_back(
 def _propagate(
     target: Target, data: Data, transform: TransformParameters, q: Numbers
 ) -> parts.Values:
-    """The same by first derivatives at the measured values."""
+    """The model's unknowns at each row of q, to first order about the measured values."""
 
     def exact(q: Array) -> parts.Values:
         return rest_pose.solve_back(target.structure, data, transform, q)
@@ -59,7 +59,7 @@ _PROPAGATE = Kernel("propagate", _propagate, 0)
 
 
 def _compared(task: Task, way: Kernel[[Data, TransformParameters, Numbers], parts.Values]) -> Draws:
-    """Measurements at random taken back by a kernel, compared with the posterior."""
+    """Random measurements solved back by a kernel, and compared with the posterior."""
     posterior = task.posterior
     structure = posterior.programs.structure
     if structure.in_deviates or structure.unmeasured:
@@ -67,7 +67,7 @@ def _compared(task: Task, way: Kernel[[Data, TransformParameters, Numbers], part
             "this method solves back from where both vehicles slid to rest, which this scene does not "
             "give: use another method"
         )
-    n = rest_pose.length_for_regressions(structure)
+    n = layout.length_for_regressions(structure)
     if n > posterior.size:
         raise Unanswerable(
             f"this method solves back as many unknowns as there are measurements, and the model "

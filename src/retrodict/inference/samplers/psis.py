@@ -12,7 +12,7 @@ __all__ = ["MAX_PARETO_K", "effective", "judged", "log_mean", "resampled", "smoo
 
 
 def effective(weights: np.ndarray) -> float:
-    """How many draws of equal weight say as much as these, whose weights sum to one."""
+    """Effective sample size of draws whose weights sum to one."""
     return float(1 / np.sum(weights**2))
 
 
@@ -20,7 +20,7 @@ def log_mean(log_weight: np.ndarray) -> tuple[float, float]:
     """Log of the mean weight, which is the evidence, and its standard error to first order.
 
     Args:
-        log_weight: of each draw, in full; -inf for draws outside the support.
+        log_weight: log importance weight of each draw, constants included; -inf outside the support.
     """
     highest = log_weight.max()
     if highest == -np.inf:
@@ -31,7 +31,7 @@ def log_mean(log_weight: np.ndarray) -> tuple[float, float]:
 
 
 def judged(k: float) -> dict[str, Any]:
-    """The verdict on a k: for the arguments of `Draws`."""
+    """Verdict on a Pareto k, as keyword arguments of `Draws`."""
     faults: tuple[str, ...] = ()
     if not k <= MAX_PARETO_K:
         faults = (
@@ -48,7 +48,7 @@ def resampled(weights: np.ndarray, count: int, rng: np.random.Generator) -> np.n
     chains counts them as it should.
     """
     total = weights.sum()
-    if not total > 0:  # of none, or none finite, all are taken in turn; Pareto k shows it
+    if not total > 0:  # all zero, or not finite: draws are taken in turn; Pareto k shows it
         return np.arange(count) % weights.size
     steps = (rng.random() + np.arange(count)) / count
     return np.minimum(np.searchsorted(np.cumsum(weights / total), steps), weights.size - 1)

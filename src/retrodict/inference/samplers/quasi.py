@@ -23,10 +23,10 @@ def scrambled(
     """Points of the unit cube, those of each scrambling in a row.
 
     Args:
-        size: of the cube.
-        count: of points in each scrambling, a power of two.
-        scramblings: how many.
-        seed: of them.
+        size: dimension of the cube.
+        count: number of points in each scrambling, a power of two.
+        scramblings: number of independent scramblings.
+        seed: integer seed of the scramblings.
     """
     from scipy.stats.qmc import Sobol  # slow to import
 
@@ -37,11 +37,11 @@ def scrambled(
 
 @dataclass(frozen=True)
 class Weighted:
-    """Draws that carry weights, of several scramblings one after the other.
+    """Weights of draws from several scramblings, one scrambling after the other.
 
     Args:
-        weights: of each; they sum to one.
-        scramblings: how many.
+        weights: weight of each draw, shape (points,); they sum to one.
+        scramblings: number of scramblings, at least two.
     """
 
     weights: Values
@@ -64,8 +64,8 @@ class Weighted:
         """Quantiles of a quantity, and the standard error of the probability below each.
 
         Args:
-            values: of each draw.
-            levels: between 0 and 1.
+            values: the quantity at each draw, shape (points,).
+            levels: probabilities between 0 and 1, shape (levels,).
         """
         order = np.argsort(values)
         below = np.cumsum(self.weights[order]) - self.weights[order] / 2

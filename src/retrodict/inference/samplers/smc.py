@@ -26,22 +26,22 @@ from retrodict.inference.samplers.psis import effective, resampled
 from retrodict.inference.threads import one_blas_thread
 
 _PARTICLES = 512  # of a population
-_MOST = 8  # times as many draws are gone on to, where they fall short
+_MOST = 8  # largest multiple of the draws asked for, where they fall short
 _ASUNDER = 0.4  # standard deviations between populations from which more moves will not do
 _EFFECTIVE = 0.5  # share of the particles that a step in temperature leaves
-_STAGES = 60  # at most
-_SWEEPS = 4  # of moves at a temperature, after which coordinates are whitened anew
-# Rounds of them at the posterior: before the first draw that is kept (as a rule means are off by no
+_STAGES = 60  # steps in temperature at most
+_SWEEPS = 4  # moves of each particle at a temperature, after which coordinates are whitened anew
+# Rounds of sweeps at the posterior: before the first draw that is kept (as a rule means are off by no
 # more than chance takes them after 6; tests/data/sideswipe.toml has them off by 0.2 sd then, by 0.1
 # after 18), and before each further one
 _SETTLING, _LAST = 18, 3
 # Steps far and near; the far ones go farthest in the mean, and the near ones are rarely refused.
-_KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # of a coordinate, in a step
+_KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # factor of a coordinate that a step keeps
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
-_WIDER = 1.15  # than the particles spread: what steps aim at has to have the heavier tails
-_WIDE = 1.25  # than the posterior at its mode: what particles start from
+_WIDER = 1.15  # scale of the steps over the particles' spread: they need the heavier tails
+_WIDE = 1.25  # sd of the start over that of the posterior at its mode
 _ASTRAY = 4.5  # standard deviations at the mode: a posterior farther off is not one that was sought
-_LEAST = 1e-12  # variance
+_LEAST = 1e-12  # variance added, so that none is zero
 _NOWHERE = -1e12  # log density where there is none
 
 Points = Float[np.ndarray, "chains particles w"]
@@ -52,8 +52,8 @@ def draw(task: Task) -> Draws:
     """Draw by tempered SMC, each chain a population of its own.
 
     Args:
-        task: what is asked for; populations are as large as its draws, up to `_PARTICLES`, of which
-            several in a row are kept for more draws than that.
+        task: posterior, numbers of chains and draws, seed and callback. A population has as many
+            particles as draws are asked for, up to `_PARTICLES`; for more it is kept several times.
 
     Raises:
         Interrupted: stopped before any draws were kept.
@@ -111,13 +111,13 @@ def _kept(task: Task, populations: _Populations, times: int) -> Draws:
 
 
 def _apart(w: Points) -> float:
-    """How far the means of populations lie apart in any coordinate, in standard deviations."""
+    """Largest spread of the populations' means in a coordinate, in standard deviations of particles."""
     spread = w.mean(axis=1).std(axis=0) / np.maximum(w.std(axis=1).mean(axis=0), 1e-300)
     return float(spread.max())
 
 
 def _error(evidence: Float[np.ndarray, " chains"]) -> float:
-    """Standard error of the log of the mean of so many evidences, from their logs."""
+    """Standard error of the log of the populations' mean evidence, from the logs of their evidences."""
     if len(evidence) < 2:
         return float("nan")
     return float(np.std(evidence, ddof=1) / np.sqrt(len(evidence)))
@@ -127,21 +127,22 @@ def _error(evidence: Float[np.ndarray, " chains"]) -> float:
 class _Populations:
     """Particles on their way from the start to the posterior, a population for each chain.
 
-    Populations are weighted, resampled and moved each for itself. They share temperatures, and what
-    their steps are made by: more particles determine a covariance better.
+    Populations are weighted, resampled and moved each for itself. They share temperatures, and the
+    covariance of their steps, which more particles determine better.
 
     Args:
-        posterior: in coordinates about its mode.
-        start: that particles come from.
-        rng: of all that is random.
-        progress: called as the work goes on.
-        w: where they are.
-        height: log density of the posterior there.
-        log_evidence: of the posterior by each population, once the temperature is one.
-        transform: coordinates in which they have no correlation.
-        temperature: power of the density over that of the start.
-        evaluations: of the density.
-        kept: where they were at the posterior, after each round of moves.
+        posterior: posterior to draw from, in coordinates about its mode.
+        start: distribution that the particles are first drawn from.
+        rng: generator of all random numbers.
+        progress: callback that is called with (done, of all) as the work goes on.
+        w: positions of the particles, shape (chains, particles, q).
+        height: log density of the posterior at `w`, shape (chains, particles).
+        log_evidence: log evidence of the tempered density by each population, shape (chains,); at
+            temperature one, of the posterior.
+        transform: whitened coordinates of the particles, in which steps are made.
+        temperature: power t of the tempered density, start^(1 - t) posterior^t, from 0 to 1.
+        evaluations: number of density evaluations.
+        kept: positions `w` at the posterior that are kept as draws, some rounds of moves apart.
     """
 
     posterior: Posterior
@@ -158,7 +159,7 @@ class _Populations:
 
     @classmethod
     def spread(cls, task: Task, count: int) -> _Populations:
-        """Populations of so many particles, as they start."""
+        """Populations of `count` particles, drawn from the start."""
         rng = np.random.default_rng([task.seed, task.chains, count])
         n = task.posterior.size
         wide = replace(Proposal.first(n), sd=np.full(n, _WIDE))
@@ -172,7 +173,7 @@ class _Populations:
         return self
 
     def temper(self) -> None:
-        """Bring them to the posterior, or as near to it as they can come."""
+        """Bring the particles to the posterior, or as near to it as they can come."""
         for _ in range(_STAGES):
             self._step()
             if self.temperature >= 1:
@@ -181,7 +182,7 @@ class _Populations:
             self._tell(0.8 * self.temperature**0.25)
 
     def keep(self, count: int) -> None:
-        """Move the particles until so many draws of each chain are kept in all."""
+        """Move the particles until `count` draws of each chain are kept in all."""
         rounds = ceil(count / self.w.shape[1])
         while len(self.kept) < rounds:
             for _ in range(_LAST if self.kept else _SETTLING):
@@ -190,7 +191,7 @@ class _Populations:
             self._tell(0.8 + 0.2 * len(self.kept) / rounds)
 
     def draws(self, count: int) -> Points:
-        """The last so many of each chain; those of one particle follow each other."""
+        """The last `count` draws of each chain; those of one particle follow each other."""
         chains, particles, n = self.w.shape
         last = np.stack(self.kept[-ceil(count / particles) :], axis=2)
         return last.reshape(chains, -1, n)[:, :count]
@@ -201,7 +202,7 @@ class _Populations:
         return np.where(np.isfinite(found), found, _NOWHERE)
 
     def _start(self, w: Points) -> Values:
-        """Log density of what particles start from; of no account at the posterior."""
+        """Log density of the start at `w`; it has no effect once the temperature is one."""
         return self.start.log_density(w.reshape(-1, w.shape[2])).reshape(w.shape[:2])
 
     def _step(self) -> None:
@@ -233,15 +234,21 @@ class _Populations:
         return _Whitened.by(w.reshape(-1, n), weights.ravel() / weights.sum())
 
     def _move(self) -> None:
-        """Move the particles, in coordinates that they are then whitened by anew."""
-        z, start = self.transform.seen(self.w), self._start(self.w)
+        """Move the particles by some sweeps, then whiten the coordinates by them anew."""
+        z, bridge = self.transform.seen(self.w), self._bridge(self.w, self.height)
         for _ in range(_SWEEPS):
-            z, start = self._sweep(z, start)
+            z, bridge = self._sweep(z, bridge)
         lately = np.concatenate([self.w, *self.kept[-3:]], axis=1)
         self.transform = self._whitened(lately, np.ones(lately.shape[:2]))
 
-    def _sweep(self, z: Points, start: Values) -> tuple[Points, Values]:
-        """One step of each particle, from its coordinates and log density at the start."""
+    def _bridge(self, w: Points, height: Values) -> Values:
+        """Log density at the temperature, between that of the start and the posterior's."""
+        if self.temperature >= 1:
+            return height
+        return self.temperature * height + (1 - self.temperature) * self._start(w)
+
+    def _sweep(self, z: Points, bridge: Values) -> tuple[Points, Values]:
+        """Make one step of each particle, given its coordinates and the `_bridge` there."""
         each, n = z.shape[:2], z.shape[2]
         moved = self.rng.random(z.shape) < self.rng.choice(_MOVED, (*each, 1))
         moved |= np.arange(n) == self.rng.integers(n, size=(*each, 1))
@@ -249,14 +256,14 @@ class _Populations:
         fresh = keep * z + np.sqrt(1 - keep**2) * self.rng.standard_normal(z.shape)
         there = np.where(moved, fresh, z)
         w = self.transform.at(there)
-        height, start_there = self._density(w), self._start(w)
-        rise = (1 - self.temperature) * (start_there - start)
-        rise += self.temperature * (height - self.height)
+        height = self._density(w)
+        bridge_there = self._bridge(w, height)
+        rise = bridge_there - bridge
         rise += (np.sum(there**2, axis=2) - np.sum(z**2, axis=2)) / 2  # over the normal of the step
         taken = np.log(self.rng.random(each)) < rise
         self.w = np.where(taken[..., None], w, self.w)
         self.height = np.where(taken, height, self.height)
-        return np.where(taken[..., None], there, z), np.where(taken, start_there, start)
+        return np.where(taken[..., None], there, z), np.where(taken, bridge_there, bridge)
 
     def _tell(self, share: float) -> None:
         self.progress(int(1000 * share), 1000)
@@ -267,9 +274,9 @@ class _Whitened:
     """Coordinates about a mean, in units of a triangular root of a covariance.
 
     Args:
-        mean: shape (w,).
-        root: lower triangular, the last coordinate first: so that those of inputs move the motion that
-            goes with them, and those of the motion nothing else; shape (w, w).
+        mean: mean, shape (w,).
+        root: lower triangular root of the covariance, shape (w, w), the last coordinate first: so that
+            a step of an input moves the motion correlated with it, and one of the motion no input.
     """
 
     mean: Float[np.ndarray, " w"]
@@ -281,7 +288,7 @@ class _Whitened:
         w: Float[np.ndarray, "points w"],
         weights: Float[np.ndarray, " points"],
     ) -> _Whitened:
-        """By weighted points; without correlations as far as they are too few for these."""
+        """Coordinates whitened by weighted points; correlations are shrunk where few are effective."""
         mean = weights @ w
         covariance = (w - mean).T @ ((w - mean) * weights[:, None])
         worth = effective(weights)
@@ -291,11 +298,11 @@ class _Whitened:
         return cls(mean, _WIDER * np.linalg.cholesky(covariance[::-1, ::-1]))
 
     def at(self, z: Points) -> Points:
-        """Points by their coordinates."""
+        """Points w of whitened coordinates z."""
         return self.mean + (z @ self.root.T)[..., ::-1]
 
     def seen(self, w: Points) -> Points:
-        """Coordinates of points."""
+        """Whitened coordinates z of points w."""
         from scipy.linalg import solve_triangular
 
         off = (w - self.mean)[..., ::-1].reshape(-1, w.shape[-1])

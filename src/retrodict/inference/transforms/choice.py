@@ -1,4 +1,4 @@
-"""Which coordinates a posterior is sampled in, and the transform that makes them."""
+"""Choice of the coordinates that a posterior is sampled in, and of their transform."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TRANSFORMS: dict[TransformName, Transform] = {
 
 
 class Coordinates(Enum):
-    """In which coordinates a posterior is sampled; `inference.plan` says which method takes which."""
+    """Coordinates that a posterior is sampled in; `inference.plan` says which method uses which."""
 
     PINNED = "rest poses where they cover the posterior; else deviates"
     DEVIATES = "standard normal deviates, a part about each mode"

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-REACH = 4.0  # the quadratic's arguments saturate here (standard deviations), so it cannot fold
+REACH = 4.0  # saturation of the quadratic's arguments (standard deviations), so that it cannot fold
 
 Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
@@ -29,7 +29,7 @@ class Quadratic(NamedTuple):
     quadratic: Float[Numbers, "v k k"]
 
     def __call__(self, x: Float[Array, " k"]) -> Float[Array, " v"]:
-        """Its value at x."""
+        """Value of the quadratic at x."""
         s = saturated(x)
         return (
             jnp.asarray(self.constant) + times(self.linear, x) + times(times(self.quadratic, s), s)
@@ -47,19 +47,19 @@ def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any
 
 
 class Constraints(NamedTuple):
-    """How q is constrained so that what the impact model bounds or holds is so.
+    """Constraints that keep q within what the impact model bounds, and at what it holds.
 
     Args:
         side: sign of each bounded level's denominator (1 for others): the branch, shape (levels,).
-        order: in which margins are constrained, as places in `margins`; all that follows has this order,
-            shape (m,).
-        margin: at the centre, shape (m,).
-        slope: by q there, shape (m, q).
-        along: for each a direction of q that moves it at rate 1 there and none before it, shape (m, q).
-        across: for each a direction of the motion (velocities after the impact over sqrt(friction), then
-            the deviate of A's speed where that is linear in it) that does, shape (m, v + 1).
-        softness: over which zero is approached, shape (m,).
-        kept: softness of the share of the sliding at zero, and what its entry of q is counted in.
+        order: order in which margins are constrained, as indices into `rest_pose.margins`; the arrays
+            below follow it, shape (m,).
+        margin: margins at the centre, shape (m,).
+        slope: derivatives of the margins by q, shape (m, q).
+        along: direction of q for each margin that moves it at rate 1 and none before it, shape (m, q).
+        across: such a direction of the motion for each margin: velocities after the impact over
+            sqrt(friction), then the deviate of A's speed where that is linear in it, shape (m, v + 1).
+        softness: scale over which each margin approaches zero, shape (m,).
+        kept: softness of the share of the sliding at zero, which is also the unit of its entry of q.
     """
 
     side: Float[Numbers, " levels"]
@@ -73,12 +73,12 @@ class Constraints(NamedTuple):
 
 
 class ResponseSurface(NamedTuple):
-    """What a vehicle passes on its way to rest: a quadratic of its velocity and shaping inputs.
+    """Predictions along a vehicle's path to rest: a quadratic of its velocity and shaping inputs.
 
     Args:
-        centre: velocity after the impact from which it counts, m/s and rad/s, shape (v,).
-        unit: in which it counts, shape (v,).
-        surface: the quadratic, whose values are those of `Structure.on_way_of`.
+        centre: velocity after the impact at the surface's origin, m/s and rad/s, shape (v,).
+        unit: scale of each velocity component, m/s and rad/s, shape (v,).
+        surface: quadratic whose values are the items of `Structure.on_way_of`.
     """
 
     centre: Float[Numbers, " v"]
@@ -86,7 +86,7 @@ class ResponseSurface(NamedTuple):
     surface: Quadratic
 
     def __call__(self, velocity: Float[Array, " v"], shape: Float[Array, " inputs"]) -> Array:
-        """The items, shape (items,)."""
+        """Predictions of the items, shape (items,)."""
         off = (velocity - jnp.asarray(self.centre)) / jnp.asarray(self.unit)
         return self.surface(jnp.concatenate([off, shape]))
 
@@ -96,8 +96,8 @@ class Flattening(NamedTuple):
 
     Args:
         peak: deviates at v = 0 without the shear, shape (n,).
-        axes: columns, change of the deviates by v, those that are pinned the most first, shape (n, n).
-        bend: shift of the first entries of v, by later ones that are not shifted themselves.
+        axes: derivatives of the deviates by v, the columns that are pinned the most first, shape (n, n).
+        bend: shift of the first entries of v, as a function of the later ones, which are not shifted.
         log_volume: log |det axes|.
     """
 
@@ -118,7 +118,7 @@ class Flattening(NamedTuple):
         return sheared - self._shift(sheared, np)
 
     def _shift(self, v: Float[Any, "*any n"], xp: ModuleType) -> Float[Any, "*any n"]:
-        """Shift by the entries of v that are not shifted."""
+        """Shift of v, a function of the entries that are not shifted."""
         s, (constant, linear, quadratic) = saturated(v, xp), self.bend
         items, n = linear.shape
         # one product of matrices for all points
@@ -129,16 +129,16 @@ class Flattening(NamedTuple):
 
 
 class TransformParameters(NamedTuple):
-    """The numbers of the bijection w -> q -> the model's unknowns, and of the slopes beside it.
+    """The numbers of the bijection w -> q -> the model's unknowns, and of the surrogates.
 
     Args:
         regressions: the quadratics for A and B.
-        constraints: on what the impact model bounds or holds.
+        constraints: constraints on the levels that the impact model bounds or holds.
         centre: q at w = 0, shape (q,).
-        spread: q's change per w, shape (q, w); no column changes what is held, to first order.
-        log_volume: log |det| of the spread and the directions of what is held together.
-        responses: of each of `rest_pose.with_response_surface`.
-        flattening: of standard normal deviates, where these are coordinates.
+        spread: q's change per w, shape (q, w); no column changes a held level, to first order.
+        log_volume: log |det| of the matrix of the spread and the directions of the held levels.
+        responses: response surface of each vehicle of `rest_pose.with_response_surface`.
+        flattening: flattening of standard normal deviates; None where these are not the coordinates.
     """
 
     regressions: tuple[Quadratic, Quadratic]

@@ -1,4 +1,4 @@
-"""What a transform is: a bijection from sampled coordinates w to the unknowns of a model."""
+"""Interface of a transform: a bijection from sampled coordinates w to the unknowns of a model."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Transform(ABC):
         """Number of entries of q."""
 
     def size(self, structure: Structure) -> int:
-        """Number of sampled coordinates, the entries of w: as many, unless some of q are held."""
+        """Number of sampled coordinates, the entries of w: `length` less the number of held levels."""
         return self.length(structure)
 
     def example(self, structure: Structure) -> TransformParameters:
@@ -44,7 +44,7 @@ class Transform(ABC):
         q: Q,
         log_det: Float[Array, ""],
     ) -> Located:
-        """`forward_and_log_det` from q on, whose log |d q / d w| is given."""
+        """The part of `forward_and_log_det` that begins at q; `log_det` is log |d q / d w|."""
 
     def forward_and_log_det(
         self,
@@ -56,8 +56,8 @@ class Transform(ABC):
         """The unknowns at w, and log |d unknowns / d w|.
 
         Args:
-            structure: of the scene.
-            data: its numbers.
+            structure: static structure of the scene.
+            data: numbers of the scene.
             parameters: the numbers of the bijection.
             w: a point of the sampled space, shape (w,).
 

@@ -1,8 +1,9 @@
-"""Smooth ways from the whole line above zero, or between bounds, which leave alone what lies within.
+"""Smooth maps of the real line to the values above zero, or between bounds.
 
-Their slope is the normal distribution function of the distance to a bound in units of the softness, so
-that a density which a bound cuts short falls off beyond it as fast as a normal one. (The logistic
-function's slower fall cost importance sampling a third of all scenes.)
+They are close to the identity away from the bounds. Their slope is the normal distribution function of
+the distance to a bound in units of the softness, so that a density which a bound truncates falls off
+beyond it as fast as a normal one. (The logistic function's slower fall cost importance
+sampling a third of all scenes.)
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ _FAR = -8.0  # where the normal distribution function's integral goes over into 
 
 
 def soft_lower_bound(level: Levels, softness: Levels) -> tuple[Array, Array]:
-    """From the whole line to above zero, the identity away from it; and the log of its slope."""
+    """Map of the real line to above zero, the identity away from zero; and the log of its slope."""
     rise, log_slope = _ramp(jnp.asarray(level / softness))
     return jnp.asarray(softness * rise), log_slope
 
 
 def soft_lower_bound_inverse(level: float, softness: float) -> float:
-    """What `soft_lower_bound` takes to a level; approximate, and limited to 60 softnesses."""
+    """Approximate inverse of `soft_lower_bound`; its result is limited to 60 times the softness."""
     before = np.linspace(-6.0, 60.0, 2000)
     return softness * float(np.interp(level / softness, raised(before), before))
 
@@ -39,10 +40,11 @@ def raised(level: float | np.ndarray) -> Any:
 
 
 def softness_for(sd: Levels, level: Levels) -> Levels:
-    """How soft a bound to use for what is `sd` wide, and at `level` when bounded.
+    """Softness of the bound of a quantity of standard deviation `sd`, whose bounded value is `level`.
 
-    A normal cut off at zero, wherever, then looks like one again: importance sampling from that wastes
-    3 % of its draws at most. As soft as wide would waste 40 % where it is cut far above its mean.
+    A normal truncated at zero, wherever its mean, is then close to a normal again in the unbounded
+    coordinate: importance sampling from a normal wastes 3 % of its draws at most. A softness equal to
+    `sd` would waste 40 % where the truncation is far above the mean.
     """
     return sd * np.clip(1.3 - 0.3 * level / sd, 0.6, 1.25)
 
@@ -50,7 +52,7 @@ def softness_for(sd: Levels, level: Levels) -> Levels:
 def soft_interval(
     level: Levels, softness: Levels, low: Levels, high: Levels
 ) -> tuple[Array, Array]:
-    """From the whole line into (low, high), the identity away from them; and the log of its slope."""
+    """Map of the real line into (low, high), the identity away from both; and the log of its slope."""
     above, below = jnp.asarray((level - low) / softness), jnp.asarray((level - high) / softness)
     rise, log_slope = _between(jnp.stack([above, below]))
     return jnp.asarray(low + softness * rise), log_slope
@@ -78,7 +80,7 @@ def _(primals: tuple[Any], tangents: tuple[Any]) -> tuple[tuple[Array, Array], t
 def _between(u: Float[Array, "2 *any"]) -> tuple[Array, Array]:
     """The integral of the normal distribution function from u[1] to u[0], and log of its rise there."""
     ramp, _ = _ramp(u)
-    # to the side where the difference does not cancel
+    # reflected to the side where the difference does not cancel
     more, less = log_ndtr(jnp.where(u.sum(axis=0) > 0, -u[::-1], u))
     return ramp[0] - ramp[1], more + jnp.log(-jnp.expm1(less - more))
 

@@ -1,7 +1,8 @@
 """The transform of standard normal deviates of all unknowns: it covers all that a model allows.
 
-Bent so that the posterior is flat about a mode: evidence pins a few directions of the deviates to a thin
-sheet, which curves with the others. The sheet's quadratic is subtracted, by a shear that keeps volume.
+The deviates are bent so that the posterior is flat about a mode: evidence pins a few directions of the
+deviates to a thin sheet, which curves with the other directions. A quadratic approximation of the sheet
+is subtracted, by a shear that preserves volume.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from retrodict.models.arrays import Data, Structure
 
 
 def unbent(peak: Float[np.ndarray, " n"], axes: Float[np.ndarray, "n n"], items: int) -> Flattening:
-    """A flattening that bends nothing.
+    """A flattening without a shear.
 
     Args:
         peak: deviates at v = 0, shape (n,).
-        axes: change of the deviates by v, shape (n, n).
+        axes: derivatives of the deviates by v, shape (n, n).
         items: number of entries of v that could be shifted.
     """
     n = peak.size
@@ -54,7 +55,7 @@ class Standard(Transform):
         q: Q,
         log_det: Float[Array, ""],
     ) -> Located:
-        """No unknowns, which follow by the model; the log determinant; the deviates."""
+        """No unknowns, because the model derives them; the log determinant; the deviates."""
         assert parameters.flattening is not None, "parameters of deviates have one"
         deviates = parameters.flattening.deviates(q)
         return {}, log_det + parameters.flattening.log_volume, deviates

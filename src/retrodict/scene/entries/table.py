@@ -1,0 +1,80 @@
+"""Base of all tables of a scene file: declared quantities, texts of one line, and no other keys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, create_model, model_validator
+
+from retrodict.scene.fields import Field
+from retrodict.scene.kinds import fault
+from retrodict.scene.measured import Measured
+
+
+class Table(BaseModel):
+    """A table of a scene file, with these keys and no others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    needs: ClassVar[dict[str, str]] = {}  # key -> key without which the first says nothing
+
+    @model_validator(mode="after")
+    def _nothing_stands_alone(self) -> Table:
+        for key, needed in self.needs.items():
+            if getattr(self, key) is not None and getattr(self, needed) is None:
+                raise fault(
+                    f"it says something of {needed} alone; leave it out, or add {needed}", key
+                )
+        return self
+
+
+def with_fields[T: Table](fields: Mapping[str, Field]) -> Callable[[type[T]], type[T]]:
+    """A decorator that adds to a table the quantities of `scene.fields` that the table does not declare.
+
+    Args:
+        fields: quantities by key.
+    """
+
+    def complete(table: type[T]) -> type[T]:
+        further: dict[str, Any] = {}
+        for key, field in fields.items():
+            if key not in table.model_fields:
+                accepted = Annotated[Measured, field]
+                further[key] = (accepted, ...) if field.required else (accepted | None, None)
+        name, module = table.__name__, table.__module__
+        whole = create_model(
+            name, __base__=table, __doc__=table.__doc__, __module__=module, **further
+        )
+        whole.needs = {key: field.needs for key, field in fields.items() if field.needs}
+        return whole
+
+    return complete
+
+
+def not_empty(table: Table) -> None:
+    """Refuse a table in which nothing is written."""
+    keys = list(type(table).model_fields)
+    if all(getattr(table, key) is None for key in keys):
+        raise fault(f"is empty; write one or more of {', '.join(keys)}")
+
+
+def one_line(limit: int) -> BeforeValidator:
+    """The validator that reads a text of one line.
+
+    Args:
+        limit: largest number of characters accepted.
+    """
+
+    def read(raw: object) -> str:
+        # characters that do not print could forge lines in a terminal or a report
+        if not isinstance(raw, str) or not raw.strip():
+            raise fault("write some text in quotes")
+        if len(raw) > limit or not raw.replace("\N{NO-BREAK SPACE}", " ").isprintable():
+            raise fault(f"write one line of at most {limit} printable characters")
+        return raw
+
+    return BeforeValidator(read)
+
+
+Title = Annotated[str, one_line(200)]
+Note = Annotated[str, one_line(1000)]
