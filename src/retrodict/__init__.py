@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     )
     from retrodict.interchange.importing import Import, import_evidence
     from retrodict.live import Answer, Session, session, sweep
+    from retrodict.own_sampler import LogDensity, NumpyroModel, log_density, numpyro_model
     from retrodict.report.figure_path import plot_path
     from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
     from retrodict.scene.vehicle_library import VehicleClass, vehicles
@@ -32,6 +33,8 @@ __all__ = [
     "Calibration",
     "Import",
     "Ladder",
+    "LogDensity",
+    "NumpyroModel",
     "Result",
     "Scene",
     "SceneError",
@@ -46,6 +49,8 @@ __all__ = [
     "ladder",
     "load_result",
     "load_scene",
+    "log_density",
+    "numpyro_model",
     "parse_scene",
     "plot_path",
     "reconstruct",
@@ -73,6 +78,10 @@ _HOMES = {
     "reconstruct": "retrodict.api",
     "replay": "retrodict.api",
     "validate": "retrodict.api",
+    "LogDensity": "retrodict.own_sampler",
+    "NumpyroModel": "retrodict.own_sampler",
+    "log_density": "retrodict.own_sampler",
+    "numpyro_model": "retrodict.own_sampler",
     "Session": "retrodict.live",
     "session": "retrodict.live",
     "sweep": "retrodict.live",
