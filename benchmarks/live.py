@@ -31,7 +31,7 @@ from retrodict.inference.points import SCRAMBLINGS
 from retrodict.inference.samplers.importance import evaluated
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.samplers.quasi import Weighted, scrambled
-from retrodict.inference.warm import WarmPoints
+from retrodict.inference.warm import Warm
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 MODEL = "planar-moment+wheels"
@@ -113,7 +113,7 @@ def _worst(answer: rd.Answer, fresh: rd.Result) -> float:
 
 def errors(name: str) -> Iterator[tuple[str, str, int, float, float]]:
     """(scene, points, their number, median seconds, root mean square error of the worst mean)."""
-    warm = WarmPoints(rd.load_scene(EXAMPLES / SCENES[name] / "scene.toml"), MODEL)
+    warm = Warm(rd.load_scene(EXAMPLES / SCENES[name] / "scene.toml"), MODEL)
     posterior, proposal = warm.fitted[0].solution.posterior, warm.fitted[0].proposal
     size = proposal.middle.size + 2
 
