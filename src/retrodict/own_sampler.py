@@ -16,22 +16,17 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from numpyro import handlers
 
-from retrodict.inference.density.log_density import Target
+from retrodict.inference.density.log_density import OUTSIDE, Target, shortened
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import ModeSearch
-from retrodict.inference.plan import for_chains
-from retrodict.inference.samplers.importance import weighted_points
-from retrodict.inference.samplers.psis import resampled, smoothed
+from retrodict.inference.plan import planned
+from retrodict.inference.samplers.nuts import refitted
 from retrodict.inference.transforms.choice import Coordinates
-from retrodict.models import RUNGS
 from retrodict.models.standard_normal import DeviatesOf
 from retrodict.notebook import Scene
-from retrodict.options import DEFAULT_RUNG
+from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.scene.load import as_scene
 
-_PILOT = 2000  # importance draws by which the coordinates are whitened
-_STEEPEST = 3.0  # root mean square of the slope of the log density, to which steeper ones are cut
-_OUTSIDE = -500.0  # log density where no crash is possible
 _SITE = "w"  # name of the coordinates as a sample site
 
 
@@ -42,8 +37,7 @@ def _cut(w: Float[Array, " n"]) -> Float[Array, " n"]:
 
 
 def _cut_back(_: None, slope: Float[Array, " n"]) -> tuple[Float[Array, " n"]]:
-    size = jnp.sqrt(jnp.mean(slope**2))
-    return (jnp.where(jnp.isfinite(size), slope * jnp.minimum(1.0, _STEEPEST / size), 0.0),)
+    return (shortened(slope),)
 
 
 _cut.defvjp(lambda w: (w, None), _cut_back)
@@ -51,7 +45,7 @@ _cut.defvjp(lambda w: (w, None), _cut_back)
 
 def _bounded(value: Float[Array, ""]) -> Float[Array, ""]:
     """A log density that is a number everywhere: to leave the support is a rejection, no divergence."""
-    return jnp.where(jnp.isfinite(value), value, _OUTSIDE)
+    return jnp.where(jnp.isfinite(value), value, -OUTSIDE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,9 +206,8 @@ def log_density(
         Unanswerable: the scene has no posterior under the model.
     """
     scene = as_scene(scene)
-    if model not in RUNGS:
-        raise ValueError(f"model is one of {', '.join(RUNGS)}; not {model!r}")
-    kinds = {"auto": for_chains(scene), "deviates": Coordinates.DEVIATES}
+    by_chains, *_ = planned(scene, RunOptions(model=model))
+    kinds = {"auto": by_chains.coordinates, "deviates": Coordinates.DEVIATES}
     if coordinates not in kinds:
         raise ValueError(f"coordinates are one of {', '.join(kinds)}; not {coordinates!r}")
     found = ModeSearch(scene, seed).on(model, kinds[coordinates], weighted=False).found
@@ -223,12 +216,8 @@ def log_density(
     if posterior.basins is None:
         covered = found[:1]
     share = sum(each.mode.weight for each in covered)
-    posterior = replace(posterior, basins=None).differentiable()
-    if posterior.refits:
-        rng = np.random.default_rng([seed, 10])
-        w, log_weight, _, _ = weighted_points(posterior, _PILOT, rng)
-        posterior = posterior.refit(w[resampled(smoothed(log_weight)[0], _PILOT, rng)])
-    return LogDensity(found[0].scene, model, share, posterior)
+    whole = replace(posterior, basins=None).differentiable()
+    return LogDensity(found[0].scene, model, share, refitted(whole, seed))
 
 
 def numpyro_model(

@@ -47,7 +47,7 @@ def ways(method: str, scene: Scene) -> tuple[Way, ...]:
         return (Way(method, Coordinates.SOLVED_BACK),)
     known = {
         "nuts": (
-            Way("nuts", for_chains(scene)), Way("importance", _DEVIATES), Way("smc", _DEVIATES)
+            Way("nuts", _for_chains(scene)), Way("importance", _DEVIATES), Way("smc", _DEVIATES)
         ),
         "importance": (
             Way("importance", _DEVIATES), Way("importance", _PINNED), Way("smc", _DEVIATES)
@@ -57,7 +57,7 @@ def ways(method: str, scene: Scene) -> tuple[Way, ...]:
     return known.get(method, (Way(method, _PINNED),))
 
 
-def for_chains(scene: Scene) -> Coordinates:
+def _for_chains(scene: Scene) -> Coordinates:
     """Coordinates in which chains mix.
 
     Rest poses are, where they alone tell how a vehicle came. Where it is known how all came, the little

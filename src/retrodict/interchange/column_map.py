@@ -19,6 +19,7 @@ from pydantic import (
 from retrodict.interchange.points import SPOTS, Angles, Compass
 from retrodict.scene import units
 from retrodict.scene.entries.impact import SurfaceName
+from retrodict.scene.entries.table import IS_AN_SD
 from retrodict.scene.entries.vehicle import Direction, RecordTime, RecordUncertainty, RestHeading
 from retrodict.scene.errors import SceneError, shown
 from retrodict.scene.explain import problems_of
@@ -84,12 +85,11 @@ def _a_unit(dimension: Dimension) -> BeforeValidator:
 Name = Annotated[str, BeforeValidator(_name)]
 Column = Annotated[int | str, BeforeValidator(_column)]
 LengthUnit = Annotated[float, _a_unit(units.LENGTH)]
-_SD = "it is itself one standard deviation"
 Precision = Annotated[
-    Measured, Kind(units.LENGTH, 0.0001, 50, "0.02 m", uncertainty="refused", advice=_SD)
+    Measured, Kind(units.LENGTH, 0.0001, 50, "0.02 m", uncertainty="refused", advice=IS_AN_SD)
 ]
 Uncertainty = Annotated[
-    Measured, Kind(units.LENGTH, 0, 50, "0.15 m", uncertainty="refused", advice=_SD)
+    Measured, Kind(units.LENGTH, 0, 50, "0.15 m", uncertainty="refused", advice=IS_AN_SD)
 ]
 _Far = Annotated[Measured, Kind(units.LENGTH, -1e8, 1e8, "500000 m", uncertainty="refused")]
 _Offset = Annotated[Measured, Kind(units.LENGTH, -30, 30, "2.1 m", uncertainty="refused")]
@@ -279,7 +279,7 @@ class RecorderColumns(_Table):
 
 _SpeedSD = RecordUncertainty
 _YawRateSD = Annotated[
-    Measured, Kind(units.YAW_RATE, 0.01, 100, "2 deg/s", uncertainty="refused", advice=_SD)
+    Measured, Kind(units.YAW_RATE, 0.01, 100, "2 deg/s", uncertainty="refused", advice=IS_AN_SD)
 ]
 
 

@@ -14,11 +14,7 @@ Pose = tuple[float, float, float]
 
 def impact_pose(scene: Scene, vehicle: str) -> Pose:
     """A vehicle's measured pose at impact: the impact centre less the lever to it (m, rad)."""
-    v = scene.vehicles[vehicle]
-    angle = v.heading.value + v.impact_angle.value
-    x = scene.contact.x.value - v.impact_distance.value * np.cos(angle)
-    y = scene.contact.y.value - v.impact_distance.value * np.sin(angle)
-    return float(x), float(y), v.heading.value
+    return *scene.at_impact(vehicle), scene.vehicles[vehicle].heading.value
 
 
 def outline(vehicle: Vehicle, pose: Pose) -> np.ndarray:

@@ -16,8 +16,6 @@ from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.kinds import Kind
 from retrodict.scene.measured import Measured
 
-_ORIGIN = "count from an origin near the impact"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field(Kind):

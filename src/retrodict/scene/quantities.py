@@ -146,9 +146,8 @@ def describe(name: str) -> tuple[str, str]:
     """
     if name in REPORTED:
         return REPORTED[name]
-    single = _SINGLE | fields.flat_labels(fields.IMPACT | fields.SLOPE)
-    if name in single:
-        return single[name]
+    if single := _SINGLE.get(name) or fields.flat_labels(fields.IMPACT | fields.SLOPE).get(name):
+        return single
     of_surfaces = fields.flat_labels(fields.SURFACE) | _OF_EDGES
     for family, (label, dimension) in of_surfaces.items():
         if name.startswith(f"{family}_"):

@@ -29,7 +29,7 @@ from retrodict.models.standard_normal import AtDeviates
 # step, and where a rolling car's steps are differentiated it can be any number.
 _STEEPEST = 3.0
 # Potential outside of the support: a density of e^-500 in place of zero.
-_OUTSIDE = 500.0
+OUTSIDE = 500.0
 
 
 class Evaluated[A](NamedTuple):
@@ -204,10 +204,8 @@ class Target:
         """
         value, slope = jax.value_and_grad(self.potential)(w, data, transform)
         # leaving the support is then a rejection and no divergence, which is a rise by a thousand
-        value = jnp.where(jnp.isfinite(value), value, _OUTSIDE)
-        steepness = jnp.sqrt(jnp.mean(slope**2))
-        shorter = slope * jnp.minimum(1.0, _STEEPEST / steepness)
-        slope = jax.lax.stop_gradient(jnp.where(jnp.isfinite(steepness), shorter, 0.0))
+        value = jnp.where(jnp.isfinite(value), value, OUTSIDE)
+        slope = jax.lax.stop_gradient(shortened(slope))
         return jax.lax.stop_gradient(value) + jnp.sum(slope * (w - jax.lax.stop_gradient(w)))
 
     def simulate(self, data: Data, sites: Mapping[str, Numbers]) -> dict[str, Array]:
@@ -255,6 +253,17 @@ class Target:
             return self.evaluate(w, data, transform, missed)
 
         return jax.vmap(one)(jnp.asarray(w), jnp.asarray(missed))
+
+
+def shortened(slope: Float[Array, " w"]) -> Float[Array, " w"]:
+    """A slope of the potential, cut where it is very steep, and none where it is no number.
+
+    Args:
+        slope: slope by the coordinates, shape (w,).
+    """
+    steepness = jnp.sqrt(jnp.mean(slope**2))
+    shorter = slope * jnp.minimum(1.0, _STEEPEST / steepness)
+    return jnp.where(jnp.isfinite(steepness), shorter, 0.0)
 
 
 def _recorded(trace: dict[str, Any]) -> dict[str, Array]:

@@ -40,11 +40,7 @@ def draw(task: Task) -> Draws:
     original = task.posterior.differentiable()
     task = replace(task, posterior=original)
     first, second = targets(original.programs.structure)
-    if original.refits:
-        rng = np.random.default_rng([task.seed, 10])
-        w, log_weight, _, _ = weighted_points(original, _PILOT, rng)
-        index = resampled(smoothed(log_weight)[0], _PILOT, rng)
-        task = replace(task, posterior=original.refit(w[index]))
+    task = replace(task, posterior=refitted(original, task.seed))
     found, target_accept = sample(task, first), first
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
@@ -68,6 +64,20 @@ def draw(task: Task) -> Draws:
         )
 
     return replace(drawn, more=more)
+
+
+def refitted(posterior: Posterior, seed: int) -> Posterior:
+    """The same posterior with coordinates or surrogates fitted to importance draws, if they take it.
+
+    Args:
+        posterior: posterior to be sampled by chains.
+        seed: integer seed of the draws.
+    """
+    if not posterior.refits:
+        return posterior
+    rng = np.random.default_rng([seed, 10])
+    w, log_weight, _, _ = weighted_points(posterior, _PILOT, rng)
+    return posterior.refit(w[resampled(smoothed(log_weight)[0], _PILOT, rng)])
 
 
 def compile_ahead(

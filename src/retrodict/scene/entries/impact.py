@@ -9,22 +9,29 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from retrodict.scene import units
 from retrodict.scene.defaults import DEFAULTS, FRICTION
 from retrodict.scene.energy import CLASS_STIFFNESS_ERROR
-from retrodict.scene.entries.table import Table, one_line, with_fields
+from retrodict.scene.entries.table import (
+    FOR_DRAWING,
+    FROM_ORIGIN,
+    IS_AN_SD,
+    Table,
+    one_line,
+    with_fields,
+)
 from retrodict.scene.fields import IMPACT, SLOPE, SURFACE
 from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.measured import Measured
 from retrodict.scene.outlines import outline_fault
 
-_OUTLINE = "it is for drawing"
-_ORIGIN = "count from an origin near the impact"
 _EDGE = "that of the edge goes into its key uncertainty"
 _OF_CORNERS = "that of the outline goes into its key uncertainty"
 PoleDiameter = Annotated[
-    Measured, Kind(units.LENGTH, 0.02, 10, "0.3 m", uncertainty="refused", advice=_OUTLINE)
+    Measured, Kind(units.LENGTH, 0.02, 10, "0.3 m", uncertainty="refused", advice=FOR_DRAWING)
 ]
 ImpactCoordinate = Annotated[
     Measured,
-    Kind(units.LENGTH, -1000, 1000, "0 ± 0.3 m", default=DEFAULTS["impact_point"], advice=_ORIGIN),
+    Kind(
+        units.LENGTH, -1000, 1000, "0 ± 0.3 m", default=DEFAULTS["impact_point"], advice=FROM_ORIGIN
+    ),
 ]
 EnergyLost = Annotated[
     Measured,
@@ -57,7 +64,7 @@ EdgeUncertainty = Annotated[
         100,
         "0.2 m",
         uncertainty="refused",
-        advice="it is itself one standard deviation",
+        advice=IS_AN_SD,
     ),
 ]
 

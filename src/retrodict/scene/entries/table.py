@@ -11,6 +11,11 @@ from retrodict.scene.fields import Field
 from retrodict.scene.kinds import fault
 from retrodict.scene.measured import Measured
 
+# advice of several quantities
+FOR_DRAWING = "it is for drawing"
+FROM_ORIGIN = "count from an origin near the impact"
+IS_AN_SD = "it is itself one standard deviation"
+
 
 class Table(BaseModel):
     """A table of a scene file, with these keys and no others."""

@@ -17,7 +17,15 @@ from pydantic import (
 
 from retrodict.scene import units
 from retrodict.scene.defaults import DEFAULTS
-from retrodict.scene.entries.table import Table, not_empty, one_line, with_fields
+from retrodict.scene.entries.table import (
+    FOR_DRAWING,
+    FROM_ORIGIN,
+    IS_AN_SD,
+    Table,
+    not_empty,
+    one_line,
+    with_fields,
+)
 from retrodict.scene.fields import (
     APPROACH,
     DEPARTURE,
@@ -39,16 +47,13 @@ _WHEELS = (
 _REST = '{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 deg" }'
 _END = '{ x = "3 ± 0.5 m", y = "1 ± 0.5 m", heading = "20 ± 5 deg" }'
 
-_OUTLINE = "it is for drawing"
-_ERROR = "it is itself one standard deviation"
 _MARK = "that of the mark goes into its key uncertainty"
 _RECORD = "that of all goes into the key uncertainty"
-_ORIGIN = "count from an origin near the impact"
 OutlineLength = Annotated[
-    Measured, Kind(units.LENGTH, 0.5, 30, "5.2 m", uncertainty="refused", advice=_OUTLINE)
+    Measured, Kind(units.LENGTH, 0.5, 30, "5.2 m", uncertainty="refused", advice=FOR_DRAWING)
 ]
 OutlineWidth = Annotated[
-    Measured, Kind(units.LENGTH, 0.3, 6, "1.8 m", uncertainty="refused", advice=_OUTLINE)
+    Measured, Kind(units.LENGTH, 0.3, 6, "1.8 m", uncertainty="refused", advice=FOR_DRAWING)
 ]
 RecordedSpeed = Annotated[
     Measured, Kind(units.SPEED, 0, 150, "40 mph", uncertainty="refused", advice=_RECORD)
@@ -72,7 +77,7 @@ RecordUncertainty = Annotated[
         50,
         "1 mph",
         uncertainty="refused",
-        advice=_ERROR,
+        advice=IS_AN_SD,
     ),
 ]
 RestCoordinate = Annotated[
@@ -83,7 +88,7 @@ RestCoordinate = Annotated[
         1000,
         "-5.1 ± 0.15 m",
         default=DEFAULTS["rest_position"],
-        advice=_ORIGIN,
+        advice=FROM_ORIGIN,
     ),
 ]
 RestHeading = Annotated[
@@ -110,10 +115,10 @@ Rotation = Annotated[
 ]
 DragFactor = Annotated[Measured, Kind(units.NUMBER, 0.1, 10, "1 ± 0.3", "lognormal")]
 RunOutPosition = Annotated[
-    Measured, Kind(units.SHARE, 0, 50, "4 %", uncertainty="refused", advice=_ERROR)
+    Measured, Kind(units.SHARE, 0, 50, "4 %", uncertainty="refused", advice=IS_AN_SD)
 ]
 RunOutHeading = Annotated[
-    Measured, Kind(units.ANGLE, 0, 90, "8 deg", uncertainty="refused", advice=_ERROR)
+    Measured, Kind(units.ANGLE, 0, 90, "8 deg", uncertainty="refused", advice=IS_AN_SD)
 ]
 Steer = Annotated[Measured, Kind(units.ANGLE, -90, 90, "0 ± 2 deg")]
 MarkCoordinate = Annotated[
@@ -128,7 +133,7 @@ MarkUncertainty = Annotated[
         100,
         "0.2 m",
         uncertainty="refused",
-        advice=_ERROR,
+        advice=IS_AN_SD,
     ),
 ]
 _WHEELBASE = Kind(units.LENGTH, 0.05, 20, "2.85 m", "lognormal")
