@@ -7,8 +7,10 @@ The scramblings show the error. The density is exact; the choice of proposal onl
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +20,9 @@ from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.modes import SLIGHT, shares, solutions
 from retrodict.inference.outcome import Checks
-from retrodict.inference.samplers.importance import Adapted, Proposal, adapted, evaluated
+from retrodict.inference.samplers.importance import adapted, evaluated
+from retrodict.inference.samplers.nested import EXTRA, Nested, nested
+from retrodict.inference.samplers.proposal import Proposal
 from retrodict.inference.samplers.psis import (
     effective,
     judged,
@@ -28,6 +32,7 @@ from retrodict.inference.samplers.psis import (
 )
 from retrodict.inference.samplers.quasi import Weighted, scrambled
 from retrodict.inference.threads import one_blas_thread
+from retrodict.inference.transforms.choice import Coordinates
 from retrodict.scene.quantities import describe
 from retrodict.scene.records import Scene
 
@@ -40,6 +45,9 @@ _PILOT = 512  # points that a proposal is moved by
 _THEN_MOST, _THEN_PILOT = 16, 2048
 # Independent draws whose errors are not exceeded: 1000 leave a mean uncertain by 3 % of its sd.
 _AS_GOOD_AS = 1000.0
+# Points of each scrambling at first, and the largest multiple of them, where each is solved for.
+_NESTED_FIRST, _NESTED_MOST = 128, 16
+TAILS = 2  # coordinates of the unit cube that make the tails of a proposal about a mode
 _DRAWS = 2000  # of equal weight
 _TAILS = np.array([0.025, 0.975])
 
@@ -104,39 +112,65 @@ class Part:
 
     Args:
         posterior: posterior of the scene, at one number of turns and on one branch.
-        proposal: first proposal; it moves to where a pilot of points finds the posterior.
+        proposal: proposal; one about the mode moves first to where a pilot finds the posterior.
     """
 
     posterior: Posterior
-    proposal: Proposal
+    proposal: Proposal | Nested
 
-    def moved(self, pilot: np.ndarray) -> Adapted:
-        """The proposal adapted by a pilot of points in the unit cube."""
-        return adapted(self.posterior, self.proposal, lambda at: at.at(pilot))
+    def moved(self, pilot: Callable[[], np.ndarray]) -> _Moved:
+        """The part after a pilot, where its proposal needs one.
 
-    def drawn(self, proposal: Proposal, points: np.ndarray) -> _Drawn:
-        """Points in the unit cube, one scrambling after another, as draws from a proposal."""
-        w = proposal.at(points.reshape(-1, points.shape[2]))
+        Args:
+            pilot: function that gives the points of the pilot in the unit cube.
+        """
+        if isinstance(self.proposal, Nested):
+            return _Moved(self, self.posterior.log_evidence, 0)
+        points = pilot()
+        found = adapted(self.posterior, self.proposal, lambda at: at.at(points))
+        part = Part(self.posterior, found.next)
+        return _Moved(part, log_mean(found.log_weight)[0], found.evaluations)
+
+    def drawn(self, points: np.ndarray) -> _Drawn:
+        """Points in the unit cube, one scrambling after another, as draws from the proposal."""
+        points = points.reshape(-1, points.shape[2])
+        if isinstance(self.proposal, Nested):
+            w, log_density = self.proposal.at(points)
+        else:
+            w = self.proposal.at(points)
+            log_density = self.proposal.log_density(w)
         heights, quantities = evaluated(self.posterior, w)
-        return _Drawn(w, heights - proposal.log_density(w), quantities)
+        return _Drawn(w, heights - log_density, quantities)
+
+
+class _Moved(NamedTuple):
+    """A part with its proposal where the posterior is, its log evidence, and evaluations so far."""
+
+    part: Part
+    log_evidence: float
+    evaluations: int
 
 
 class Points:
     """Scrambled points of one seed, for posteriors of one size.
 
     Args:
-        size: number of coordinates of a posterior.
+        cube: number of coordinates of a point in the unit cube.
         seed: integer seed of the scramblings.
         most: largest number of points as a multiple of those at first, a power of two.
         pilot: number of points in each pilot that adapts a proposal, a power of two.
+        first: number of points of each scrambling at first, a power of two.
     """
 
-    def __init__(self, size: int, seed: int, most: int = _MOST, pilot: int = _PILOT) -> None:
-        self.pilot = scrambled(size + 2, pilot, 1, seed + 1)
+    def __init__(
+        self, cube: int, seed: int, most: int = _MOST, pilot: int = _PILOT, first: int = _POINTS
+    ) -> None:
+        self._pilot = cache(lambda: scrambled(cube, pilot, 1, seed + 1))
         # a row of points for each scrambling, of which the first ones fill the cube evenly too
-        points = scrambled(size + 2, most * _POINTS, SCRAMBLINGS, seed)
-        self._most = most
-        self._points = points.reshape(SCRAMBLINGS, -1, size + 2)
+        self._points = scrambled(cube, most * first, SCRAMBLINGS, seed).reshape(
+            SCRAMBLINGS, -1, cube
+        )
+        self._most, self._first = most, first
 
     def estimate(
         self, scene: Scene, parts: list[Part], begin: float, enough: float = _AS_GOOD_AS
@@ -153,18 +187,15 @@ class Points:
         Returns:
             The estimate; its checks say whether it can be relied on.
         """
-        pilots = [part.moved(self.pilot) for part in parts]
-        evaluations = sum(pilot.evaluations for pilot in pilots)
-        evidence = [log_mean(pilot.log_weight)[0] for pilot in pilots]
+        moved = [part.moved(self._pilot) for part in parts]
+        evidence = [each.log_evidence for each in moved]
         # none of them is behind another where no point has a density
         least = max(evidence) - USELESS if np.isfinite(evidence).any() else -np.inf
-        kept = [value >= least for value in evidence]
-        parts = [part for part, keep in zip(parts, kept, strict=True) if keep]
-        proposals = [pilot.next for pilot, keep in zip(pilots, kept, strict=True) if keep]
+        parts = [each.part for each in moved if each.log_evidence >= least]
 
         def more(first: int, last: int) -> list[_Drawn]:
-            points = self._points[:, first * _POINTS : last * _POINTS]
-            return [p.drawn(at, points) for p, at in zip(parts, proposals, strict=True)]
+            points = self._points[:, first * self._first : last * self._first]
+            return [part.drawn(points) for part in parts]
 
         times, drawn = 1, more(0, 1)
         while True:
@@ -178,7 +209,10 @@ class Points:
                 break
             drawn = [_joined(*each) for each in zip(drawn, more(times, 2 * times), strict=True)]
             times *= 2
-        evaluations += weighted.weights.size
+        evaluations = sum(each.evaluations for each in moved)
+        for part in parts:
+            each = 1 + (part.proposal.evaluations if isinstance(part.proposal, Nested) else 0)
+            evaluations += each * weighted.weights.size // len(parts)
         return estimated(scene, quantities, weighted, precise, faults, evaluations, begin, k)
 
 
@@ -187,7 +221,7 @@ _points = lru_cache(maxsize=8)(Points)  # thousands of scenes have few sizes
 
 def more_points(size: int, seed: int) -> Points:
     """Several times as many points, and a larger pilot, for where the first ones do not do."""
-    return _points(size, seed, _THEN_MOST, _THEN_PILOT)
+    return _points(size + TAILS, seed, _THEN_MOST, _THEN_PILOT)
 
 
 @one_blas_thread()
@@ -206,14 +240,14 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
         Unanswerable: as of `solutions`.
     """
     begin = time.perf_counter()
-    found = solutions(scene, rung, seed)
-    size = found[0].posterior.size
-    first = Proposal.first(size)
-    parts = [Part(each.posterior, first) for each in found]
-    estimate = _points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
-    if estimate.checks.passed:
-        return estimate
-    return more_points(size, seed).estimate(scene, parts, begin, diagnostics.MIN_ESS)
+    found = solutions(scene, rung, seed, Coordinates.UNBENT)
+    parts = [
+        Part(each.posterior, proposal)
+        for each in found
+        if (proposal := nested(each.posterior)) is not None
+    ]
+    points = _points(found[0].posterior.size + EXTRA, seed, _NESTED_MOST, first=_NESTED_FIRST)
+    return points.estimate(scene, parts, begin, diagnostics.MIN_ESS)
 
 
 def too_sharp(posterior: Posterior) -> tuple[str, ...]:

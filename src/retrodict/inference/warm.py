@@ -18,8 +18,9 @@ from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.rebase import rebased
 from retrodict.inference.modes import Solution, solutions
 from retrodict.inference.plan import kept_warm
-from retrodict.inference.points import USELESS, Estimate, Part, Points, more_points
-from retrodict.inference.samplers.importance import Proposal, adapted
+from retrodict.inference.points import TAILS, USELESS, Estimate, Part, Points, more_points
+from retrodict.inference.samplers.importance import adapted
+from retrodict.inference.samplers.proposal import Proposal
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.samplers.quasi import scrambled
 from retrodict.inference.threads import one_blas_thread
@@ -74,7 +75,7 @@ class Warm:
         fitted = [_fitted(solution, seed) for solution in found]
         most = max(value for _, value in fitted)
         self.fitted = [each for each, value in fitted if value > most - USELESS]
-        self._points = Points(self.fitted[0].solution.posterior.size, seed)
+        self._points = Points(self.fitted[0].solution.posterior.size + TAILS, seed)
 
     def fits(self, scene: Scene) -> bool:
         """Whether a scene is of the same structure, so that its numbers alone differ."""

@@ -15,7 +15,10 @@ from importlib.metadata import version
 from itertools import batched
 from pathlib import Path
 
+import jax
+
 from retrodict.inference import points
+from retrodict.inference.density.together import Together, calls_of
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Checks
 from retrodict.inference.reconstruct import compile_search, reconstruct
@@ -286,7 +289,10 @@ def _read_one(asked: Asked, entry: Entry) -> tuple[Scene | Answered, Hashable]:
 
 def _answer_all(asked: Asked, scenes: Keyed) -> list[Answered]:
     _ready(asked)
-    return [answer(scene, asked.model, asked.seed) for _, scene in scenes]
+    jobs = [partial(answer, scene, asked.model, asked.seed) for _, scene in scenes]
+    if len(jobs) == 1:
+        return [jobs[0]()]
+    return Together(calls_of(jax.default_backend())).results(jobs)
 
 
 def _digest(text: str) -> str:

@@ -11,6 +11,7 @@ from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Task, importance, psis
+from retrodict.inference.samplers.proposal import Proposal
 from retrodict.options import DEFAULT_RUNG, RunOptions
 from tests.shared.scenes import collision
 
@@ -135,7 +136,7 @@ def test_proposals_have_the_density_that_they_are_drawn_from(share: float, of_cu
     """Against SciPy's; and weighted by it, draws find the volume and the moments of a normal."""
     middle, root = np.array([1.0, -2.0, 0.5]), np.array([[2.0, 0, 0], [0.5, 1, 0], [-1, 0.3, 0.4]])
     _, sd, axes = np.linalg.svd(root.T)
-    proposal = importance.Proposal(middle, axes.T, sd, share, 4.0, 100.0)
+    proposal = Proposal(middle, axes.T, sd, share, 4.0, 100.0)
     rng = np.random.default_rng(0)
     w = proposal.at(rng.random((20_000, 5))) if of_cube else proposal.draw(20_000, rng)
     normal = stats.multivariate_normal(middle, root @ root.T)
@@ -163,7 +164,7 @@ def test_a_skew_that_the_mode_does_not_show_is_found(wide: float) -> None:
         first = np.where(w[:, 0] > 0, w[:, 0] / wide, w[:, 0])
         return -(first**2 + (w[:, 1:] ** 2).sum(axis=1)) / 2, {}
 
-    toy = SimpleNamespace(size=25, evaluate=evaluate, ridge=None)
+    toy = SimpleNamespace(size=25, evaluate=evaluate, peak=None)
     mean, sd = (wide - 1) * np.sqrt(2 / np.pi), np.sqrt((1 - 2 / np.pi) * (wide - 1) ** 2 + wide)
     off = []
     for seed in range(10):

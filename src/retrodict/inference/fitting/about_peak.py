@@ -21,10 +21,10 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting import regression, whitening
 from retrodict.inference.fitting.basins import Basin, Basins
 from retrodict.inference.fitting.deviates import Crashes
-from retrodict.inference.fitting.flattening import flattened
+from retrodict.inference.fitting.flattening import flattened, straight
 from retrodict.inference.fitting.optimise import spread
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
-from retrodict.inference.fitting.search import Counted, Peak, counted, peaks
+from retrodict.inference.fitting.search import SUFFICIENT, Counted, Peak, counted, peaks
 from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import layout
 from retrodict.inference.transforms.choice import Coordinates, transform_of
@@ -45,6 +45,7 @@ _RUN_OUTS, _WIDE = 2048, 1.2  # run-outs that response surfaces are fitted to, a
 # Number of crashes about a peak by which a divisor's sign is judged, and the distance of its mean from
 # zero, in standard deviations, above which the other sign is negligible: 2 in 10 000 of a normal.
 _ABOUT, _CLEAR = 256, 3.5
+_RESOLVING = 64  # crashes by which integration steps are judged
 
 
 @dataclass(frozen=True)
@@ -191,7 +192,8 @@ def _of_turns(
         if coordinates is Coordinates.PINNED and _rest_poses_cover(crashes, some, seed):
             return [Prepared(_by_rest_pose(structure, data, peak), peak, scene) for peak in some]
     structure = replace(structure, transform="standard")
-    parts = [_by_deviates(structure, data, peak, seed) for peak in some]
+    bent = coordinates is not Coordinates.UNBENT
+    parts = [_by_deviates(structure, data, peak, seed, bent=bent) for peak in some]
     if len(parts) > 1:
         basins = tuple(
             Basin(peak, part.transform.flattening)
@@ -230,13 +232,18 @@ def unresolved(posterior: Posterior) -> float:
     if not (s.integrated and (s.followed or s.rested)):
         return 0.0
     w = np.random.default_rng(0).standard_normal((BATCH, posterior.size))
-    quantities = posterior.evaluate(w)[1]
-    if not s.followed:
-        return regression.unresolved(programs, data, run_outs_of(quantities))
-    likely = {k: np.asarray(v)[:CHUNK] for k, v in quantities.items()}
     finer, finely = in_steps(s, data, 4 * steps_of(s, data))
-    unknowns = {k: likely[k] for k in sizes(programs.target.rung.impact, s, data)}
-    again = programs_for(finer)(SIMULATE, finely, unknowns)
+    if s.in_deviates:
+        u = posterior.deviates(w[:_RESOLVING])
+        likely = posterior.crashes.at(u)[1]
+        again = Crashes(programs_for(finer.without_transform), finely).at(u)[1]
+    else:
+        quantities = posterior.evaluate(w)[1]
+        if not s.followed:
+            return regression.unresolved(programs, data, run_outs_of(quantities))
+        likely = {k: np.asarray(v)[:CHUNK] for k, v in quantities.items()}
+        unknowns = {k: likely[k] for k in sizes(programs.target.rung.impact, s, data)}
+        again = programs_for(finer)(SIMULATE, finely, unknowns)
     moved = [
         (again[f"predicted/{k}"] - likely[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence
@@ -245,14 +252,17 @@ def unresolved(posterior: Posterior) -> float:
     return float(np.nanquantile(np.abs(moved), 0.9))  # some of them lie beyond the bounds
 
 
-def _by_deviates(structure: Structure, data: Data, peak: Peak, seed: int) -> Posterior:
+def _by_deviates(
+    structure: Structure, data: Data, peak: Peak, seed: int, *, bent: bool
+) -> Posterior:
     """The posterior in standard normal deviates about a peak, with enough integration steps."""
 
     def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
         programs, n = programs_for(structure), structure.deviates
         transform = plain(np.zeros(n), np.eye(n))
         found = Posterior(programs, data, transform, np.zeros(2), peak.log_evidence, 0.0, peak=peak)
-        flattening = flattened(found.crashes, peak, seed)
+        crashes = found.crashes.in_steps(SUFFICIENT)
+        flattening = flattened(crashes, peak, seed) if bent else straight(crashes, peak)
         found = replace(found, transform=transform._replace(flattening=flattening))
         found = replace(found, unresolved=unresolved(found))
         return found, found.unresolved, steps_of(structure, data)

@@ -6,7 +6,7 @@ of the residuals.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import jax
@@ -15,8 +15,9 @@ from jaxtyping import Float, Int
 
 from retrodict.inference.density.compiled import Programs, in_chunks
 from retrodict.inference.density.kernels import CRASHES, ROWS
+from retrodict.inference.density.together import room
 from retrodict.models import evidence as items
-from retrodict.models.arrays import Data
+from retrodict.models.arrays import Data, in_steps, steps_of
 from retrodict.scene.names import parsed
 from retrodict.scene.records import FREEDOM
 
@@ -50,13 +51,23 @@ class Crashes:
 
     def at(self, u: Deviates) -> tuple[Float[np.ndarray, " crashes"], Quantities]:
         """Log likelihood of crashes, minus infinity where there is none, and their quantities."""
-        data = self._on_device
-        log_likelihood, quantities = in_chunks(
-            lambda rows: self.programs(CRASHES, data, rows), np.asarray(u, float), ROWS
-        )
+        if (others := room()) is not None:
+            log_likelihood, quantities = others.at(self.programs, self.data, u)
+        else:
+            data = self._on_device
+            log_likelihood, quantities = in_chunks(
+                lambda rows: self.programs(CRASHES, data, rows), np.asarray(u, float), ROWS
+            )
         return np.nan_to_num(
             log_likelihood, nan=-np.inf, posinf=-np.inf, neginf=-np.inf
         ), quantities
+
+    def in_steps(self, count: int) -> Crashes:
+        """The crashes in so many integration steps at most; where wheels roll, steps adapt."""
+        structure = self.programs.structure
+        if structure.steps or structure.paced or steps_of(structure, self.data) <= count:
+            return self
+        return replace(self, data=in_steps(structure, self.data, count)[1])
 
     def residuals(self, u: Deviates, turns: Turns | None = None) -> tuple[Residuals, Quantities]:
         """Residuals whose half squares are minus the log likelihood of each item, and quantities.

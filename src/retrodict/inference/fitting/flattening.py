@@ -29,12 +29,17 @@ def flattened(crashes: Crashes, peak: Peak, seed: int) -> Flattening:
         peak: mode of the posterior.
         seed: integer seed of the crashes.
     """
-    n, items = peak.u.size, pinned_of(crashes.programs.structure)
-    s = np.linalg.svd(peak.slopes)[1][:items]
-    sd = np.append(1 / np.sqrt(1 + s**2), np.ones(n - items))
-    flat = unbent(peak.u, np.linalg.svd(peak.slopes)[2].T * sd, items)
-    rng = np.random.default_rng([seed, 7])
+    n, rng = peak.u.size, np.random.default_rng([seed, 7])
+    flat = straight(crashes, peak)
     return bent(crashes, peak, flat, lambda count: _WIDE * rng.standard_normal((count, n)), _ROUNDS)
+
+
+def straight(crashes: Crashes, peak: Peak) -> Flattening:
+    """A flattening about a peak without a shear; arguments as of `flattened`."""
+    n, items = peak.u.size, pinned_of(crashes.programs.structure)
+    _, s, directions = np.linalg.svd(peak.slopes)
+    sd = np.append(1 / np.sqrt(1 + s[:items] ** 2), np.ones(n - items))
+    return unbent(peak.u, directions.T * sd, items)
 
 
 def bent(

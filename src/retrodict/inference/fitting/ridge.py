@@ -12,17 +12,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.special import gammaln, logsumexp, softmax
 
 from retrodict.inference.fitting.deviates import Crashes
-from retrodict.inference.fitting.search import Peak
+from retrodict.inference.fitting.search import SUFFICIENT, Peak, Search, descended
 from retrodict.models.standard_normal import sizes
 
 _STEP, _MOST = 0.5, 8  # step of e_m's deviate; most steps in either direction
 _FAR = 9.0  # drop of the log evidence below the highest at which the steps end
-# search at each step: rounds, longest move, decrease of the sum of squares at which it ends
-_ROUNDS, _STRIDE, _STILL = 12, 2.0, 1e-2
+_SEARCH = Search(rounds=12, stride=2.0, still=0.05)  # at each step
 _FREEDOM = 8.0  # degrees of freedom of the Student's t about each step
 _LEAST = 0.1  # share of the draws that is divided equally among the steps
 
@@ -63,11 +62,15 @@ class Ridge:
 
     def draw(self, count: int, rng: np.random.Generator) -> Float[np.ndarray, "count n"]:
         """Draws of deviates, a number of `count`."""
-        n = self.steps[0].u.size
-        of_step = rng.choice(len(self.steps), count, p=self._shares)
-        z = rng.standard_normal((count, n))
+        z = rng.standard_normal((count, self.steps[0].u.size))
         z *= np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (count, 1)))
-        u = np.empty((count, n))
+        return self._placed(z, rng.choice(len(self.steps), count, p=self._shares))
+
+    def _placed(
+        self, z: Float[np.ndarray, "count n"], of_step: Int[np.ndarray, " count"]
+    ) -> Float[np.ndarray, "count n"]:
+        """Draws about steps from draws about zero: the first coordinate along the ridge."""
+        u = np.empty_like(z)
         for i, step in enumerate(self.steps):
             own = of_step == i
             moved = _STEP * z[own, :1]
@@ -101,46 +104,32 @@ def ridge_of(crashes: Crashes, peak: Peak) -> Ridge | None:
     counts = sizes(crashes.programs.target.rung.impact, structure, crashes.data)
     if "e_m" not in counts:
         return None
+    crashes = crashes.in_steps(SUFFICIENT)
     names = list(counts)
     at = sum(counts[name] for name in names[: names.index("e_m")])
     first = _step(at, peak.u, peak.residuals, peak.slopes)
-    steps = [first]
-    for way in (_STEP, -_STEP):
-        last = first
-        for _ in range(_MOST):
-            u = np.insert(np.delete(last.u, at) + way * last.tangent, at, last.u[at] + way)
-            found = _sought(crashes, at, u)
-            if found is None:
-                break
-            last = found
-            steps.append(found)
-            if found.log_evidence < max(step.log_evidence for step in steps) - _FAR:
-                break
+    steps, last = [first], {_STEP: first, -_STEP: first}
+    for _ in range(_MOST):
+        starts = np.stack([_beyond(step, at, way) for way, step in last.items()])
+        ends = descended(crashes, starts, _SEARCH, held=at)
+        ways = list(last)
+        last = {
+            ways[own]: _step(at, *end)
+            for own, *end in zip(*ends, strict=True)
+            if np.isfinite(end[1]).all()
+        }
+        steps += last.values()
+        least = max(step.log_evidence for step in steps) - _FAR
+        last = {way: step for way, step in last.items() if step.log_evidence >= least}
+        if not last:
+            break
     return Ridge(at, tuple(steps))
 
 
-def _sought(crashes: Crashes, at: int, u: np.ndarray) -> Step | None:
-    """The step at a value of e_m, from a crash near it; None where there is no crash."""
-    (residuals,), (slopes,) = crashes.linearised(u[None])
-    if not np.isfinite(residuals).all():
-        return None
-    damping, potential = 1e-3, u @ u + residuals @ residuals
-    for _ in range(_ROUNDS):
-        own = np.delete(slopes, at, axis=1)
-        normal = own.T @ own + (1 + damping) * np.eye(u.size - 1)
-        move = np.linalg.solve(normal, -(np.delete(u, at) + own.T @ residuals))
-        move *= min(1.0, _STRIDE / max(float(np.linalg.norm(move)), 1e-300))
-        there = u + np.insert(move, at, 0.0)
-        (residuals_there,), (slopes_there,) = crashes.linearised(there[None])
-        gained = potential - there @ there - residuals_there @ residuals_there
-        if not gained > 0:  # nor where there is no crash
-            damping = max(8 * damping, 1e-2)
-            continue
-        u, residuals, slopes, potential = there, residuals_there, slopes_there, potential - gained
-        damping = max(damping / 5, 1e-6)
-        if gained < _STILL:
-            break
-    return _step(at, u, residuals, slopes)
+def _beyond(step: Step, at: int, way: float) -> np.ndarray:
+    """Deviates where the ridge would go on, were it straight."""
+    others = np.delete(step.u, at) + way * step.tangent
+    return np.insert(others, at, step.u[at] + way)
 
 
 def _step(at: int, u: np.ndarray, residuals: np.ndarray, slopes: np.ndarray) -> Step:

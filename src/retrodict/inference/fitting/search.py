@@ -11,11 +11,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.deviates import Crashes, Quantities, Turns
 from retrodict.scene.names import parsed
+
+_HELD = 1e12  # damping of a deviate that is held
+# Integration steps of the crashes that are searched, and of those that coordinates are fitted to, where
+# measurements ask for more: a third and half of what takes nearly all the time.
+ROUGH, SUFFICIENT = 16, 24
 
 Counted = tuple[tuple[str, int], ...]
 """Numbers of turns by vehicle, in the order of the vehicles."""
@@ -92,9 +97,17 @@ class Peak:
         return float(np.sqrt(min(off @ self.precision @ off, off @ other.precision @ off)))
 
 
-class _Ends(NamedTuple):
-    """Ends of searches: deviates, residuals of the evidence, and their slopes by the deviates."""
+class Ends(NamedTuple):
+    """Ends of searches.
 
+    Args:
+        starts: index of the start of each search.
+        u: deviates, shape (ends, n).
+        residuals: residuals of the evidence, shape (ends, items).
+        slopes: derivatives of the residuals by the deviates, shape (ends, items, n).
+    """
+
+    starts: Int[np.ndarray, " ends"]
     u: Float[np.ndarray, "ends n"]
     residuals: Float[np.ndarray, "ends items"]
     slopes: Float[np.ndarray, "ends items n"]
@@ -116,6 +129,7 @@ def peaks(
         Unanswerable: no crash of the prior has a likelihood.
     """
     settings = settings or Search()
+    exact, crashes = crashes, crashes.in_steps(ROUGH)
     rng = np.random.default_rng([seed, 6])
     first = rng.standard_normal((settings.crashes, crashes.size))
     first = np.concatenate([np.zeros((1, crashes.size)), first])
@@ -126,15 +140,22 @@ def peaks(
             "no crash of the prior has a likelihood; check headings and the contact line, and that the "
             "vehicles came together at all"
         )
-    found = _distinct(_descended(crashes, first[chosen], settings), crashes, settings)
+    found = _distinct(descended(crashes, first[chosen], settings), crashes, settings)
     asked = {counted(peak.turns) for peak in found}
     while beside := _turned_once_more(found, asked, settings):
         asked |= beside.keys()
         starts = np.stack([peak.u for peak in beside.values()])
         counts = {v: np.array([dict(key)[v] for key in beside]) for v in found[0].turns}
-        further = _descended(crashes, starts, settings, counts)
+        further = descended(crashes, starts, settings, counts)
         found = _distinct(further, crashes, settings, found)
-    return _of_likely_turns(found, settings)
+    return _of_likely_turns(_refined(found, exact, settings), settings)
+
+
+def _refined(found: list[Peak], crashes: Crashes, settings: Search) -> list[Peak]:
+    """Peaks of the crashes near those that were found in fewer integration steps."""
+    counts = {v: np.array([peak.turns[v] for peak in found]) for v in found[0].turns}
+    ends = descended(crashes, np.stack([peak.u for peak in found]), settings, counts)
+    return _distinct(ends, crashes, settings)
 
 
 def counted(turns: dict[str, int]) -> Counted:
@@ -207,14 +228,26 @@ def _starts(
     return np.array(list(chosen), int)
 
 
-def _descended(
+def descended(
     crashes: Crashes,
     u: Float[np.ndarray, "starts n"],
     settings: Search,
     turns: Turns | None = None,
-) -> _Ends:
-    """Ends of the searches that were not given up, each for its numbers of turns if given."""
-    n = u.shape[1]
+    held: int | None = None,
+) -> Ends:
+    """Ends of the searches that were not given up.
+
+    Args:
+        crashes: crashes that the model allows.
+        u: deviates at the starts, shape (starts, n).
+        settings: settings of the search.
+        turns: whole turns to count for each angle of `Crashes.modulo`; None for the nearest.
+        held: index of a deviate that stays as it is; None where all move.
+    """
+    u, n = u.copy(), u.shape[1]
+    stiff = np.zeros(n)
+    if held is not None:
+        stiff[held] = _HELD
     residuals, slopes = crashes.linearised(u, turns)
     potential = _potential(u, residuals)
     damping = np.ones(len(u))
@@ -224,8 +257,8 @@ def _descended(
         if not under_way.size:
             break
         own, J, r = u[under_way], slopes[under_way], residuals[under_way]
-        normal = J.swapaxes(1, 2) @ J + np.eye(n) * (1 + damping[under_way, None, None])
-        downhill = -(own + np.einsum("kmi,km->ki", J, r))
+        normal = J.swapaxes(1, 2) @ J + np.eye(n) * (1 + damping[under_way, None, None] + stiff)
+        downhill = -(own + np.einsum("kmi,km->ki", J, r)) * (stiff == 0)
         step = np.linalg.solve(normal, downhill[..., None])[..., 0]
         length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
         moved = own + step * np.minimum(1, settings.stride / length)
@@ -245,7 +278,7 @@ def _descended(
         if done >= settings.after:
             arrived |= potential > potential.min() + settings.behind
     kept = potential <= potential.min() + settings.behind
-    return _Ends(u[kept], residuals[kept], slopes[kept])
+    return Ends(np.flatnonzero(kept), u[kept], residuals[kept], slopes[kept])
 
 
 def _potential(
@@ -257,7 +290,7 @@ def _potential(
 
 
 def _distinct(
-    ends: _Ends, crashes: Crashes, settings: Search, known: list[Peak] | None = None
+    ends: Ends, crashes: Crashes, settings: Search, known: list[Peak] | None = None
 ) -> list[Peak]:
     """Peaks at ends of searches and those that are known, each once, the one of most evidence first."""
     quantities = crashes.residuals(ends.u)[1]

@@ -16,10 +16,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.special import chdtri, gammaln, logsumexp, ndtri
+from scipy.special import logsumexp
 
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Task
+from retrodict.inference.samplers.nested import Nested, nested
+from retrodict.inference.samplers.proposal import Proposal
 from retrodict.inference.samplers.psis import (
     MAX_PARETO_K,
     effective,
@@ -31,12 +33,6 @@ from retrodict.inference.samplers.psis import (
 from retrodict.inference.threads import one_blas_thread
 from retrodict.scene.quantities import REPORTED, describe
 
-# Share of the draws in tails, and their degrees of freedom. In tens of coordinates a Student-t costs a
-# third of the effective draws, so that it is a fifth of the first proposal, which bounds the weights as
-# well. Of later ones it is all: Pareto k stays below its limit, where tails along the three widest axes
-# alone left it above for one seed in five (ten seeds of five scenes of users, measured). Wide axes are
-# drawn wider still, for a skew's wider half.
-_FIRST, _LATER, _SKEWED = (0.2, 4.0), (1.0, 4.0), 1.25
 # Rounds of adaptation at most; of a later adaptation, which begins from where the first ended, and of
 # the only one for a solution of little weight.
 _ROUNDS, _LATER_ROUNDS = 10, 3
@@ -82,10 +78,18 @@ def draw(task: Task) -> Draws:
     rng = np.random.default_rng(task.seed)
     posterior = task.posterior
     rounds = _LATER_ROUNDS if task.slight else _ROUNDS
+    return _extended(task, rng, _Points(*_proposal(posterior, rng, rounds)), 1)
+
+
+def _proposal(
+    posterior: Posterior, rng: np.random.Generator, rounds: int
+) -> tuple[Proposal | Nested, int]:
+    """The proposal for a posterior, and the density evaluations that it took."""
+    if (found := nested(posterior)) is not None:
+        return found, 0
     first = Proposal.first(posterior.size)
-    found = adapted(posterior, first, lambda at: at.draw(_PILOT, rng), rounds)
-    nothing = _Points(WithRidge(found.next, posterior), found.evaluations)
-    return _extended(task, rng, nothing, 1)
+    pilot = adapted(posterior, first, lambda at: at.draw(_PILOT, rng), rounds)
+    return pilot.next, pilot.evaluations
 
 
 @dataclass(frozen=True)
@@ -100,7 +104,7 @@ class _Points:
         quantities: the model's quantities at the points, by name, each of shape (chains, points, ...).
     """
 
-    proposal: WithRidge
+    proposal: Proposal | Nested
     evaluations: int
     w: np.ndarray | None = None
     log_weight: np.ndarray | None = None
@@ -108,15 +112,17 @@ class _Points:
 
     def with_more(self, posterior: Posterior, chains: int, count: int, rng: Any) -> _Points:
         """The points with `count` more for each chain."""
-        w = self.proposal.draw(chains * count, rng)
+        w, log_density = self.proposal.sampled(chains * count, rng)
         heights, quantities = evaluated(posterior, w)
-        new = {"w": w, "log_weight": heights - self.proposal.log_density(w)} | quantities
+        new = {"w": w, "log_weight": heights - log_density} | quantities
         rows = {name: v.reshape(chains, count, *v.shape[1:]) for name, v in new.items()}
         if self.w is not None:
             old = {"w": self.w, "log_weight": self.log_weight} | self.quantities
             rows = {name: np.concatenate([old[name], v], axis=1) for name, v in rows.items()}
         w, log_weight = rows.pop("w"), rows.pop("log_weight")
-        return _Points(self.proposal, self.evaluations + len(heights), w, log_weight, rows)
+        each = 1 + (self.proposal.evaluations if isinstance(self.proposal, Nested) else 0)
+        evaluations = self.evaluations + each * len(heights)
+        return _Points(self.proposal, evaluations, w, log_weight, rows)
 
 
 def _extended(
@@ -136,15 +142,12 @@ def _extended(
     most = 1 if task.slight else most
     k = 0.0 if points.log_weight is None else smoothed(points.log_weight.ravel())[1]
     while True:
-        if times == _ADAPTED_AGAIN and k > MAX_PARETO_K:  # more points alone would not settle it
+        at_first, short = points.proposal, times == _ADAPTED_AGAIN and k > MAX_PARETO_K
+        if short and isinstance(at_first, Proposal):  # more points alone would not settle it
             found = adapted(
-                posterior,
-                points.proposal.about_mode,
-                lambda at: at.draw(_LATER_PILOT, rng),
-                _LATER_ROUNDS,
+                posterior, at_first, lambda at: at.draw(_LATER_PILOT, rng), _LATER_ROUNDS
             )
-            evaluations = points.evaluations + found.evaluations
-            points = _Points(WithRidge(found.next, posterior), evaluations)
+            points = _Points(found.next, points.evaluations + found.evaluations)
         have = 0 if points.w is None else points.w.shape[1]
         points = points.with_more(posterior, chains, times * task.draws - have, rng)
         w, log_weight = points.w, points.log_weight
@@ -242,12 +245,12 @@ def weighted_points(
         The draws w, shape (count, q); the logs of their weights, shape (count,); the quantities there;
         and the number of points evaluated in all.
     """
-    found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.draw(_PILOT, rng))
-    proposal = WithRidge(found.next, posterior)
-    w = proposal.draw(count, rng)
-    heights, quantities = evaluated(posterior, w)
-    log_weight = heights - proposal.log_density(w)
-    return w, log_weight, quantities, found.evaluations + count
+    proposal, evaluations = _proposal(posterior, rng, _ROUNDS)
+    found = _Points(proposal, evaluations).with_more(posterior, 1, count, rng)
+    assert found.w is not None, "points were added"
+    assert found.log_weight is not None, "points were added"
+    quantities = {name: values[0] for name, values in found.quantities.items()}
+    return found.w[0], found.log_weight[0], quantities, found.evaluations
 
 
 @dataclass(frozen=True)
@@ -324,113 +327,3 @@ def evaluated(posterior: Posterior, w: np.ndarray) -> tuple[np.ndarray, dict[str
         index = np.where(inside, np.arange(len(w)), np.argmax(inside))
         quantities = {name: values[index] for name, values in quantities.items()}
     return np.where(inside, heights, -np.inf), quantities
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """A multivariate normal, mixed with a Student-t for a share of the draws.
-
-    Args:
-        middle: location of both, shape (q,).
-        axes: orthonormal columns, the widest first, shape (q, q).
-        sd: standard deviation of the posterior along each axis, as far as is known, shape (q,).
-        share: share of the draws that are of the Student-t, from 0 to 1.
-        freedom: degrees of freedom of the Student-t.
-        worth: number of effective draws that `axes` and `sd` count for beside new draws.
-    """
-
-    middle: np.ndarray
-    axes: np.ndarray
-    sd: np.ndarray
-    share: float
-    freedom: float
-    worth: float
-
-    @classmethod
-    def first(cls, n: int) -> Proposal:
-        """First proposal, for n coordinates in which a posterior is near a standard normal."""
-        return cls(np.zeros(n), np.eye(n), np.ones(n), *_FIRST, 2.0 * n)
-
-    @property
-    def _scale(self) -> np.ndarray:
-        """Scale of draws along each axis: above `sd` where the posterior is wider than at its mode."""
-        return self.sd * np.clip(np.sqrt(self.sd), 1, _SKEWED)
-
-    def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Independent draws, shape (count, q)."""
-        in_tails = rng.permutation(count)[:, None] < self.share * count
-        tails = np.sqrt(self.freedom / rng.chisquare(self.freedom, (count, 1)))
-        return self._placed(rng.standard_normal((count, self.middle.size)), in_tails, tails)
-
-    def at(self, u: np.ndarray) -> np.ndarray:
-        """Draws from points within the unit cube, of which the last two coordinates make the tails.
-
-        Args:
-            u: points of the unit cube, shape (any, q + 2).
-        """
-        in_tails = u[:, -1:] < self.share
-        tails = np.sqrt(self.freedom / chdtri(self.freedom, u[:, -2:-1]))
-        return self._placed(ndtri(u[:, :-2]), in_tails, tails)
-
-    def _placed(self, z: np.ndarray, in_tails: np.ndarray, tails: np.ndarray) -> np.ndarray:
-        """Draws from standard normal ones, of which those in the tails are scaled up by `tails`."""
-        z *= np.where(in_tails, tails, 1.0)
-        return self.middle + (z * self._scale) @ self.axes.T
-
-    def log_density(self, w: np.ndarray) -> np.ndarray:
-        """Log density at points, shape (any,)."""
-        n, freedom = self.sd.size, self.freedom
-        squares = (((w - self.middle) @ self.axes / self._scale) ** 2).sum(axis=1)
-        normal = -n / 2 * np.log(2 * np.pi) - squares / 2
-        tails = gammaln((freedom + n) / 2) - gammaln(freedom / 2) - n / 2 * np.log(freedom * np.pi)
-        tails = tails - (freedom + n) / 2 * np.log1p(squares / freedom)
-        both = logsumexp([normal, tails], axis=0, b=[[1 - self.share], [self.share]])
-        return both - np.log(self._scale).sum()
-
-    def outgrown(self, spread: np.ndarray, effective: float) -> float:
-        """Largest ratio of a covariance to the proposal's, over that which chance gives so few draws."""
-        whitened = (self.axes / self.sd).T @ spread @ (self.axes / self.sd)
-        # the edge of the spectrum of a sample of the standard normal (Marchenko and Pastur 1967)
-        margin = (1 + np.sqrt(self.sd.size / effective)) ** 2
-        return float(np.linalg.eigvalsh(whitened)[-1] / margin)
-
-    def moved(self, mean: np.ndarray, spread: np.ndarray, effective: float) -> Proposal:
-        """The proposal moved towards a mean and a covariance, further for more effective draws."""
-        share = effective / (effective + self.worth)
-        scale = share * spread + (1 - share) * (self.axes * self.sd**2) @ self.axes.T
-        variances, axes = np.linalg.eigh(scale)
-        share = effective / (effective + 2 * self.sd.size)
-        middle = share * mean + (1 - share) * self.middle
-        widest = slice(None, None, -1)
-        sd, axes = np.sqrt(variances[widest]), axes[:, widest]
-        return Proposal(middle, axes, sd, *_LATER, self.worth)
-
-
-@dataclass(frozen=True)
-class WithRidge:
-    """A proposal about the mode; half of the draws come from along the posterior's ridge, if it has one.
-
-    Args:
-        about_mode: proposal about the mode.
-        posterior: posterior, whose ridge is followed if it has one.
-    """
-
-    about_mode: Proposal
-    posterior: Posterior
-
-    def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Independent draws, shape (count, q), in random order."""
-        ridge = self.posterior.ridge
-        if ridge is None:
-            return self.about_mode.draw(count, rng)
-        along = self.posterior.at_deviates(ridge.draw(count // 2, rng))
-        w = np.concatenate([self.about_mode.draw(count - count // 2, rng), along])
-        return w[rng.permutation(count)]
-
-    def log_density(self, w: np.ndarray) -> np.ndarray:
-        """Log density at points, shape (any,)."""
-        ridge, near = self.posterior.ridge, self.about_mode.log_density(w)
-        if ridge is None:
-            return near
-        along = ridge.log_density(self.posterior.deviates(w)) + self.posterior.log_volume
-        return np.logaddexp(near, along) - np.log(2)

@@ -21,7 +21,7 @@ from scipy.special import logsumexp, softmax
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Progress, Task
-from retrodict.inference.samplers.importance import Proposal, WithRidge
+from retrodict.inference.samplers.proposal import Proposal, WithRidge
 from retrodict.inference.samplers.psis import effective, resampled
 from retrodict.inference.threads import one_blas_thread
 

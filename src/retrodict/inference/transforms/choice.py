@@ -20,6 +20,7 @@ class Coordinates(Enum):
 
     PINNED = "rest poses where they cover the posterior; else deviates"
     DEVIATES = "standard normal deviates, a part about each mode"
+    UNBENT = "deviates, for proposals that solve for what evidence pins"
     SOLVED_BACK = "rest poses, even where they do not cover the posterior"
 
 

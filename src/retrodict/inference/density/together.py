@@ -1,0 +1,285 @@
+"""Crashes of many scenes in few calls: each scene is worked on in a thread of its own, and asks here.
+
+A device takes nearly as long for 500 crashes as for 50 000. The search, the coordinates and the points
+of one scene ask for some hundreds of crashes at a time, some tens of times. Here the requests of many
+scenes wait for each other, and one call answers them: the algorithm is that of one scene, written once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextvars import ContextVar, copy_context
+from dataclasses import dataclass, field
+from functools import cache, partial
+from threading import Condition, Event, Thread
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from retrodict.inference.density.compiled import Programs
+from retrodict.inference.density.kernels import ROWS, Kernel
+from retrodict.inference.density.log_density import Target
+from retrodict.models.arrays import Data, Structure, steps_of
+
+Crashes = tuple[np.ndarray, dict[str, np.ndarray]]
+"""Log likelihoods of crashes, and their quantities by name."""
+
+SCENES = 64  # different numbers of scenes that a call takes
+_ANSWERED = 0.5  # share of the scenes under way whose requests a call waits for
+
+
+@dataclass(frozen=True)
+class Calls:
+    """Sizes of the calls of a device, and how many were made.
+
+    Args:
+        rows: crashes of a call.
+        block: crashes of a call that are computed side by side.
+        made: number of calls so far, a single entry.
+        crashes: number of crashes asked for so far, a single entry.
+    """
+
+    rows: int
+    block: int
+    made: list[int] = field(default_factory=lambda: [0])
+    crashes: list[int] = field(default_factory=lambda: [0])
+
+
+def calls_of(platform: str) -> Calls:
+    """Sizes of calls that suit a platform of JAX: blocks that fit a processor's cache, or fill a GPU."""
+    return Calls(4 * ROWS, ROWS) if platform == "cpu" else Calls(32_768, 32_768)
+
+
+@dataclass
+class _Request:
+    """Crashes that a scene's thread waits for."""
+
+    programs: Programs
+    data: Data
+    u: Float[np.ndarray, "crashes n"]
+    done: Event = field(default_factory=Event)
+    found: Crashes | None = None
+    error: BaseException | None = None
+
+
+class Together:
+    """Jobs that run in threads, and whose requests for crashes are answered together.
+
+    Args:
+        calls: sizes of the device's calls.
+    """
+
+    def __init__(self, calls: Calls) -> None:
+        self._calls = calls
+        self._changed = Condition()
+        self._requests: list[_Request] = []
+        self._under_way = 0
+        self._ended = False
+
+    def results[T](self, jobs: Sequence[Callable[[], T]]) -> list[T]:
+        """What each job returns, in order.
+
+        Args:
+            jobs: functions without arguments, which run at the same time.
+
+        Raises:
+            BaseException: what the first job that failed has raised; the others came to their ends.
+        """
+        found: list[Any] = [None] * len(jobs)
+        failed: list[BaseException] = []
+        threads = [
+            Thread(target=copy_context().run, args=(self._work, job, found, i, failed), daemon=True)
+            for i, job in enumerate(jobs)
+        ]
+        self._under_way = len(threads)
+        for thread in threads:
+            thread.start()
+        try:
+            for requests in self._waiting():
+                self._answer(requests)
+        finally:
+            self._give_up()
+        for thread in threads:
+            thread.join()
+        if failed:
+            raise failed[0]
+        return found
+
+    def at(self, programs: Programs, data: Data, u: Float[np.ndarray, "crashes n"]) -> Crashes:
+        """Log likelihoods and quantities of crashes of a scene, from a call that answers others too."""
+        request = _Request(programs, data, u)
+        with self._changed:
+            if self._ended:
+                raise KeyboardInterrupt
+            self._requests.append(request)
+            self._changed.notify_all()
+        request.done.wait()
+        if request.error is not None:
+            raise request.error
+        assert request.found is not None, "a request is answered or fails"
+        return request.found
+
+    def _work(
+        self, job: Callable[[], Any], found: list[Any], i: int, failed: list[BaseException]
+    ) -> None:
+        _ROOM.set(self)
+        try:
+            found[i] = job()
+        except BaseException as error:
+            failed.append(error)
+        finally:
+            with self._changed:
+                self._under_way -= 1
+                self._changed.notify_all()
+
+    def _waiting(self) -> Iterator[list[_Request]]:
+        """Requests as enough of the threads under way wait for them, until all threads have ended."""
+
+        def ready() -> bool:
+            return len(self._requests) >= max(1, _ANSWERED * self._under_way) or not self._under_way
+
+        while True:
+            with self._changed:
+                self._changed.wait_for(ready)
+                requests, self._requests = self._requests, []
+            if not requests:
+                return
+            yield requests
+
+    def _answer(self, requests: list[_Request]) -> None:
+        alike: dict[tuple[Structure, int], list[_Request]] = {}
+        for request in requests:
+            structure = request.programs.structure
+            key = structure, steps_of(structure, request.data)
+            alike.setdefault(key, []).append(request)
+        for some in alike.values():
+            try:
+                for few in _of_few_scenes(some):
+                    self._answer_alike(few)
+            except BaseException as error:
+                for request in some:
+                    request.error = request.error or error
+                    request.done.set()
+                if not isinstance(error, Exception):
+                    raise
+
+    def _answer_alike(self, requests: list[_Request]) -> None:
+        """Answer requests of one structure and number of steps, of at most `SCENES` data."""
+        programs, data = requests[0].programs, requests[0].data
+        different = {id(request.data): request.data for request in requests}
+        numbers = {key: i for i, key in enumerate(different)}
+        vectors = np.stack([_vector(each) for each in different.values()])
+        vectors = vectors[np.minimum(np.arange(SCENES), len(vectors) - 1)]
+        of = np.concatenate([np.full(len(r.u), numbers[id(r.data)]) for r in requests])
+        u = np.concatenate([np.asarray(r.u, float) for r in requests])
+        rows, kernel = self._calls.rows, _kernel(self._calls.rows, self._calls.block)
+        on_device = jax.device_put((vectors, data))
+        parts = []
+        for begin in range(0, len(u), rows):
+            index = np.minimum(np.arange(begin, begin + rows), len(u) - 1)
+            parts.append(programs(kernel, *on_device, of[index], u[index]))
+        self._calls.made[0] += len(parts)
+        self._calls.crashes[0] += len(u)
+        table = np.concatenate([np.asarray(part) for part in parts])
+        columns = _columns(programs, data)
+        begin = 0
+        for request in requests:
+            count = len(request.u)
+            own = np.ascontiguousarray(table[begin : begin + count].T)
+            begin += count
+            quantities = {
+                name: own[where].T.reshape(count, *shape) for name, where, shape in columns
+            }
+            request.found = own[0], quantities
+            request.done.set()
+
+    def _give_up(self) -> None:
+        """Let no thread wait for ever."""
+        with self._changed:
+            requests, self._requests = self._requests, []
+            self._ended = True
+        for request in requests:
+            request.error = KeyboardInterrupt()
+            request.done.set()
+
+
+_ROOM: ContextVar[Together | None] = ContextVar("together", default=None)
+
+
+def room() -> Together | None:
+    """Where this thread's scene asks for crashes together with others; None where it is alone."""
+    return _ROOM.get()
+
+
+def _of_few_scenes(requests: list[_Request]) -> Iterator[list[_Request]]:
+    """The requests in groups of at most `SCENES` different data."""
+    some: list[_Request] = []
+    known: set[int] = set()
+    for request in requests:
+        if len(known | {id(request.data)}) > SCENES:
+            yield some
+            some, known = [], set()
+        some.append(request)
+        known.add(id(request.data))
+    yield some
+
+
+def _vector(data: Data) -> Float[np.ndarray, " numbers"]:
+    """The numbers of a scene in a row, but for the integration steps."""
+    return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(data._replace(steps=()))])
+
+
+def _data(vector: Float[Array, " numbers"], like: Data) -> Data:
+    """A scene's numbers from their row; shapes and integration steps as of another."""
+    leaves, tree = jax.tree.flatten(like._replace(steps=()))
+    ends = np.cumsum([np.size(leaf) for leaf in leaves])
+    own = [
+        vector[end - np.size(leaf) : end].reshape(np.shape(leaf))
+        for leaf, end in zip(leaves, ends, strict=True)
+    ]
+    return jax.tree.unflatten(tree, own)._replace(steps=like.steps)
+
+
+def _crashes_of_many(
+    target: Target,
+    vectors: Float[Array, "scenes numbers"],
+    like: Data,
+    of: Int[Array, " crashes"],
+    u: Float[Array, "crashes n"],
+    *,
+    block: int,
+) -> Float[Array, "crashes columns"]:
+    """Log likelihood and quantities of crashes of many scenes, a row for each, as of `_columns`."""
+
+    def one(row: tuple[Array, Array]) -> Array:
+        log_likelihood, quantities = target.crash(row[1], _data(vectors[row[0]], like))
+        return jnp.concatenate([log_likelihood[None], *map(jnp.ravel, jax.tree.leaves(quantities))])
+
+    return jax.lax.map(one, (of, u), batch_size=block)
+
+
+@cache
+def _kernel(rows: int, block: int) -> Kernel[..., Array]:
+    name = f"crashes of {SCENES} scenes, {rows} by {block}"
+    return Kernel(name, partial(_crashes_of_many, block=block), 1)
+
+
+def _columns(programs: Programs, data: Data) -> list[tuple[str, slice, tuple[int, ...]]]:
+    """Names, columns and shapes of the quantities in a row of `_crashes_of_many`."""
+    structure = programs.structure
+    if structure not in _KNOWN_COLUMNS:
+        u = jax.ShapeDtypeStruct((structure.deviates,), float)
+        shapes = jax.eval_shape(programs.target.crash, u, data)[1]
+        found, begin = [], 1
+        for name in sorted(shapes):  # the order of a tree's leaves
+            size = int(np.prod(shapes[name].shape))
+            found.append((name, slice(begin, begin + size), shapes[name].shape))
+            begin += size
+        _KNOWN_COLUMNS[structure] = found
+    return _KNOWN_COLUMNS[structure]
+
+
+_KNOWN_COLUMNS: dict[Structure, list[tuple[str, slice, tuple[int, ...]]]] = {}

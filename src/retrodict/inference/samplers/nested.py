@@ -1,0 +1,170 @@
+"""Draws from nested Laplace approximations: what evidence pins is solved for, given all else.
+
+Evidence pins a few directions of the deviates to a thin sheet, which bends with the other directions and
+is thicker in some places than in others. A normal about the peak, over a sheet fitted once, leaves 2 to
+15 % of the draws effective. Here the free directions are drawn from a wide normal, and for each draw the
+mode and the covariance of the pinned ones are found by some steps of Gauss and Newton (Rue et al. 2009).
+Then 35 to 60 % of the draws are effective, each for some ten density evaluations (measured on simulated
+crashes of unknown approach).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from retrodict.inference.fitting.deviates import Crashes
+from retrodict.inference.fitting.posterior import Posterior
+from retrodict.inference.fitting.search import SUFFICIENT, Peak
+from retrodict.inference.samplers.proposal import Proposal
+
+_PINNED = 2.0  # change of the residuals per deviate above which a direction is solved for
+# Share of the draws in tails and their degrees of freedom; sd of the free directions.
+_TAILS, _WIDE = (0.3, 8.0), 1.1
+_CHORDS = 3  # steps by the slopes at the peak, which need no derivatives
+_NEWTON, _ARRIVED = (
+    3,
+    0.1,
+)  # steps by slopes of their own at most; the step at which a draw has arrived
+_STRIDE = 4.0  # longest step
+_STEP = 1e-3  # step of a deviate in difference quotients
+
+Points = Float[np.ndarray, "points n"]
+EXTRA = (
+    4  # coordinates of the unit cube beyond those of a point: tails of free and pinned directions
+)
+
+
+@dataclass(frozen=True)
+class Nested:
+    """A proposal about a peak: free directions, then the pinned ones given these.
+
+    Args:
+        posterior: posterior in deviates, of which this is a proposal.
+        peak: peak that the proposal is about.
+    """
+
+    posterior: Posterior
+    peak: Peak
+
+    @property
+    def size(self) -> int:
+        """Coordinates of the unit cube that make a draw."""
+        return self.peak.u.size + EXTRA
+
+    def sampled(self, count: int, rng: np.random.Generator) -> tuple[Points, np.ndarray]:
+        """Independent draws and their log densities, as of `at`."""
+        return self.at(rng.random((count, self.size)))
+
+    def at(self, points: Float[np.ndarray, "points size"]) -> tuple[Points, np.ndarray]:
+        """Draws from points of the unit cube.
+
+        Args:
+            points: points of the unit cube, shape (any, size).
+
+        Returns:
+            The draws in the posterior's coordinates w, shape (any, q), and their log densities.
+        """
+        pinned = self._pinned
+        free = self._of_free.middle.size
+        x = self._of_free.at(points[:, : free + 2])
+        z = self._of_pinned.at(points[:, free + 2 :]) if pinned else np.zeros((len(x), 0))
+        mode, root = self._solved(x)
+        v = np.concatenate([mode + np.einsum("kij,kj->ki", root, z), x], axis=1)
+        log_density = self._of_free.log_density(x) - np.linalg.slogdet(self._axes)[1]
+        if pinned:
+            volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+            log_density += self._of_pinned.log_density(z) - volume
+        w = self.posterior.at_deviates(self.peak.u + v @ self._axes.T)
+        return w, log_density + self.posterior.log_volume
+
+    @property
+    def evaluations(self) -> int:
+        """Density evaluations of a draw, nearly: chords, and one step by slopes of its own."""
+        return _CHORDS + 1 + self._pinned
+
+    @cached_property
+    def _svd(self) -> tuple[np.ndarray, np.ndarray]:
+        """Singular values of the slopes at the peak, and the directions that belong to them, all n."""
+        s, directions = np.linalg.svd(self.peak.slopes)[1:]
+        return s, directions.T
+
+    @cached_property
+    def _pinned(self) -> int:
+        return int((self._svd[0] > _PINNED).sum())
+
+    @cached_property
+    def _axes(self) -> Float[np.ndarray, "n n"]:
+        """Change of the deviates per standard deviation about the peak, pinned directions first."""
+        s, directions = self._svd
+        sd = np.ones(len(directions))
+        sd[: len(s)] = 1 / np.sqrt(1 + s[: len(sd)] ** 2)
+        return directions * sd
+
+    @cached_property
+    def _of_free(self) -> Proposal:
+        n = self.peak.u.size - self._pinned
+        return Proposal(np.zeros(n), np.eye(n), np.full(n, _WIDE), *_TAILS, 1.0)
+
+    @cached_property
+    def _of_pinned(self) -> Proposal:
+        n = self._pinned
+        return Proposal(np.zeros(n), np.eye(n), np.ones(n), *_TAILS, 1.0)
+
+    @cached_property
+    def _crashes(self) -> Crashes:
+        return self.posterior.crashes.in_steps(SUFFICIENT)
+
+    def _solved(
+        self, x: Float[np.ndarray, "points free"]
+    ) -> tuple[Float[np.ndarray, "points pinned"], Float[np.ndarray, "points pinned pinned"]]:
+        """Modes of the pinned directions given the free ones, and roots of their covariances.
+
+        Where no crash is possible the covariance is that at the peak.
+        """
+        count, pinned = len(x), self._pinned
+        mode, own = np.zeros((count, pinned)), self._axes[:, :pinned]
+        slopes = self.peak.slopes @ own
+        at_peak = slopes.T @ slopes + own.T @ own
+        precision = np.tile(at_peak, (count, 1, 1))
+        if not pinned:
+            return mode, precision
+        for _ in range(_CHORDS):
+            u = self._deviates(mode, x)
+            residuals = np.nan_to_num(self._crashes.residuals(u)[0])
+            mode -= _shortened((residuals @ slopes + u @ own) @ np.linalg.inv(at_peak))
+        left = np.arange(count)
+        for _ in range(_NEWTON):
+            u = self._deviates(mode[left], x[left])
+            ends = np.concatenate([u[:, None], u[:, None] + _STEP * own.T], axis=1)
+            values = self._crashes.residuals(ends.reshape(-1, u.shape[1]))[0]
+            values = values.reshape(len(left), pinned + 1, -1)
+            there = np.isfinite(values[:, 0]).all(axis=1)
+            J = np.nan_to_num((values[:, 1:] - values[:, :1]) / _STEP)
+            J[~there] = slopes.T
+            precision[left] = J @ J.swapaxes(1, 2) + own.T @ own
+            uphill = np.einsum("kpi,ki->kp", J, np.nan_to_num(values[:, 0])) + u @ own
+            step = np.linalg.solve(precision[left], uphill[..., None])[..., 0]
+            mode[left] -= np.where(there[:, None], _shortened(step), 0.0)
+            left = left[there & (np.linalg.norm(step, axis=1) > _ARRIVED)]
+            if not left.size:
+                break
+        return mode, np.linalg.cholesky(np.linalg.inv(precision))
+
+    def _deviates(self, mode: np.ndarray, x: np.ndarray) -> Points:
+        return self.peak.u + np.concatenate([mode, x], axis=1) @ self._axes.T
+
+
+def nested(posterior: Posterior) -> Nested | None:
+    """The proposal about a posterior's peak; None where its coordinates are no deviates about one."""
+    if posterior.peak is None or not posterior.programs.structure.in_deviates:
+        return None
+    return Nested(posterior, posterior.peak)
+
+
+def _shortened(step: Float[np.ndarray, "points pinned"]) -> Float[np.ndarray, "points pinned"]:
+    length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
+    return step * np.minimum(1.0, _STRIDE / length)
