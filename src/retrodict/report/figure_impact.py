@@ -72,9 +72,9 @@ def plot_impact(
         axes = figure.add_subplot()
         axes.set_aspect("equal", adjustable="datalim")
         tangent = np.asarray(contact_axes(bodies)[1]) * reach / length.worth
-        handles: list[Artist] = axes.plot(
-            *np.stack([-tangent, tangent]).T, label="contact line", **_LINE
-        )
+        handles: list[Artist] = [
+            *axes.plot(*np.stack([-tangent, tangent]).T, label="contact line", **_LINE)
+        ]
         for v, centre in centres.items():
             handles.append(_vehicle(axes, v, centre, scale, states[v], units))
         if size := float(np.hypot(*P)):
