@@ -18,7 +18,7 @@ from retrodict.models.impacts import momentum, planar
 from retrodict.models.of_scene import of_scene
 from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import roll, slide, spin, wheels
-from retrodict.models.standard_normal import sizes
+from retrodict.models.standard_normal import sample_unknowns, sizes
 
 from retrodict.scene.names import parsed, vehicle_of
 from retrodict.scene.quantities import describe
@@ -120,9 +120,7 @@ class Rung:
             surrogate: surrogate of the run-out predictions and their derivatives, which returns the
                 exact value of an item that it does not cover; None to differentiate the run-outs.
         """
-        x = parts.measured(structure, data)
-        data = parts.as_recorded(structure, data, x)
-        after = self.impact.forward_model(structure, data, x)
+        x, data, after = sample_unknowns(self.impact, structure, data)
         rests = jnp.full((len(structure.vehicles), len(structure.rests)), jnp.nan)
         paths = None
         at = (x, after)

@@ -21,7 +21,7 @@ from numpyro import handlers
 from numpyro.primitives import Messenger
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
-from retrodict.models.impact import Impact
+from retrodict.models.impact import Impact, Separation
 
 # Probabilities nearer to 0 or 1 than this are taken as this: quantiles there are infinite.
 _LEAST, _MOST = 1e-300, 1 - 1e-15
@@ -37,7 +37,7 @@ def quantile(law: dist.Distribution, deviate: Float[Array, "*any"]) -> Float[Arr
     Returns:
         Quantile of the law at the probability Φ(deviate).
     """
-    law = _elementwise(law)
+    law = elementwise(law)
     if isinstance(law, dist.Normal):
         return jnp.asarray(law.loc + law.scale * deviate)
     return jnp.asarray(law.icdf(jnp.clip(ndtr(deviate), _LEAST, _MOST)))
@@ -50,13 +50,13 @@ def deviate(law: dist.Distribution, value: Float[Array, "*any"]) -> Float[Array,
         law: distribution with a `cdf`, independent in each dimension.
         value: value in the support of the law.
     """
-    law = _elementwise(law)
+    law = elementwise(law)
     if isinstance(law, dist.Normal):
         return jnp.asarray((value - law.loc) / law.scale)
     return ndtri(jnp.clip(law.cdf(value), _LEAST, _MOST))
 
 
-def _elementwise(law: dist.Distribution) -> dist.Distribution:
+def elementwise(law: dist.Distribution) -> dist.Distribution:
     """The law of one element of a law that is the same, or independent, in each."""
     while isinstance(law, dist.Independent | dist.ExpandedDistribution):
         law = law.base_dist
@@ -107,19 +107,36 @@ class DeviatesOf(Messenger):
             self.deviates.append(deviate(msg["fn"], msg["value"]).reshape(-1))
 
 
+def sample_unknowns(
+    impact: Impact, structure: Structure, data: Data
+) -> tuple[parts.Values, Data, Separation]:
+    """The part of a model that has all of its unknowns: measured inputs, then the impact.
+
+    Args:
+        impact: impact model.
+        structure: static part of the scene.
+        data: numbers of the scene.
+
+    Returns:
+        Measured inputs by name; the numbers of the scene as `as_recorded` gives them; and velocities
+        after the impact.
+    """
+    x = parts.measured(structure, data)
+    data = parts.as_recorded(structure, data, x)
+    return x, data, impact.forward_model(structure, data, x)
+
+
 @lru_cache(maxsize=64)
 def _sizes(impact: Impact, structure: Structure, shapes: tuple[Any, ...]) -> dict[str, int]:
     leaves, tree = shapes
     data = jax.tree.unflatten(tree, [jax.ShapeDtypeStruct(shape, float) for shape in leaves])
 
-    def impact_alone(data: Data) -> None:
-        x = parts.measured(structure, data)
-        impact.forward_model(structure, parts.as_recorded(structure, data, x), x)
-
     found: dict[str, int] = {}
 
     def trace(key: Array, data: Data) -> Array:
-        sites = handlers.trace(handlers.seed(impact_alone, key)).get_trace(data)
+        sites = handlers.trace(handlers.seed(sample_unknowns, key)).get_trace(
+            impact, structure, data
+        )
         for name, site in sites.items():
             if site["type"] == "sample" and not site["is_observed"]:
                 found[name] = int(site["value"].size)

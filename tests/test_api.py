@@ -87,7 +87,7 @@ def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path)
     items = set(result.scene.evidence())
     assert {"mark_1_speed_b", "mark_1_course_b", "end_x_b", "end_y_b", "end_heading_b"} < items
     for group in ("posterior_predictive", "log_likelihood", "observed_data"):
-        assert set(result.idata[group].data_vars) == items
+        assert set(result.idata[group]["evidence"]["item"].values) == items
     assert {item.name for item in conflicts(result.outcome)} == items
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
     for name in items:

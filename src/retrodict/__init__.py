@@ -1,4 +1,11 @@
-"""Reconstructs vehicle collisions and says how sure it is: the public names."""
+"""Reconstructs vehicle collisions and says how sure it is: the public names.
+
+A scene comes from `load_scene`, `parse_scene`, `build_scene` or `import_evidence`, and `vehicles` lists
+the cars that it may name. `reconstruct` gives a `Result`; `load_result` and `replay` read one. `ladder`
+compares models, `batch` answers many scenes, `session` and `sweep` answer while numbers change.
+`calibrate` and `validate` say whether answers can be relied on. `numpyro_model` and `log_density` are
+for other samplers, and `mechanics`, with `plot_impact` and `plot_path`, for the equations alone.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from retrodict import mechanics
     from retrodict.api import (
         Calibration,
         Ladder,
@@ -22,6 +30,7 @@ if TYPE_CHECKING:
     from retrodict.interchange.importing import Import, import_evidence
     from retrodict.live import Answer, Session, session, sweep
     from retrodict.own_sampler import LogDensity, NumpyroModel, log_density, numpyro_model
+    from retrodict.report.figure_impact import plot_impact
     from retrodict.report.figure_path import plot_path
     from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
     from retrodict.scene.vehicle_library import VehicleClass, vehicles
@@ -50,8 +59,10 @@ __all__ = [
     "load_result",
     "load_scene",
     "log_density",
+    "mechanics",
     "numpyro_model",
     "parse_scene",
+    "plot_impact",
     "plot_path",
     "reconstruct",
     "replay",
@@ -74,6 +85,7 @@ _HOMES = {
     "import_evidence": "retrodict.interchange.importing",
     "ladder": "retrodict.api",
     "load_result": "retrodict.result",
+    "plot_impact": "retrodict.report.figure_impact",
     "plot_path": "retrodict.report.figure_path",
     "reconstruct": "retrodict.api",
     "replay": "retrodict.api",
@@ -100,6 +112,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("retrodict")
+    if name == "mechanics":
+        return import_module("retrodict.mechanics")
     if name not in _HOMES:
         raise AttributeError(f"module 'retrodict' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)

@@ -71,6 +71,13 @@ def replay(path: str | Path, *, progress: Progress | None = None) -> Reproductio
         NotArchived: the file is no archive, or was altered; the message names the altered part.
         SceneError: this version does not read the scene.
         Unanswerable, Interrupted: as in `reconstruct`.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> asked = {"model": "momentum+slide", "method": "importance"}
+        >>> result = rd.reconstruct("examples/brach-1977/scene.toml", **asked)
+        >>> rd.replay(result.archive("brach-1977.retrodict.zip")).reproduced
+        True
     """
     from retrodict.findings.reproduction import compare
     from retrodict.findings.stored import draws_of
@@ -122,6 +129,15 @@ def reconstruct(
         ValueError: no model or method has that name, or `resume` is of another run.
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: the run was stopped before any draw was kept.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> scene = rd.load_scene("examples/brach-1977/scene.toml")
+        >>> result = rd.reconstruct(scene, model="momentum+slide", method="importance")
+        >>> result.checks.passed
+        True
+        >>> list(result.summary("us").columns[:3])
+        ['unit', 'mean', 'sd']
     """
     begin, scene = time.perf_counter(), as_scene(scene)
     asked = RunOptions(model, method, chains, draws, warmup, seed)
@@ -189,6 +205,11 @@ def calibrate(
             `out` is of another calibration.
         MissingLibrary, NoScheduler: as in `batch`.
         OSError: a file could not be written.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> rd.calibrate(model="momentum+spin", simulations=2, workers=1).simulations  # 1000 in earnest
+        2
     """
     from retrodict.report.calibration import read_ranks, write_calibration, write_ranks
 
@@ -253,6 +274,13 @@ def batch(
         MissingLibrary: workers need Dask, which is not installed.
         NoScheduler: there is no scheduler at the address.
         OSError: a file could not be written, or another run answers into `out`.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> scene = rd.load_scene("examples/brach-1977/scene.toml")
+        >>> faster = scene.change({"vehicles.A.approach.speed": "50 ± 1 mph"})
+        >>> rd.batch([scene, faster], model="momentum+slide", workers=1)["checks"].tolist()
+        ['passed', 'passed']
     """
     from retrodict.report import batch as files
     from retrodict.studies.batch import Asked, Entry, answers
@@ -314,6 +342,14 @@ def validate(
     Raises:
         ValueError: no model or method has that name, or there is no case in the folder.
         OSError: a file could not be written.
+
+    Examples:
+        >>> import shutil
+        >>> import retrodict as rd
+        >>> folder = shutil.copytree("examples/ricsac-06", "staged/ricsac-06")
+        >>> found = rd.validate("staged", model="momentum+slide", method="importance")
+        >>> [score.quantity for score in found.scores]
+        ['speed_a', 'speed_b']
     """
 
     def run(scene: Scene, progress: Progress) -> Outcome:

@@ -224,7 +224,16 @@ def session(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Session:
-    """A scene kept warm; arguments and errors as in `Session`."""
+    """A scene kept warm; arguments and errors as in `Session`.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> kept = rd.session("examples/brach-1977/scene.toml", model="planar-moment+spin")
+        >>> before = kept.answer.summary().loc["speed_b", "mean"]
+        >>> answer = kept.update({"vehicles.A.approach.speed": "50 ± 1 mph"})
+        >>> bool(answer.summary().loc["speed_b", "mean"] > before)
+        True
+    """
     return Session(scene, model, seed, progress)
 
 
@@ -256,6 +265,14 @@ def sweep(
     Raises:
         SceneError: a variant cannot be used; no variant was begun.
         ValueError, Unanswerable: as in `session`.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> speeds = {"vehicles.A.approach.speed": ["40 ± 1 mph", "50 ± 1 mph"]}
+        >>> scene = rd.load_scene("examples/brach-1977/scene.toml")
+        >>> table = rd.sweep(scene, speeds, model="planar-moment+spin", units="us")
+        >>> bool(table["speed_b_mean"].is_monotonic_increasing)
+        True
     """
     import pandas as pd
 

@@ -204,6 +204,15 @@ def log_density(
         SceneError: the scene file cannot be used.
         ValueError: no model or coordinates have that name.
         Unanswerable: the scene has no posterior under the model.
+
+    Examples:
+        >>> import jax
+        >>> import retrodict as rd
+        >>> density = rd.log_density("examples/brach-1977/scene.toml", model="momentum+spin")
+        >>> jax.grad(density)(density.start).shape == (density.size,)
+        True
+        >>> "speed_b" in density.unknowns(density.start)
+        True
     """
     scene = as_scene(scene)
     by_chains, *_ = planned(scene, RunOptions(model=model))
@@ -234,5 +243,15 @@ def numpyro_model(
         SceneError: the scene file cannot be used.
         ValueError: no model has that name.
         Unanswerable: the scene has no posterior under the model.
+
+    Examples:
+        >>> import jax
+        >>> from numpyro.infer import MCMC, NUTS
+        >>> import retrodict as rd
+        >>> model = rd.numpyro_model("examples/brach-1977/scene.toml", model="momentum+spin")
+        >>> mcmc = MCMC(NUTS(model), num_warmup=50, num_samples=50, progress_bar=False)
+        >>> mcmc.run(jax.random.key(0))
+        >>> mcmc.get_samples()["speed_b"].shape
+        (50,)
     """
     return NumpyroModel(log_density(scene, model=model, seed=seed))

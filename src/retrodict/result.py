@@ -77,18 +77,6 @@ class Result:
 
         return summary_frame(self.findings, units)
 
-    @cached_property
-    def pointwise(self) -> xr.DataTree:
-        """The draws with all evidence in one variable, as ArviZ's `loo` and predictive checks want it.
-
-        Groups posterior, log_likelihood, posterior_predictive and observed_data; the variable
-        `evidence` has the dimension `item`, in standard deviations of each measurement about its mean
-        prediction.
-        """
-        from retrodict.inference.pointwise import pointwise
-
-        return pointwise(self.idata)
-
     def compare(self, other: Result) -> Differences:
         """Comparison with another result, of the same scene or a changed one, by any model.
 
@@ -355,6 +343,14 @@ def load_result(path: str | Path) -> Result:
     Raises:
         NotStored: there is no result that this version reads; the message says what to do.
         NotArchived: the file is no archive, or was altered.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> scene = rd.load_scene("examples/brach-1977/scene.toml")
+        >>> result = rd.reconstruct(scene, model="momentum+slide", method="importance")
+        >>> path = result.archive("saved.retrodict.zip")
+        >>> rd.load_result(path).checks.passed
+        True
     """
     from retrodict.findings.stored import load as from_folder
     from retrodict.findings.stored import of_files

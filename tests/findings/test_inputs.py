@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from retrodict.findings.inputs import input_rows
+from retrodict.inference.pointwise import by_item
 
 
 def test_inputs_table_holds_every_input_and_item_of_evidence(outcome):
@@ -52,7 +53,7 @@ def test_evidence_of_every_kind_is_listed_with_label_value_unit_and_source(spars
 def test_shift_is_counted_in_measured_standard_deviations(outcome):
     rows = {row.name: row for row in input_rows(outcome)}
     y = rows["rest_y_b"]
-    predicted = outcome.idata["posterior_predictive"]["rest_y_b"].values
+    predicted = by_item(outcome.idata, "posterior_predictive")["rest_y_b"].values
     assert y.shift == pytest.approx((predicted.mean() + 9.4) / 0.3)
     assert y.format_shift() == "+1.7"
     mass = outcome.idata["posterior"]["mass_a"].values

@@ -17,6 +17,7 @@ from retrodict.inference.density.log_density import Evaluated, Target
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.outcome import Mode
+from retrodict.inference.pointwise import by_item
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
@@ -160,7 +161,8 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
         predicted = xr.Dataset({"rest_heading_b": (("chain", "draw"), 2 * np.pi * at)})
         paths = xr.Dataset({"path": (("run", "step"), np.full((60, steps), i))})
         groups = {"posterior": draws, "posterior_predictive": predicted, "trajectories": paths}
-        groups |= {"log_likelihood": draws, "sample_stats": draws, "prior": draws}
+        likelihood = xr.Dataset({"rest_heading_b": (("chain", "draw"), at)})
+        groups |= {"log_likelihood": likelihood, "sample_stats": draws, "prior": draws}
         trees.append(xr.DataTree.from_dict(groups))
     found = [Mode(w, 0.0, {}, {"b": i}) for i, w in enumerate(weights)]
     mixed = modes.mixed(trees, found, seed=0)
@@ -169,6 +171,7 @@ def test_a_mixture_takes_draws_as_their_weights_ask() -> None:
     # each draw keeps its place in the chain, and its heading is counted as the first one's
     np.testing.assert_array_equal(mixed["posterior"]["x"], label + np.arange(500))
     np.testing.assert_allclose(mixed["posterior_predictive"]["rest_heading_b"], 0, atol=1e-12)
+    np.testing.assert_array_equal(mixed["log_likelihood"]["rest_heading_b"], label)
     assert set(np.unique(mixed["trajectories"]["path"])) == {0, 1}
     assert mixed["trajectories"].sizes["step"] == 48
     for tree in trees:  # as of a method without statistics of its draws
@@ -191,6 +194,6 @@ def test_unknown_turns_are_mixed_by_their_evidence() -> None:
     assert (label == 1).mean() == pytest.approx(second.weight, abs=5e-3)
     spin = found.idata["posterior"]["Omega_b"].values
     assert spin[label == 1].min() > spin[label == 0].mean()  # a turn more asks for more spin
-    predicted = found.idata["posterior_predictive"]["rest_heading_b"].values
+    predicted = by_item(found.idata, "posterior_predictive")["rest_heading_b"].values
     assert abs(predicted - SCENE.rest["b"].heading.value).max() < np.pi
     assert "B +743 deg" in next(note for note in found.notes if "several ways" in note)

@@ -12,6 +12,7 @@ from retrodict.inference import Interrupted, Unanswerable
 from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.outcome import Outcome
+from retrodict.inference.pointwise import by_item
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, chains
 from retrodict.options import DEFAULT_RUNG, RunOptions
@@ -38,14 +39,15 @@ def test_tree_has_every_group_with_names_and_units(outcome: Outcome) -> None:
     tree = outcome.idata
     assert set(tree.children) >= {
         "posterior", "prior", "posterior_predictive", "prior_predictive", "log_likelihood",
-        "sample_stats", "observed_data", "constant_data", "trajectories",
+        "log_prior", "sample_stats", "observed_data", "constant_data", "trajectories",
     }  # fmt: skip
     assert set(SCENE.reported()) <= set(tree["posterior"].data_vars)
     assert {"friction_road", "friction_berm", "speed_a", "Gamma"} <= set(
         tree["posterior"].data_vars
     )
     for group in ("posterior_predictive", "log_likelihood", "observed_data"):
-        assert set(tree[group].data_vars) == set(SCENE.evidence())
+        assert list(tree[group]["evidence"]["item"].values) == list(SCENE.evidence())
+        assert set(by_item(tree, group).data_vars) == set(SCENE.evidence())
     assert tree["posterior"]["speed_b"].attrs["unit"] == "m/s"
     assert tree["posterior"]["omega_b"].attrs["unit"] == "rad/s"
     assert tree["posterior"]["Gamma"].attrs["unit"] == "rad"

@@ -14,6 +14,7 @@ from retrodict.models.description import Description
 
 from retrodict.findings import Findings
 from retrodict.inference.outcome import Checks, Outcome
+from retrodict.inference.pointwise import pointwise
 from retrodict.options import RunOptions
 from retrodict.result import Result
 from retrodict.scene.questions import questions_from
@@ -250,7 +251,7 @@ def make_outcome(scene: Scene | None = None, seed: int = 7) -> Outcome:
     return Outcome(
         scene=scene,
         description=DESCRIPTION,
-        idata=idata,
+        idata=pointwise(idata),
         checks=Checks(0, 1.0021, 1843.0, 1712.0, True),
         seconds={"total": 21.4, "compile": 9.1, "sample": 11.2},
         versions={"retrodict": "0.1.0", "Python": "3.12.1", "jax": "0.12.0"},

@@ -65,8 +65,10 @@ def struck() -> Outcome:
     tree = outcome.idata.copy()
     for name in list(tree.children):
         data = tree[name].to_dataset()
-        of_b = [n for n in data.data_vars if vehicle_of(str(n).removesuffix("_sd")) == "b"]
+        of_b = [n for n in data.data_vars if vehicle_of(str(n)) == "b"]
         data = data.drop_vars(of_b)
+        if "item" in data.dims:
+            data = data.drop_sel(item=[name for name in data["item"].values if name.endswith("_b")])
         if name == "trajectories":
             data = data.sel(vehicle=["a"])
         if name == "posterior":

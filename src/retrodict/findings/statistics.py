@@ -13,6 +13,7 @@ import xarray as xr
 
 from retrodict.findings.severity import pdof
 from retrodict.inference.digits import decimals_of, monte_carlo_error
+from retrodict.inference.pointwise import by_item
 from retrodict.scene.quantities import (
     DERIVED,
     UNKNOWNS,
@@ -227,9 +228,10 @@ def correlations(outcome: Outcome) -> dict[tuple[str, str], float]:
 
 def finite_draws(outcome: Outcome, group: str, name: str) -> np.ndarray | None:
     """The finite draws of a variable in one row, or None where the group or variable is missing."""
-    if group not in outcome.idata.children or name not in outcome.idata[group].data_vars:
+    known = by_item(outcome.idata, group)
+    if name not in known.data_vars:
         return None
-    values = np.asarray(outcome.idata[group][name].values, dtype=float).ravel()
+    values = np.asarray(known[name], dtype=float).ravel()
     values = values[np.isfinite(values)]
     return values if values.size else None
 

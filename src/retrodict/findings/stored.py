@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from retrodict.findings.summary import SUMMARY, read_summary, strangers
 from retrodict.inference.outcome import Checks, Mode, Outcome
+from retrodict.inference.pointwise import pointwise
 from retrodict.options import RunOptions
 from retrodict.scene.records import Scene
 
@@ -108,7 +109,7 @@ def draws_of(content: bytes) -> xr.DataTree:
     import xarray as xr
 
     with xr.open_datatree(io.BytesIO(content), engine="h5netcdf") as tree:
-        return tree.load()
+        return pointwise(tree.load())  # earlier versions had a variable for each item
 
 
 def _reader() -> TypeAdapter[Any]:

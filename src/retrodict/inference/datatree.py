@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retrodict.inference.density.kernels import CHUNK, PATHS
+from retrodict.inference.density.compiled import in_chunks
+from retrodict.inference.density.kernels import CHUNK, LOG_PRIOR, PATHS
 from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.modes import Solution
 from retrodict.inference.prior_check import Reference
 from retrodict.inference.samplers import Draws
+from retrodict.models.standard_normal import sizes
 from retrodict.scene.quantities import describe, si_symbol
 from retrodict.scene.records import FREEDOM
 
@@ -61,13 +63,16 @@ def tree_of(
     groups = {
         "posterior": group(quantities, "", shape),
         "posterior_predictive": group(noisy(quantities), "predicted/", shape),
-        "log_likelihood": group(quantities, "log_likelihood/", shape),
         "sample_stats": xr.Dataset(
             {k: (("chain", "draw"), v) for k, v in drawn.stats.items()}, attrs=drawn.attributes
         ),
         "observed_data": _labelled({k: np.asarray(m.value) for k, m in evidence.items()}, ()),
         "constant_data": xr.Dataset({f"{k}_sd": m.sd for k, m in evidence.items()}),
     }
+    if drawn.conditioned:
+        groups["log_likelihood"] = group(quantities, "log_likelihood/", shape)
+    if drawn.conditioned and reference is not None:
+        groups["log_prior"] = _log_prior(posterior, quantities, shape)
     if reference is not None:
         prior = {k: v[:CHUNK] for k, v in reference.every.items()}
         groups["prior"] = group(prior, "", once)
@@ -93,6 +98,28 @@ def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Datase
         variables[name] = (dims, value, {"unit": si_symbol(dimension), "label": label})
     coords = {d: np.arange(np.shape(next(iter(values.values())))[i]) for i, d in enumerate(dims)}
     return xr.Dataset(variables, coords=coords)
+
+
+def _log_prior(
+    posterior: Posterior, quantities: dict[str, np.ndarray], shape: tuple[int, int]
+) -> xr.Dataset:
+    """Log prior density of each unknown, and of each measured input's deviate."""
+    import xarray as xr
+
+    programs, data = posterior.programs, posterior.data
+    sampled = sizes(programs.target.rung.impact, programs.structure, data)
+    sites = {name: quantities[name] for name in sampled}
+    found = in_chunks(lambda rows: programs(LOG_PRIOR, data, rows), sites)
+    of_inputs = found.pop("measured", None)
+    known = _labelled({k: v.reshape(shape) for k, v in found.items()}, ("chain", "draw"))
+    for name, value in known.data_vars.items():
+        known[name] = value.assign_attrs(unit="")
+    if of_inputs is None:
+        return known
+    names = [name for name, _ in programs.structure.uncertain]
+    inputs = of_inputs.reshape(*shape, -1)
+    of_inputs = xr.DataArray(inputs, dims=("chain", "draw", "input"), coords={"input": names})
+    return known.assign(inputs=of_inputs.assign_attrs(unit="", label="measured inputs"))
 
 
 def _trajectories(posterior: Posterior, quantities: dict[str, np.ndarray]) -> xr.Dataset:

@@ -10,6 +10,7 @@ import numpy as np
 from retrodict.inference.digits import decimals_of, monte_carlo_error, rhat_text
 from retrodict.inference.misfit import MIN_PROBABILITY, UNEXPLAINED, UNSUPPORTED, misfit
 from retrodict.inference.outcome import Checks
+from retrodict.inference.pointwise import by_item
 from retrodict.inference.prior_check import Reference, refuted
 from retrodict.inference.samplers.psis import effective
 from retrodict.scene.plausibility import plausibility_warnings
@@ -43,8 +44,8 @@ def judge(
     where that leaves no digit of its standard deviation.
 
     Args:
-        idata: draws, with groups posterior, posterior_predictive, observed_data, constant_data and
-            sample_stats; and sample_stats_prior, where the prior was drawn.
+        idata: draws, with groups posterior, posterior_predictive and sample_stats; and
+            sample_stats_prior, where the prior was drawn.
         scene: scene with the measurements.
         reasons: faults already known; any makes the verdict negative.
         reference: crashes of the prior, with which the draws have to agree; None for no comparison.
@@ -108,7 +109,7 @@ def judge(
         passed=not found,
         reasons=tuple(found),
         failed=tuple(failed),
-        flags=flags(everything, idata["posterior_predictive"].to_dataset(), scene, _weights(idata)),
+        flags=flags(everything, by_item(idata, "posterior_predictive"), scene, _weights(idata)),
         imprecise=tuple(
             n for n in names if decimals_of(sd[n], 1, error[n]) != decimals_of(sd[n], 1)
         ),

@@ -38,7 +38,7 @@ SLIGHT = 0.01
 _UNSETTLED = 16_000  # draws for the evidence of a solution whose weights do not settle
 
 _SPEED = "speed"
-_OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "sample_stats")
+_OF_DRAWS = ("posterior", "posterior_predictive", "log_likelihood", "log_prior", "sample_stats")
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,9 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
     rng = np.random.default_rng([seed, 3])
 
     def chosen(group: str, which: xr.DataArray) -> xr.Dataset:
-        layers = [_counted(tree[group].to_dataset(), modes[0], m) for tree, m in pairs]
+        layers = [tree[group].to_dataset() for tree, _ in pairs]
+        if group == "posterior_predictive":
+            layers = [_counted(layer, modes[0], m) for layer, m in zip(layers, modes, strict=True)]
         steps = min((layer.sizes["step"] for layer in layers if "step" in layer.sizes), default=0)
         if steps:  # solutions may be run out in different steps
             layers = [
@@ -193,7 +195,7 @@ def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree
     which = xr.DataArray(rng.choice(len(modes), shape, p=weights), dims=("chain", "draw"))
     groups = {name: tree.to_dataset() for name, tree in trees[0].children.items()}
     # a method may have no statistics of its draws
-    for name in _OF_DRAWS:
+    for name in groups.keys() & {*_OF_DRAWS}:
         if all(tree[name].data_vars for tree in trees):
             groups[name] = chosen(name, which)
         else:

@@ -74,8 +74,10 @@ class Outcome:
         scene: scene that was reconstructed, with the whole turns of the first of `modes`.
         description: the model, in words.
         idata: groups posterior, prior, posterior_predictive, prior_predictive, log_likelihood,
-            sample_stats, observed_data, constant_data and trajectories; each variable has
-            attributes `unit` (SI) and `label`. trajectories/path has dimensions
+            log_prior, sample_stats, observed_data, constant_data and trajectories; each variable has
+            attributes `unit` (SI) and `label`. The evidence is one variable of all items, as of
+            `inference.pointwise.pointwise`. Draws of no posterior have no log_likelihood and log_prior;
+            a quick run has no log_prior, prior and trajectories. trajectories/path has dimensions
             (run, vehicle, step, pose), pose = x, y, heading: run-outs of posterior draws; `time` (s
             after the impact) and `before` (velocity before it, axis = x, y) are of the same draws.
             Its own attributes are those of `attributes_of`.
@@ -130,7 +132,8 @@ def attributes_of(outcome: Outcome) -> dict[str, str | int]:
 
     versions = outcome.versions
     return {
-        "created_by": f"retrodict {versions.get('retrodict', '')}".rstrip(),
+        "creation_library": "retrodict",  # ArviZ's names
+        "creation_library_version": versions.get("retrodict", ""),
         "scene": outcome.scene.name,
         "scene_sha256": scene_text(outcome.scene).sha256,
         "model": outcome.description.name,

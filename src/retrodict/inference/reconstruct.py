@@ -24,6 +24,7 @@ from retrodict.inference.density.kernels import (
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
 from retrodict.inference.plan import Way, is_quick, planned
+from retrodict.inference.pointwise import pointwise
 from retrodict.inference.samplers import METHODS
 from retrodict.inference.threads import one_blas_thread
 from retrodict.inference.transforms.choice import Coordinates, transform_of
@@ -90,7 +91,7 @@ def reconstruct(
     outcome = Outcome(
         scene=run.found[0].scene,
         description=RUNGS[model].description(run.found[0].scene),
-        idata=run.idata,
+        idata=pointwise(run.idata),
         checks=run.checks,
         seconds={
             "total": time.perf_counter() - begin,

@@ -74,6 +74,15 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
 
     Raises:
         SceneError: the file, the map or the scene file cannot be used; says why, where, and the fix.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> folder = "examples/import"
+        >>> found = rd.import_evidence(
+        ...     f"{folder}/survey.csv", f"{folder}/survey.toml", f"{folder}/before.toml"
+        ... )
+        >>> "vehicles.A.rest.position" in [each.key for each in found.taken]
+        True
     """
     refuse_vendor(file)
     if Path(into).suffix.lower() in set(READERS) - {".toml"}:

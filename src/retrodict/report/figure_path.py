@@ -40,6 +40,13 @@ def plot_path(path: Path, car: Car | None = None, units: Units = "si") -> Figure
 
     Raises:
         ValueError: the path holds several run-outs, or does not reach rest.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> from retrodict.mechanics import Car, Ground, run_out
+        >>> car = Car(k2=1.8, front_axle=1.3, rear_axle=1.5, track=1.5)
+        >>> path = run_out([0, 0, 0.3], [12, 3, 4], car, Ground(0.7))
+        >>> rd.plot_path(path, car).savefig("path.png")
     """
     pose, time = np.asarray(path.pose, float), np.asarray(path.time, float)
     if pose.ndim != 2:

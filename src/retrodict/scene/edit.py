@@ -33,6 +33,24 @@ def build_scene(name: str = "scene", **tables: object) -> Scene:
 
     Raises:
         SceneError: something in it is wrong; the messages are those of a scene file.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> car = {"mass": "1500 ± 30 kg", "wheelbase": "2.7 m", "track": "1.5 m"}
+        >>> car["impact_centre"] = {"distance": "2 m", "angle": "20 deg"}
+        >>> rest_a = {"position": ["0.4 m", "2.6 m"], "heading": "222 deg"}
+        >>> rest_b = {"position": ["-0.9 m", "-2.1 m"], "heading": "35 deg"}
+        >>> a = car | {"impact": {"heading": "180 deg"}, "rest": rest_a}
+        >>> a["approach"] = {"speed": "20 ± 2 mph"}
+        >>> b = car | {"impact": {"heading": "0 deg"}, "rest": rest_b}
+        >>> scene = rd.build_scene(
+        ...     title="A crossed the centre line",
+        ...     vehicles={"A": a, "B": b},
+        ...     impact={"point": ["0 m", "0 m"], "contact_line": "10 ± 5 deg"},
+        ...     surfaces={"road": {"kind": "dry asphalt"}},
+        ... )
+        >>> scene.vehicles["b"].mass.value, scene.vehicles["b"].mass.sd  # kg
+        (1500.0, 30.0)
     """
     return _scene({"schema": 1} | _plain(tables), name)
 

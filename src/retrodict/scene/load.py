@@ -49,6 +49,12 @@ def load_scene(path: str | Path) -> Scene:
 
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> scene = rd.load_scene("examples/brach-1977/scene.toml")
+        >>> scene.name, round(scene.approach["a"].speed.value, 1)  # m/s
+        ('brach-1977', 20.1)
     """
     stem = Path(path).stem
     name = stem if stem != "scene" else Path(path).resolve().parent.name
@@ -104,6 +110,17 @@ def parse_scene(text: str, name: str) -> Scene:
 
     Raises:
         SceneError: something in it is wrong.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> import retrodict as rd
+        >>> text = Path("examples/brach-1977/scene.toml").read_text("utf-8")
+        >>> rd.parse_scene(text.replace("44.96", "50"), "faster").name
+        'faster'
+        >>> rd.parse_scene("schema = 1", "empty")
+        Traceback (most recent call last):
+            ...
+        retrodict.scene.errors.SceneError: empty: ...
     """
     text = text.removeprefix("\ufeff")
     return scene_from(tables_of(text, name), name, text, name)

@@ -58,6 +58,11 @@ def vehicles() -> dict[str, VehicleClass]:
 
     Returns:
         The entries by name, in SI units: the size classes, then models.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> rd.vehicles()["compact car"].mass.value > rd.vehicles()["subcompact car"].mass.value
+        True
     """
     return dict(_library())
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.inference.pareto import MAX_PARETO_K, smoothed
+from retrodict.inference.pointwise import by_item
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -75,15 +76,17 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
     from arviz_stats import mcse  # slow to import
 
     tree = outcome.idata
-    if not {"posterior", "posterior_predictive", "log_likelihood"} <= set(tree.children):
+    likelihood = by_item(tree, "log_likelihood")
+    predictive = by_item(tree, "posterior_predictive")
+    if "posterior" not in tree.children or not predictive.data_vars:
         return ()
     measured = outcome.scene.evidence()
     speeds = tree["posterior"][outcome.scene.sought]
     speed = np.asarray(speeds).ravel()
     found = []
-    for name in map(str, tree["log_likelihood"].data_vars):
-        weights, k = smoothed(-np.asarray(tree["log_likelihood"][name]).ravel())
-        predictions = tree["posterior_predictive"][name]
+    for name in map(str, likelihood.data_vars):
+        weights, k = smoothed(-np.asarray(likelihood[name]).ravel())
+        predictions = predictive[name]
         predicted = np.asarray(predictions).ravel()
         value, sd = measured[name].value, measured[name].sd
         beyond = weights @ (predicted > value)

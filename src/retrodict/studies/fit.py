@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retrodict.inference.misfit import misfit
+from retrodict.inference.pointwise import by_item
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
@@ -52,19 +53,16 @@ class Fit:
 def fit(outcome: Outcome) -> Fit:
     """How a reconstruction explains what was measured: see `Fit`."""
     tree, items = outcome.idata, []
-    predicted = tree["posterior_predictive"].data_vars
-    used = set(tree["log_likelihood"].data_vars)
+    predicted = by_item(tree, "posterior_predictive").data_vars
     for name, measured in outcome.scene.evidence().items():
         if name not in predicted:
             items.append(Item(name, used=False))
             continue
         z = (np.asarray(predicted[name]).ravel() - measured.value) / measured.sd
         below = float(np.mean(z < 0))
-        items.append(Item(name, name in used, -float(z.mean()), 2 * min(below, 1 - below)))
-    of_used = {name: predicted[name] for name in predicted if name in used}
-    return Fit(
-        tuple(items), *misfit(tree["posterior"].data_vars, of_used, outcome.scene, noise=True)
-    )
+        items.append(Item(name, True, -float(z.mean()), 2 * min(below, 1 - below)))
+    off = misfit(tree["posterior"].data_vars, predicted, outcome.scene, noise=True)
+    return Fit(tuple(items), *off)
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,6 +69,14 @@ def ladder(
         SceneError: the scene file cannot be used.
         ValueError: `share` or `factor` is out of range.
         Unanswerable: no rung answers the question from what was measured.
+
+    Examples:
+        >>> import retrodict as rd
+        >>> found = rd.ladder("examples/brach-1977/scene.toml")
+        >>> found.choice
+        'planar-moment+spin'
+        >>> found.choice in [step.name for step in found.steps]
+        True
     """
     if not (0 < share < np.inf and 1 < factor < np.inf):
         raise ValueError(f"share is above 0 and factor above 1; not {share:g} and {factor:g}")

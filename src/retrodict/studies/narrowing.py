@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference.pointwise import by_item
 from retrodict.scene.quantities import describe
 from retrodict.scene.records import FREEDOM, VEHICLES
 
@@ -61,7 +62,8 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
         sensitivity, Saltelli et al., Global Sensitivity Analysis (2008), 1.2.
     """
     tree, scene = outcome.idata, outcome.scene
-    if not {"posterior", "posterior_predictive"} <= set(tree.children):
+    predictive = by_item(tree, "posterior_predictive")
+    if "posterior" not in tree.children or not predictive.data_vars:
         return ()
     quantities = {str(name): np.asarray(draws).ravel() for name, draws in tree["posterior"].items()}
     for v in VEHICLES:
@@ -92,8 +94,8 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
         found[name] = inputs.get(name) or evidence.pop(as_evidence, None), left(x)
     noise = np.sqrt(FREEDOM / (FREEDOM - 2)) if scene.robust else 1.0
     for name, m in evidence.items():  # what is left of it
-        if name in tree["posterior_predictive"]:
-            predicted = np.asarray(tree["posterior_predictive"][name]).ravel()
+        if name in predictive:
+            predicted = np.asarray(predictive[name]).ravel()
             found[name] = m, left(predicted, noise * m.sd)
     narrowed = (Narrowed(name, m, sd) for name, (m, sd) in found.items() if sd is not None)
     return tuple(sorted(narrowed, key=lambda each: each.sd))

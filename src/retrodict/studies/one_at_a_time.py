@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retrodict.inference.pointwise import by_item
 from retrodict.studies.draws import draws_of, error_of_mean
 
 if TYPE_CHECKING:
@@ -66,10 +67,10 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
         if m.sd > 0 and name in tree["posterior"]:
             location, scale = m.location_and_scale
             add(name, m, (_of_law(draws_of(outcome, name), m) - location) / scale)
-    predicted = "posterior_predictive" in tree.children and not scene.robust
+    predicted = {} if scene.robust else by_item(tree, "posterior_predictive").data_vars
     for name, m in scene.evidence().items():
-        if predicted and name in tree["posterior_predictive"]:
-            add(name, m, np.asarray(tree["posterior_predictive"][name].values) / m.sd)
+        if name in predicted:
+            add(name, m, np.asarray(predicted[name]) / m.sd)
     return tuple(sorted(found, key=lambda each: -abs(each.moved)))
 
 

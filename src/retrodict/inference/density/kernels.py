@@ -13,7 +13,7 @@ from retrodict.inference.density.log_density import Target
 from retrodict.models.arrays import Data
 
 BATCH = 512  # run-outs per call of `REACHED`
-CHUNK = 500  # draws per call of `SIMULATE`, and crashes that `PRIOR` gives
+CHUNK = 500  # draws per call of `SIMULATE` and `LOG_PRIOR`, and crashes that `PRIOR` gives
 # points per call of `EVALUATE`: smaller batches take longer per point, and a curvature takes some 400
 ROWS = 256
 
@@ -45,6 +45,7 @@ INPUTS = Kernel("inputs", Target.inputs, 0)
 LEVELS = Kernel("levels", Target.levels, 0)
 PRIOR = Kernel("prior", _prior, 0)
 PATHS = Kernel("paths", Target.paths, 0)
+LOG_PRIOR = Kernel("log_prior", Target.log_prior, 0)
 REACHED = Kernel("reached", Target.reached, 1)
 EVALUATE = Kernel("evaluate", Target.evaluate_rows, 1)
 CRASHES = Kernel("crashes", Target.crashes, 1)

@@ -22,7 +22,7 @@ from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
-from retrodict.models.standard_normal import AtDeviates
+from retrodict.models.standard_normal import AtDeviates, elementwise, sample_unknowns
 
 # Root mean square to which steeper gradients of a potential are cut. That of a standard normal is about
 # 1, and those at draws stay below 2.5 (measured); beyond the draws it may rise to thousands within a
@@ -217,6 +217,19 @@ class Target:
             return _recorded(trace)
 
         return jax.vmap(one)(jax.tree.map(jnp.asarray, sites))
+
+    def log_prior(self, data: Data, sites: Mapping[str, Numbers]) -> dict[str, Array]:
+        """Log prior density of each unknown of each crash, whose unknowns are rows of `sites`.
+
+        Those of measured inputs are of their standard normal deviates.
+        """
+
+        def one(values: parts.Values) -> dict[str, Array]:
+            conditioned = handlers.substitute(handlers.seed(sample_unknowns, 0), values)
+            trace = handlers.trace(conditioned).get_trace(self.rung.impact, self.structure, data)
+            return {k: elementwise(trace[k]["fn"]).log_prob(v) for k, v in values.items()}
+
+        return jax.vmap(one)(jax.tree.map(jnp.asarray, dict(sites)))
 
     def prior(self, keys: Array, data: Data) -> dict[str, Array]:
         """The unknowns of one crash from the prior for each random key."""

@@ -56,6 +56,8 @@ class Draws:
         unfinished: content of a file of interrupted chains; None where there are none to continue.
         enough: whether enough of the points that the draws were chosen from are effective, so that no
             other method need draw again; True for draws not chosen from points.
+        conditioned: whether the draws follow the posterior, at least nearly; False for measurements
+            carried back, with which neither a prior nor a likelihood goes.
         more: function that continues to twice as many draws, or points that they are chosen from;
             None where that is not possible or of no use.
     """
@@ -69,6 +71,7 @@ class Draws:
     quantities: dict[str, np.ndarray] | None = field(default=None, repr=False)
     unfinished: bytes | None = field(default=None, repr=False)
     enough: bool = True
+    conditioned: bool = True
     more: Callable[[], Draws] | None = field(default=None, repr=False)
 
     def known(self, posterior: Posterior) -> dict[str, np.ndarray]:

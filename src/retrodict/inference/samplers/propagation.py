@@ -81,4 +81,5 @@ def _compared(task: Task, way: Kernel[[Data, TransformParameters, Numbers], part
         return sites | programs(SIMULATE, data, sites)
 
     quantities = in_chunks(follow, q.reshape(-1, n))
-    return Draws(q, {}, faults=disagreements(quantities, task), quantities=quantities)
+    faults = disagreements(quantities, task)
+    return Draws(q, {}, faults=faults, quantities=quantities, conditioned=False)
