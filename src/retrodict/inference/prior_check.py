@@ -84,8 +84,7 @@ def reference(
         residuals, quantities = crashes.residuals(rng.standard_normal((count, crashes.size)))
         every = every or {k: np.asarray(v) for k, v in quantities.items()}
         kept.append({k: np.asarray(v) for k, v in quantities.items() if k in names})
-        height = -np.square(residuals).sum(axis=1) / 2
-        heights.append(np.where(np.isnan(height), -np.inf, height))
+        heights.append(crashes.heights(residuals, quantities))
         height = np.concatenate(heights)
         weights = softmax(height) if np.isfinite(height).any() else np.zeros(height.size)
         worth = effective(weights) if weights.any() else 0.0

@@ -23,6 +23,7 @@ from retrodict.inference.density.kernels import (
 )
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
+from retrodict.inference.own import own_of
 from retrodict.inference.plan import Way, is_quick, planned
 from retrodict.inference.samplers import METHODS
 from retrodict.inference.threads import one_blas_thread
@@ -102,7 +103,7 @@ def reconstruct(
         settings=_settings(run, options),
         asked=asked or options,
         complete=run.complete,
-        notes=(*run.notes, *_notes(run)),
+        notes=(*run.notes, *_notes(run), *_notes_on_own(run.found[0].scene)),
         unfinished=run.unfinished,
         modes=tuple(solution.mode for solution in run.found),
     )
@@ -127,6 +128,16 @@ def _notes(run: Run) -> list[str]:
     if not method.exact:
         notes.append(f"{method.title}: an approximation; compare it with the method nuts")
     return notes
+
+
+def _notes_on_own(scene: Scene) -> list[str]:
+    """Remarks on priors and likelihood terms that the user gave in Python."""
+    if not (own := own_of(scene)):
+        return []
+    return [
+        f"{', '.join(own)}: of the user's own, given in Python; the scene file does not have it, no "
+        "check of this program judges it, and the run cannot be repeated without it"
+    ]
 
 
 def _several_modes_note(found: tuple[Solution, ...]) -> str:

@@ -82,6 +82,8 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
     speed = np.asarray(speeds).ravel()
     found = []
     for name in map(str, tree["log_likelihood"].data_vars):
+        if name not in measured:  # a term of the user's own, which predicts nothing
+            continue
         weights, k = smoothed(-np.asarray(tree["log_likelihood"][name]).ravel())
         predictions = tree["posterior_predictive"][name]
         predicted = np.asarray(predictions).ravel()
