@@ -14,7 +14,7 @@ from retrodict.models.run_out import RunOut
 
 from retrodict.mechanics import Zone
 from retrodict.mechanics.integration import fixed_steps
-from retrodict.scene.priors import Prior
+from retrodict.scene.priors import OF_PYTHON, Prior
 from retrodict.scene.records import Mark, Measured, Scene
 
 
@@ -30,6 +30,7 @@ def of_scene(
         explained: function that says of the name of an item of evidence whether the rung predicts it.
         loose: whether rest poses are too uncertain to be coordinates.
     """
+    _require_code(scene)
     inputs, ways = scene.inputs(), run_out.ways(scene)
     records = {v: own.record for v, own in scene.approach.items() if own.record is not None}
     uncertain, numbers = _uncertain(scene, inputs)
@@ -81,6 +82,21 @@ def of_scene(
     if structure.followed and not structure.paced:
         structure = replace(structure, steps=STEPS)
     return structure, data
+
+
+def _require_code(scene: Scene) -> None:
+    """Refuse a stored scene without the priors and terms of the user's own that no file holds."""
+    lost = [f'extra["{name}"]' for name, term in scene.extra.items() if term is None]
+    lost += [
+        f'priors["{name}"]'
+        for name, prior in scene.priors.items()
+        if prior.family == OF_PYTHON and prior.law is None
+    ]
+    if lost:
+        raise ValueError(
+            f"the scene is of a stored result that had {', '.join(lost)} of the user's own, which no "
+            "file holds; give them again"
+        )
 
 
 def _uncertain(

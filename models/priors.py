@@ -97,7 +97,8 @@ def given(name: str, structure: Structure, data: Data) -> dist.Distribution | No
         case None:
             return None
         case "normal":
-            return _cut_normal(*numbers, low, high)
+            mean, sd = numbers
+            return _cut_normal(mean, sd, low, high)
         case "lognormal":
             mean, sd = numbers
             variance = jnp.log1p((sd / mean) ** 2)

@@ -78,10 +78,9 @@ def forward_model(
 
     # equivalent friction, up to the mu_c that just ends the sliding
     mu_c = critical_mu(before, bodies, e, e_m)
+    mu: Array | float = mu_c
     if "mu" in free:
         mu = _mu(structure, data, jnp.nan_to_num(mu_c, posinf=1e9, neginf=-1e9))
-    else:
-        mu = mu_c
 
     coefficients = Coefficients(e, mu, e_m)
     after = separation(before, bodies, coefficients)  # eqs 19-24
@@ -109,7 +108,8 @@ def _of_e_m(centre: Number, scale: Number) -> dist.Distribution:
 def _mu(structure: Structure, data: Data, mu_c: Float[Array, ""]) -> Float[Array, ""]:
     """Sample mu, or the friction of the user's own that the contact can exert, of the sign of mu_c."""
     if structure.family("mu") is None:
-        return numpyro.sample("mu", Friction(mu_c, *data.priors["mu"], structure.interlocked))
+        scale, median = data.priors["mu"]
+        return numpyro.sample("mu", Friction(mu_c, scale, median, structure.interlocked))
     friction = priors.unknown("mu", structure, data, site="mu_available")
     size = friction if structure.interlocked else jnp.minimum(friction, jnp.abs(mu_c))
     return numpyro.deterministic("mu", jnp.where(mu_c < 0, -size, size))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from retrodict.inference.modes import ModeSearch
 from retrodict.inference.outcome import Outcome
-from retrodict.inference.own import Priors, Terms, own_of, with_own
+from retrodict.inference.own import Priors, Terms, with_own
 from retrodict.inference.plan import suited
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
@@ -23,6 +23,7 @@ from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.report.libraries import imported
 from retrodict.result import CHAINS, Result, load_result
 from retrodict.scene.load import as_scene
+from retrodict.scene.own import own_of
 from retrodict.scene.quantities import Units
 from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation

@@ -53,6 +53,10 @@ def test_a_witness_moves_the_posterior_as_quadrature_says(method: str, tmp_path:
         assert stats_["log_evidence"] == pytest.approx(math.log(expected.evidence), abs=error)
         page = result.report(tmp_path / "report.html").read_text("utf-8")
         assert "the likelihood term witness: of the user&#39;s own" in page.replace("'", "&#39;")
+        stored = rd.load_result(result.save(tmp_path / "out"))
+        assert any("the likelihood term witness" in note for note in stored.outcome.notes)
+        with pytest.raises(ValueError, match=r'had extra\["witness"\] of the user'):
+            rd.reconstruct(stored.scene, model=by_hand.MODEL, method=method)
 
 
 def test_a_distribution_of_numpyro_is_the_prior() -> None:

@@ -19,7 +19,7 @@ from jaxtyping import Array, Float
 from retrodict.inference.errors import Unanswerable
 from retrodict.models.arrays import Data, OwnTerm, Structure
 from retrodict.models.priors import Beta, Cut
-from retrodict.scene.priors import FIXED, OF_PYTHON, SUPPORT, Prior, of_family, of_python
+from retrodict.scene.priors import FIXED, SUPPORT, Prior, of_family, of_python
 from retrodict.scene.records import Scene
 
 Priors = Mapping[str, dist.Distribution]
@@ -68,12 +68,6 @@ def with_own(
     if not given and not extra:
         return scene
     return replace(scene, priors=scene.priors | given, extra=scene.extra | dict(extra or {}))
-
-
-def own_of(scene: Scene) -> tuple[str, ...]:
-    """What of a scene is the user's own and in no scene file, in words: priors and terms."""
-    own = [f"the prior of {name}" for name, p in scene.priors.items() if p.family == OF_PYTHON]
-    return (*own, *(f"the likelihood term {name}" for name in scene.extra))
 
 
 def terms(structure: Structure, data: Data, quantities: Mapping[str, Array]) -> dict[str, Array]:

@@ -23,7 +23,6 @@ from retrodict.inference.density.kernels import (
 )
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
-from retrodict.inference.own import own_of
 from retrodict.inference.plan import Way, is_quick, planned
 from retrodict.inference.samplers import METHODS
 from retrodict.inference.threads import one_blas_thread
@@ -31,6 +30,7 @@ from retrodict.inference.transforms.choice import Coordinates, transform_of
 from retrodict.models import RUNGS
 from retrodict.options import RunOptions
 from retrodict.progress import Progress, silent
+from retrodict.scene.own import own_of
 from retrodict.scene.records import VEHICLES, Scene
 
 

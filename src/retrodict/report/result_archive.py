@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from retrodict.findings.stored import DRAWS, stored
 from retrodict.findings.summary import SUMMARY, summary_json
-from retrodict.inference.own import own_of
 from retrodict.report.archive import Archive, NotArchived
 from retrodict.scene.load import parse_scene
+from retrodict.scene.own import own_of
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -33,7 +33,7 @@ class Recorded:
         asked: options of `reconstruct`, by name.
         summary: the findings, as in summary.json.
         draws: content of the file of draws.
-        own: what the run had of the user's own, in words, as `inference.own.own_of` gives it.
+        own: priors and terms of the user's own in Python that the run had, as by `own_of`.
     """
 
     scene: Scene

@@ -118,7 +118,7 @@ def of_family(name: str, family: str, numbers: Mapping[str, float], source: str)
     Args:
         name: name of the unknown, a key of `SUPPORT`.
         family: name of the family, a key of `FAMILIES`.
-        numbers: its numbers, by their keys in `FAMILIES`, SI units.
+        numbers: parameters of the distribution, by their keys in `FAMILIES`, SI units.
         source: source of these numbers.
     """
     values = tuple(numbers[key] for key in FAMILIES[family])

@@ -18,7 +18,7 @@ from retrodict.scene.quantities import REPORTED, UNKNOWNS
 from retrodict.scene.speed_record import SpeedRecord
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
     from matplotlib.figure import Figure
 
@@ -285,7 +285,7 @@ class Scene:
         energy_lost: stated kinetic energy lost in the impact, J, by key in `ENERGY`.
         slope: slope of the whole ground; None where it is level.
         coefficients: measured coefficients of the impact, by key in `fields.COEFFICIENTS`.
-        extra: log likelihood terms of the user's own, by name; see `inference.own`.
+        extra: log likelihood terms of the user's own, by name: functions, None once stored.
     """
 
     title: str
@@ -309,7 +309,7 @@ class Scene:
     energy_lost: dict[str, Measured] = field(default_factory=dict)
     slope: Slope | None = None
     coefficients: dict[str, Measured] = field(default_factory=dict)
-    extra: dict[str, Callable[..., Any]] = field(default_factory=dict)
+    extra: dict[str, Any] = field(default_factory=dict)
 
     if TYPE_CHECKING:
         # these need the schema or matplotlib, and import this module: `scene` and `notebook` attach

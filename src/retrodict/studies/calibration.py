@@ -234,7 +234,15 @@ def digest(scene: Scene, model: str) -> str:
         model: name of the rung.
     """
     s, data = RUNGS[model].of_scene(scene)
-    fixed = (s.uncertain, s.known_of_b, s.surfaces, s.rolling, s.robust, s.interlocked, s.marks)
+    fixed: tuple[object, ...] = (
+        s.uncertain,
+        s.known_of_b,
+        s.surfaces,
+        s.rolling,
+        s.robust,
+        s.interlocked,
+        s.marks,
+    )
     fixed += (s.families,) if s.families else ()
     print_ = hashlib.sha256(repr(fixed).encode())
     for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways, data.records):

@@ -6,20 +6,20 @@ sqrt(2 (c - term)), as an item of evidence with a normal error has.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
 
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.own import TERM
-from retrodict.models.arrays import Structure
+from retrodict.models.arrays import Data, Structure
 from retrodict.models.parts import CLOSE_IN
 
-if TYPE_CHECKING:
-    from retrodict.inference.fitting.deviates import Crashes
+# deviates of crashes -> their log likelihoods, and their quantities by name
+Evaluate = Callable[[np.ndarray], tuple[np.ndarray, dict[str, np.ndarray]]]
 
 _FIRST, _NEXT = 1024, 512  # crashes of the prior, and those about the best one in each round
 _SPREADS = (0.3, 0.03, 3e-3, 3e-4, 3e-5)  # of the crashes in each round, deviates
@@ -31,33 +31,37 @@ class _Asked:
 
     structure: Structure
     numbers: bytes
-    crashes: Crashes = field(compare=False)
+    evaluate: Evaluate = field(compare=False)
 
 
-def ceilings(crashes: Crashes) -> dict[str, float]:
+def ceilings(structure: Structure, data: Data, evaluate: Evaluate) -> dict[str, float]:
     """Highest value of each term of the user's own, by name.
 
     Args:
-        crashes: crashes that the model allows.
+        structure: static structure of the scene, with the terms.
+        data: numbers of the scene.
+        evaluate: function of deviates of crashes, shape (crashes, n), that returns their log likelihoods
+            and quantities.
 
     Raises:
         Unanswerable: a term is not a number at a crash of the prior, or nowhere more than minus
             infinity.
     """
-    structure = crashes.programs.structure
     if not structure.own:
         return {}
-    numbers = jax.tree.leaves((crashes.data.inputs, crashes.data.priors))
+    numbers = jax.tree.leaves((data.inputs, data.priors))
     content = b"".join(np.asarray(each, float).tobytes() for each in numbers)
-    return _ceilings(_Asked(replace(structure, steps=None, transform="standard"), content, crashes))
+    return _ceilings(
+        _Asked(replace(structure, steps=None, transform="standard"), content, evaluate)
+    )
 
 
 @lru_cache(maxsize=32)
 def _ceilings(asked: _Asked) -> dict[str, float]:
-    crashes, rng = asked.crashes, np.random.default_rng(0)
-    first = rng.standard_normal((_FIRST, crashes.size))
+    size, rng = asked.structure.deviates, np.random.default_rng(0)
+    first = rng.standard_normal((_FIRST, size))
     first[0] = 0.0
-    _, quantities = crashes.at(first)
+    _, quantities = asked.evaluate(first)
     found = {}
     for name, _ in asked.structure.own:
         height = np.asarray(quantities[f"{TERM}{name}"])
@@ -75,9 +79,9 @@ def _ceilings(asked: _Asked) -> dict[str, float]:
             )
         best, most = first[np.argmax(height)], height.max()
         for spread in _SPREADS:
-            about = best + spread * rng.standard_normal((_NEXT, crashes.size))
+            about = best + spread * rng.standard_normal((_NEXT, size))
             height = np.nan_to_num(
-                crashes.at(about)[1][f"{TERM}{name}"], nan=-np.inf, posinf=-np.inf
+                asked.evaluate(about)[1][f"{TERM}{name}"], nan=-np.inf, posinf=-np.inf
             )
             if height.max() > most:
                 best, most = about[np.argmax(height)], height.max()

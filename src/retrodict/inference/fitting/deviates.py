@@ -89,27 +89,17 @@ class Crashes:
                 heavy = (FREEDOM + 1) * np.log1p(off**2 / FREEDOM)
                 off = np.sign(off) * np.sqrt(heavy)
             found.append(off)
-        for name, highest in ceilings(self).items():
+        for name, highest in self.ceilings.items():
             height = np.asarray(quantities[f"{TERM}{name}"])
             off = np.sqrt(2 * np.maximum(highest - np.nan_to_num(height, nan=-np.inf), 0))
             found.append(np.where(quantities[f"{SLOPE}{name}"] > 0, -off, off))
         residuals = np.stack(found, axis=1) if found else np.zeros((len(u), 0))
         return np.where(np.isfinite(log_likelihood)[:, None], residuals, np.nan), quantities
 
-    def heights(
-        self, residuals: Residuals, quantities: Quantities
-    ) -> Float[np.ndarray, " crashes"]:
-        """Log likelihood of crashes up to a constant, exactly; minus infinity where there is none.
-
-        Args:
-            residuals: residuals of the crashes.
-            quantities: quantities of the crashes.
-        """
-        of_evidence = residuals[:, : len(self.programs.structure.evidence)]
-        height = -np.square(of_evidence).sum(axis=1) / 2
-        for name, _ in self.programs.structure.own:
-            height = height + quantities[f"{TERM}{name}"]
-        return np.where(np.isnan(height), -np.inf, height)
+    @cached_property
+    def ceilings(self) -> dict[str, float]:
+        """Highest value of each likelihood term of the user's own, by name."""
+        return ceilings(self.programs.structure, self.data, self.at)
 
     def linearised(
         self, u: Deviates, turns: Turns | None = None
@@ -129,6 +119,19 @@ class Crashes:
     @cached_property
     def _on_device(self) -> Data:
         return jax.device_put(self.data)
+
+
+def heights(residuals: Residuals, quantities: Quantities) -> Float[np.ndarray, " crashes"]:
+    """Log likelihood of crashes up to a constant, exactly; minus infinity where there is none.
+
+    Args:
+        residuals: residuals of the crashes, last those of the terms of the user's own.
+        quantities: quantities of the crashes, by name.
+    """
+    own = [value for name, value in quantities.items() if name.startswith(TERM)]
+    of_evidence = residuals[:, : residuals.shape[1] - len(own)]
+    height = sum(own, -np.square(of_evidence).sum(axis=1) / 2)
+    return np.where(np.isnan(height), -np.inf, height)
 
 
 def _is_bound(name: str) -> bool:

@@ -45,10 +45,10 @@ class PriorEntry(Table):
         if family is None:
             _has_no_family(written & of_families)
             if not written:
-                keys = [k for k in type(self).model_fields if k in fields - of_families]
-                if keys == ["scale"]:
+                own = [k for k in type(self).model_fields if k in fields - of_families]
+                if own == ["scale"]:
                     raise fault('missing; write scale = "40 m/s", or a family', "scale")
-                raise fault(f"overrides nothing; write one or more of {', '.join(keys)}")
+                raise fault(f"overrides nothing; write one or more of {', '.join(own)}")
             return self
         keys = FAMILIES[family]
         both = " and ".join(keys)
@@ -97,17 +97,14 @@ def _with_families[T: PriorEntry](
     def complete(table: type[T]) -> type[T]:
         names = [name for name in FAMILIES if beta or name != "beta"]
         listed = ", ".join(f'"{name}"' for name in names)
-        family = (Literal[*names] | None, Field(None, examples=[listed]))
         keys: dict[str, Any] = {
-            key: number(dimension, low, high, example) for key in ("mean", "low", "high", "value")
-        }
+            "family": (Literal[*names] | None, Field(None, examples=[listed]))
+        } | {key: number(dimension, low, high, example) for key in ("mean", "low", "high", "value")}
         keys["sd"] = number(dimension, 0.001, high, spread)
         if beta:
             keys |= {key: number(units.NUMBER, 0.1, 1000, "2") for key in FAMILIES["beta"]}
         name, module = table.__name__, table.__module__
-        return create_model(
-            name, __base__=table, __doc__=table.__doc__, __module__=module, family=family, **keys
-        )
+        return create_model(name, __base__=table, __doc__=table.__doc__, __module__=module, **keys)
 
     return complete
 
