@@ -245,6 +245,8 @@ def _priors(scene: Scene, written: Mapping[str, Any]) -> Iterator[Control | None
         if name == "speed_a" and scene.approach["a"].speed is not None:
             continue  # measured, so that its prior has no part in the model
         prior = scene.priors[name]
+        if prior.family and value_at(written, f"priors.{name}") is None:
+            continue  # fixed by impact.NAME
         for key, number in zip(keys_of(name, prior), prior.numbers, strict=True):
             entry = table.model_fields[key]
             kind = _kind((entry.annotation, *entry.metadata))
