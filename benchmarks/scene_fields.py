@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 
 from benchmarks.__main__ import DOCS
-from retrodict.scene.fields import IMPACT, OF_VEHICLES, SLOPE, SURFACE, Field
+from retrodict.scene.fields import COEFFICIENTS, IMPACT, OF_VEHICLES, SLOPE, SURFACE, Field
 
 PAGE = DOCS / "scene-file.md"
 _SD = {"required": "**required**", "refused": "–"}
@@ -17,7 +17,13 @@ _SD = {"required": "**required**", "refused": "–"}
 
 def rows() -> Iterator[tuple[str, str]]:
     """Key and row of each quantity that its record keeps as it is written, in the order of the page."""
-    for prefix, table in [*OF_VEHICLES.items(), ("", IMPACT), ("", SURFACE), ("", SLOPE)]:
+    for prefix, table in [
+        *OF_VEHICLES.items(),
+        ("", IMPACT),
+        ("", COEFFICIENTS),
+        ("", SURFACE),
+        ("", SLOPE),
+    ]:
         for key, field in table.items():
             if not field.computed:
                 yield f"{prefix}{key}", _row(f"{prefix}{key}", field)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -18,6 +19,8 @@ from retrodict.scene.records import VEHICLES
 # measured velocities of B before impact: evidence on the inverse of the impact, not inputs
 OF_B = ("direction_b", "omega_b", "speed_b")
 
+# recorded quantities by name -> log likelihood
+OwnTerm = Callable[[Mapping[str, Array]], Any]
 TransformName = Literal["rest-pose", "standard"]
 
 STEPS = 48  # steps of a run-out; `inference` takes as many as the scene needs
@@ -50,6 +53,9 @@ class Structure:
         vehicles: A and B; A alone where it struck a barrier.
         outlines: number of corners of each surface with an outline, in the order of `surfaces`.
         deviates: number of standard normal deviates of all unknowns together.
+        families: unknowns whose prior is the user's own, and its family; of a distribution given in
+            Python its structure as a tree of JAX.
+        own: terms of the log likelihood that are the user's own, by name.
     """
 
     rung: str
@@ -71,6 +77,17 @@ class Structure:
     vehicles: tuple[str, ...] = VEHICLES
     outlines: tuple[int, ...] = ()
     deviates: int = 0
+    families: tuple[tuple[str, Hashable], ...] = ()
+    own: tuple[tuple[str, OwnTerm], ...] = ()
+
+    def family(self, name: str) -> Hashable:
+        """Family of the prior that the user gives of an unknown; None where it is the default's."""
+        return dict(self.families).get(name)
+
+    @property
+    def of_python(self) -> bool:
+        """Whether a part of the model is the user's own code, which no digest of ours tells apart."""
+        return bool(self.own) or any(not isinstance(own, str) for _, own in self.families)
 
     @property
     def barrier(self) -> bool:
@@ -144,7 +161,7 @@ class Data(NamedTuple):
             or logit where an uncertain input has a lognormal or logitnormal law.
         evidence: (value, sd) of every item of evidence.
         marks: x and y of the mark that each item at a mark belongs to, m.
-        priors: numbers of each prior, as `Scene.priors` has them.
+        priors: numbers of each prior, as `Scene.priors` has them, or the distribution given in Python.
         edges: half-plane of each surface with an edge: a point of the edge (m) and the inward normal.
         outlines: corners of each surface with an outline, m.
         steps: integration steps of each run-out, where the structure does not set their number.
@@ -155,7 +172,7 @@ class Data(NamedTuple):
     inputs: dict[str, Float[Array | np.ndarray, "2"]]
     evidence: dict[str, Float[Array | np.ndarray, "2"]]
     marks: dict[str, Float[Array | np.ndarray, "2"]]
-    priors: dict[str, Float[Array | np.ndarray, " numbers"]]
+    priors: dict[str, Any]
     edges: Zone
     outlines: tuple[Polygon, ...]
     steps: Steps

@@ -1,8 +1,8 @@
-"""Evidence: the prediction and likelihood of each item, after the impact or of the energy it took."""
+"""Evidence: the prediction and likelihood of each item, after the impact or of the impact itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -15,6 +15,7 @@ from retrodict.models.arrays import Data, Structure
 from retrodict.models.at_least import AtLeast, AtMost
 
 from retrodict.mechanics import Car, Path, end_of_rotation, wheel_paths
+from retrodict.scene.fields import COEFFICIENTS
 from retrodict.scene.names import parsed
 from retrodict.scene.records import FREEDOM, WHEELS
 
@@ -86,11 +87,23 @@ PREDICTIONS |= {
 }
 
 
-# statements on the energy lost in the impact, and the kind of bound of each, if any
-OF_ENERGY: dict[str, type[AtLeast] | None] = {
-    "impact_energy_lost": None,
-    "impact_energy_lost_at_least": AtLeast,
-    "impact_energy_lost_at_most": AtMost,
+class OfImpact(NamedTuple):
+    """What an item of evidence states of the impact itself.
+
+    Args:
+        quantity: name of the quantity in the impact model.
+        bound: kind of bound that the measured value is; None for a value.
+    """
+
+    quantity: str
+    bound: type[AtLeast] | None = None
+
+
+OF_IMPACT: dict[str, OfImpact] = {
+    "impact_energy_lost": OfImpact("energy_lost"),
+    "impact_energy_lost_at_least": OfImpact("energy_lost", AtLeast),
+    "impact_energy_lost_at_most": OfImpact("energy_lost", AtMost),
+    **{f"impact_{name}": OfImpact(name) for name in COEFFICIENTS},
 }
 
 
@@ -159,17 +172,23 @@ def observe(
             _sample(name, structure, data, predicted, bound)
 
 
-def observe_energy(structure: Structure, data: Data, lost: Float[Array, ""]) -> None:
-    """The likelihood of what is stated of the energy lost in the impact.
+def of_impact(*quantities: str) -> tuple[str, ...]:
+    """Names of the items of evidence on quantities of the impact, by name in the impact model."""
+    return tuple(name for name, item in OF_IMPACT.items() if item.quantity in quantities)
+
+
+def observe_impact(structure: Structure, data: Data, quantities: Mapping[str, Array]) -> None:
+    """The likelihood of what is stated of the impact itself.
 
     Args:
         structure: static structure of the scene, with the names of the items.
         data: numbers of the scene, with the stated value and sd of each item.
-        lost: kinetic energy lost in the impact (before less after), J.
+        quantities: quantities of the impact, by name in `OF_IMPACT`, each of shape (); energy_lost is
+            the kinetic energy before less that after, J.
     """
-    for name, bound in OF_ENERGY.items():
+    for name, (quantity, bound) in OF_IMPACT.items():
         if name in structure.evidence:
-            _sample(name, structure, data, lost, bound)
+            _sample(name, structure, data, quantities[quantity], bound)
 
 
 def _sample(

@@ -20,6 +20,7 @@ from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import roll, slide, spin, wheels
 from retrodict.models.standard_normal import sample_unknowns, sizes
 
+from retrodict.scene.fields import COEFFICIENTS
 from retrodict.scene.names import parsed, vehicle_of
 from retrodict.scene.quantities import describe
 from retrodict.scene.records import Scene
@@ -78,8 +79,14 @@ class Rung:
             assumptions=one.assumptions + two.assumptions,
             left_out=one.left_out + two.left_out,
             priors=tuple(priors),
-            ignores=tuple(_ignored(scene, self.run_out.seen(scene))),
+            ignores=(*_ignored(scene, self.run_out.seen(scene)), *self._unused(scene)),
         )
+
+    def _unused(self, scene: Scene) -> Iterator[str]:
+        """Sentences on priors of the user's own for coefficients that the impact does not have."""
+        for name in COEFFICIENTS:
+            if scene.priors[name].overridden and name not in self.impact.priors:
+                yield f"The model does not use the prior that is given of the {describe(name)[0]}."
 
     def of_scene(self, scene: Scene) -> tuple[Structure, Data]:
         """Structure and data of a scene for this model: what is compiled, and its arguments."""

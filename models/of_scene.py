@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
+from typing import Any
 
+import jax
 import numpy as np
 from jaxtyping import Array
 from retrodict.models.arrays import OF_B, STEPS, Data, Structure
@@ -12,6 +14,7 @@ from retrodict.models.run_out import RunOut
 
 from retrodict.mechanics import Zone
 from retrodict.mechanics.integration import fixed_steps
+from retrodict.scene.priors import OF_PYTHON, Prior
 from retrodict.scene.records import Mark, Measured, Scene
 
 
@@ -27,6 +30,7 @@ def of_scene(
         explained: function that says of the name of an item of evidence whether the rung predicts it.
         loose: whether rest poses are too uncertain to be coordinates.
     """
+    _require_code(scene)
     inputs, ways = scene.inputs(), run_out.ways(scene)
     records = {v: own.record for v, own in scene.approach.items() if own.record is not None}
     uncertain, numbers = _uncertain(scene, inputs)
@@ -52,25 +56,47 @@ def of_scene(
         recorded=tuple((v, len(record.within)) for v, record in records.items()),
         vehicles=tuple(scene.vehicles),
         outlines=tuple(map(len, outlines)),
+        families=tuple((k, _family(prior)) for k, prior in scene.priors.items() if prior.family),
+        own=tuple(scene.extra.items()),
     )
     data = Data(
         inputs=numbers,
         evidence={k: np.array([m.value, m.sd]) for k, m in evidence.items()},
         marks={k: np.array([marks[k].x, marks[k].y]) for k, _ in structure.marks},
-        priors={k: np.array(prior.numbers) for k, prior in scene.priors.items()},
+        priors={k: _numbers(prior) for k, prior in scene.priors.items()},
         edges=_zones(scene),
         outlines=outlines,
         steps=fixed_steps(STEPS),
         ways=ways,
         records={v: np.array(record.within) for v, record in records.items()},
     )
-    # regressions over inputs do not reach around a circle
-    if loose or "direction_a" not in inputs or not _determines_the_motion(structure):
+    # regressions over inputs do not reach around a circle, and bounds of rest poses are the defaults'
+    if (
+        structure.families
+        or loose
+        or "direction_a" not in inputs
+        or not _determines_the_motion(structure)
+    ):
         structure = replace(structure, transform="standard")
     # where the number of steps is an argument, a path has the same number of rows whatever it is
     if structure.followed and not structure.paced:
         structure = replace(structure, steps=STEPS)
     return structure, data
+
+
+def _require_code(scene: Scene) -> None:
+    """Refuse a stored scene without the priors and terms of the user's own that no file holds."""
+    lost = [f'extra["{name}"]' for name, term in scene.extra.items() if term is None]
+    lost += [
+        f'priors["{name}"]'
+        for name, prior in scene.priors.items()
+        if prior.family == OF_PYTHON and prior.law is None
+    ]
+    if lost:
+        raise ValueError(
+            f"the scene is of a stored result that had {', '.join(lost)} of the user's own, which no "
+            "file holds; give them again"
+        )
 
 
 def _uncertain(
@@ -85,9 +111,13 @@ def _uncertain(
     }
     # what is unknown of A's approach (its direction, if it slid): its prior stands in for an input
     for name, law, prior in _priors_of_a(scene):
-        if name not in inputs:
-            uncertain.append((name, law))
-            numbers[name] = prior
+        if name in inputs:
+            continue
+        if name in scene.priors and scene.priors[name].fixed:
+            numbers[name] = np.array([*scene.priors[name].numbers, 0.0])
+            continue
+        uncertain.append((name, law))
+        numbers[name] = prior
     for v, own in scene.approach.items():
         if own.record is None:
             continue
@@ -101,12 +131,27 @@ def _uncertain(
 
 def _priors_of_a(scene: Scene) -> tuple[tuple[str, str, np.ndarray], ...]:
     """Name, law, and location and scale of the prior of each part of A's approach."""
-    speed, yaw = (scene.priors[name].numbers for name in ("speed_a", "omega_a"))
+    speed, yaw = scene.priors["speed_a"], scene.priors["omega_a"].numbers
+    of_speed = ("speed_a", "halfnormal", np.array([0.0, *speed.numbers]))
+    if speed.family:
+        of_speed = ("speed_a", "own", np.array([0.0, 1.0]))
     return (
-        ("speed_a", "halfnormal", np.array([0.0, *speed])),
+        of_speed,
         ("direction_a", "uniform", np.array([scene.vehicles["a"].heading.value, np.pi])),
         ("omega_a", "normal", np.array([0.0, *yaw])),
     )
+
+
+def _numbers(prior: Prior) -> Any:
+    """What a program takes of a prior: its numbers, or the user's distribution as a tree of numbers."""
+    if prior.law is None:
+        return np.array(prior.numbers)
+    return jax.tree.map(lambda leaf: np.asarray(leaf, float), prior.law)
+
+
+def _family(prior: Prior) -> Hashable:
+    """What is compiled of a prior that is the user's own."""
+    return prior.family if prior.law is None else jax.tree.structure(prior.law)
 
 
 def _marks(scene: Scene) -> dict[str, Mark]:

@@ -11,6 +11,7 @@ import numpyro
 import numpyro.distributions as dist
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
+from retrodict.models import priors
 from retrodict.models.arrays import Data, Structure
 
 from retrodict.constants import GRAVITY
@@ -25,6 +26,7 @@ from retrodict.mechanics import (
     against_barrier,
     lever_arms,
 )
+from retrodict.scene.priors import FIXED
 from retrodict.scene.records import VEHICLES, WHEELS
 
 Values = dict[str, Float[Array, ""]]
@@ -38,6 +40,8 @@ AFTER = (("Vax", "Vay", "Omega_a"), ("Vbx", "Vby", "Omega_b"))
 def measured(structure: Structure, data: Data) -> Values:
     """Sample the measured inputs, as functions of standard normal deviates."""
     count = len(structure.uncertain)
+    if structure.family("speed_a") == FIXED and "speed_a" not in structure.names:
+        numpyro.deterministic("speed_a", jnp.asarray(data.inputs["speed_a"])[0])
     if not count:
         return from_standard(structure, data, jnp.zeros(0))
     deviates = numpyro.sample("measured", dist.Normal(0.0, 1.0).expand((count,)).to_event(1))
@@ -72,6 +76,10 @@ def from_standard(structure: Structure, data: Data, xi: Float[Array, " inputs"])
         if "uniform" in dict(structure.uncertain).values():
             even = location + scale * (2 * ndtr(xi) - 1)
             x = jnp.where(_has_law(structure, "uniform"), even, x)
+        if "own" in dict(structure.uncertain).values():  # of A's speed alone
+            i, law = structure.names.index("speed_a"), priors.given("speed_a", structure, data)
+            assert law is not None, "the law is the user's own"
+            x = x.at[i].set(priors.quantile(law, xi[i]))
         values |= dict(zip(structure.names, x, strict=True))
     for v, _ in structure.recorded:  # from its mean to the speed at the moment of the impact
         times, speeds = jnp.asarray(data.records[v]).T

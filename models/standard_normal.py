@@ -14,53 +14,13 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpyro.distributions as dist
-from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from numpyro import handlers
 from numpyro.primitives import Messenger
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import Impact, Separation
-
-# Probabilities nearer to 0 or 1 than this are taken as this: quantiles there are infinite.
-_LEAST, _MOST = 1e-300, 1 - 1e-15
-
-
-def quantile(law: dist.Distribution, deviate: Float[Array, "*any"]) -> Float[Array, "*any"]:
-    """The value of a law at a standard normal deviate.
-
-    Args:
-        law: distribution with an `icdf`, independent in each dimension.
-        deviate: standard normal deviates, in the shape of a value of the law.
-
-    Returns:
-        Quantile of the law at the probability Φ(deviate).
-    """
-    law = elementwise(law)
-    if isinstance(law, dist.Normal):
-        return jnp.asarray(law.loc + law.scale * deviate)
-    return jnp.asarray(law.icdf(jnp.clip(ndtr(deviate), _LEAST, _MOST)))
-
-
-def deviate(law: dist.Distribution, value: Float[Array, "*any"]) -> Float[Array, "*any"]:
-    """The standard normal deviate of a law's value: the inverse of `quantile`.
-
-    Args:
-        law: distribution with a `cdf`, independent in each dimension.
-        value: value in the support of the law.
-    """
-    law = elementwise(law)
-    if isinstance(law, dist.Normal):
-        return jnp.asarray((value - law.loc) / law.scale)
-    return ndtri(jnp.clip(law.cdf(value), _LEAST, _MOST))
-
-
-def elementwise(law: dist.Distribution) -> dist.Distribution:
-    """The law of one element of a law that is the same, or independent, in each."""
-    while isinstance(law, dist.Independent | dist.ExpandedDistribution):
-        law = law.base_dist
-    return law
+from retrodict.models.priors import deviate, quantile
 
 
 class AtDeviates(Messenger):

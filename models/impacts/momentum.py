@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpyro
 import numpyro.distributions as dist
 from jaxtyping import Array, Float
-from retrodict.models import parts
+from retrodict.models import parts, priors
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
@@ -20,9 +20,9 @@ def forward_model(structure: Structure, data: Data, x: parts.Values) -> Separati
     # B's approach
     if "speed_b" in structure.known_of_b:
         law = dist.TruncatedNormal(*data.inputs["speed_b"], low=0.0)
+        speed_b = numpyro.sample("speed_b", law)
     else:
-        law = dist.HalfNormal(data.priors["speed_b"][0])
-    speed_b = numpyro.sample("speed_b", law)
+        speed_b = priors.unknown("speed_b", structure, data, dist.HalfNormal)
     if "direction_b" in structure.known_of_b:
         law = dist.Normal(*data.inputs["direction_b"])
     else:

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpyro
 import numpyro.distributions as dist
 from jaxtyping import Array, Float
-from retrodict.models import evidence, parts
+from retrodict.models import evidence, parts, priors
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.friction import Friction
@@ -29,6 +29,7 @@ from retrodict.models.impact import (
     Impact,
     Separation,
 )
+from retrodict.models.priors import Number
 
 from retrodict.mechanics import (
     Bodies,
@@ -62,48 +63,65 @@ def forward_model(
         Velocities after the impact, shape (6,): x and y (m/s) and yaw rate (rad/s), A's first; shape
         (3,), A's alone, where A struck a barrier, which keeps still.
     """
-    priors, bodies = data.priors, parts.bodies(x)
+    bodies = parts.bodies(x)
     of_b = jnp.zeros(3) if structure.barrier else _approach_of_b(structure, data)
     before = jnp.concatenate([parts.approach_of_a(x), of_b])
 
     # coefficient of restitution: lower at higher closing speeds
     closing = jnp.abs(closing_speed(before, bodies))
-    fast, slow, decay = priors["e"]
-    scale = fast + (slow - fast) * jnp.exp(-closing / decay)
-    e = numpyro.sample("e", dist.TruncatedNormal(0.0, scale, low=0.0, high=1.0))
+    e = priors.unknown("e", structure, data, partial(_of_e, closing))
 
     # impact moment coefficient
+    e_m = jnp.ones(())
     if "e_m" in free:
-        e_m = numpyro.sample("e_m", dist.TruncatedNormal(*priors["e_m"], low=-1.0, high=1.0))
-    else:
-        e_m = jnp.ones(())
+        e_m = priors.unknown("e_m", structure, data, _of_e_m)
 
     # equivalent friction, up to the mu_c that just ends the sliding
     mu_c = critical_mu(before, bodies, e, e_m)
+    mu: Array | float = mu_c
     if "mu" in free:
-        most = jnp.nan_to_num(mu_c, posinf=1e9, neginf=-1e9)
-        scale, median = priors["mu"]
-        mu = numpyro.sample("mu", Friction(most, scale, median, structure.interlocked))
-    else:
-        mu = mu_c
+        mu = _mu(structure, data, jnp.nan_to_num(mu_c, posinf=1e9, neginf=-1e9))
 
     coefficients = Coefficients(e, mu, e_m)
     after = separation(before, bodies, coefficients)  # eqs 19-24
     lost = _record(before, bodies, coefficients, mu_c, after)
-    evidence.observe_energy(structure, data, lost)
+    measurable = {"energy_lost": lost, "e": e, "e_m": e_m, "mu": jnp.abs(mu)}
+    evidence.observe_impact(structure, data, measurable)
     moved = 3 * len(structure.vehicles)
     parts.record_motion(after[:moved], (after - before)[:moved].reshape(-1, 3)[:, :2])
     return after[:moved]
 
 
+def _of_e(
+    closing: Float[Array, ""], fast: Number, slow: Number, decay: Number
+) -> dist.Distribution:
+    """Law of e at a closing speed, m/s."""
+    scale = fast + (slow - fast) * jnp.exp(-closing / decay)
+    return dist.TruncatedNormal(0.0, scale, low=0.0, high=1.0)
+
+
+def _of_e_m(centre: Number, scale: Number) -> dist.Distribution:
+    """Law of e_m."""
+    return dist.TruncatedNormal(centre, scale, low=-1.0, high=1.0)
+
+
+def _mu(structure: Structure, data: Data, mu_c: Float[Array, ""]) -> Float[Array, ""]:
+    """Sample mu, or the friction of the user's own that the contact can exert, of the sign of mu_c."""
+    if structure.family("mu") is None:
+        scale, median = data.priors["mu"]
+        return numpyro.sample("mu", Friction(mu_c, scale, median, structure.interlocked))
+    friction = priors.unknown("mu", structure, data, site="mu_available")
+    size = friction if structure.interlocked else jnp.minimum(friction, jnp.abs(mu_c))
+    return numpyro.deterministic("mu", jnp.where(mu_c < 0, -size, size))
+
+
 def _approach_of_b(structure: Structure, data: Data) -> Float[Array, "3"]:
     """Sample B's velocity before the impact: x and y (m/s) and yaw rate (rad/s)."""
-    known, inputs, priors = structure.known_of_b, data.inputs, data.priors
+    known, inputs = structure.known_of_b, data.inputs
     if "speed_b" in known:
-        law = dist.TruncatedNormal(*inputs["speed_b"], low=0.0)
+        speed_b = numpyro.sample("speed_b", dist.TruncatedNormal(*inputs["speed_b"], low=0.0))
     else:
-        law = dist.HalfNormal(priors["speed_b"][0])
-    speed_b = numpyro.sample("speed_b", law)
+        speed_b = priors.unknown("speed_b", structure, data, dist.HalfNormal)
     if "direction_b" in known:
         law = dist.Normal(*inputs["direction_b"])
     else:
@@ -114,7 +132,7 @@ def _approach_of_b(structure: Structure, data: Data) -> Float[Array, "3"]:
     if "omega_b" in known:
         law = dist.Normal(*inputs["omega_b"])
     else:
-        law = dist.Normal(0.0, priors["omega_b"][0])
+        law = dist.Normal(0.0, data.priors["omega_b"][0])
     omega_b = numpyro.sample("omega_b", law)
     return jnp.stack([v_bx, v_by, omega_b])
 
@@ -254,7 +272,7 @@ def _variant(name: str, title: str, *free: str) -> Impact:
                 "under it or is held by it",
             ),
         ),
-        evidence=tuple(evidence.OF_ENERGY),
+        evidence=evidence.of_impact("energy_lost", "e", *free),
     )
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from retrodict.inference.modes import ModeSearch
 from retrodict.inference.outcome import Outcome
+from retrodict.inference.own import Priors, Terms, with_own
 from retrodict.inference.plan import suited
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
 from retrodict.inference.samplers import checkpoint
@@ -22,6 +23,7 @@ from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
 from retrodict.report.libraries import imported
 from retrodict.result import CHAINS, Result, load_result
 from retrodict.scene.load import as_scene
+from retrodict.scene.own import own_of
 from retrodict.scene.quantities import Units
 from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
@@ -57,12 +59,20 @@ ladder = shown_in_notebooks(_ladder)
 
 
 @shown_in_notebooks
-def replay(path: str | Path, *, progress: Progress | None = None) -> Reproduction:
+def replay(
+    path: str | Path,
+    *,
+    progress: Progress | None = None,
+    priors: Priors | None = None,
+    extra: Terms | None = None,
+) -> Reproduction:
     """Verify an archive, run it anew as it was asked for, and compare every number.
 
     Args:
         path: path of an archive, as `Result.archive` writes it.
         progress: progress callback, as in `reconstruct`.
+        priors, extra: priors and likelihood terms of your own that the run had, as in `reconstruct`; an
+            archive names them but does not hold them.
 
     Returns:
         The numbers that came out the same, and the versions that differ.
@@ -70,6 +80,7 @@ def replay(path: str | Path, *, progress: Progress | None = None) -> Reproductio
     Raises:
         NotArchived: the file is no archive, or was altered; the message names the altered part.
         SceneError: this version does not read the scene.
+        ValueError: the run had priors or terms of the user's own that are not given here, or others.
         Unanswerable, Interrupted: as in `reconstruct`.
 
     Examples:
@@ -86,7 +97,13 @@ def replay(path: str | Path, *, progress: Progress | None = None) -> Reproductio
 
     archive = read_archive(Path(path))
     recorded = recorded_in(archive, str(path))
-    result = reconstruct(recorded.scene, **recorded.asked, progress=progress)
+    scene = with_own(recorded.scene, priors, extra)
+    if own_of(scene) != recorded.own:
+        raise ValueError(
+            f"{path}: the run had of the user's own {', '.join(recorded.own) or 'nothing'}, which an "
+            "archive does not hold; give replay the same priors and extra, and no others"
+        )
+    result = reconstruct(scene, **recorded.asked, progress=progress)
     draws = draws_of(recorded.draws)
     return compare(archive.link, recorded.summary, draws, result.findings, result.idata)
 
@@ -103,6 +120,8 @@ def reconstruct(
     seed: int = 0,
     progress: Progress | None = None,
     resume: Path | None = None,
+    priors: Priors | None = None,
+    extra: Terms | None = None,
 ) -> Result:
     """The joint posterior of B's approach, e, e_m and mu.
 
@@ -120,13 +139,18 @@ def reconstruct(
         progress: callback, called with (stage, done, total) as the work goes on, each stage prefixed by
             the name of the model; None shows the progress in a notebook, and nothing elsewhere.
         resume: path of the `chains.npz` of an interrupted run, to go on with; None to begin anew.
+        priors: distribution of NumPyro for an unknown by its name (speed_a, speed_b, e, e_m, mu), in SI
+            units, in place of the scene's prior; None for the scene's.
+        extra: log likelihood terms by a name of yours: functions of the recorded quantities of a crash
+            by name, SI units and radians, in `jax.numpy`; None for none.
 
     Returns:
         The result.
 
     Raises:
         SceneError: the scene file cannot be used.
-        ValueError: no model or method has that name, or `resume` is of another run.
+        ValueError: no model or method has that name, `resume` is of another run, or a prior or term
+            cannot be used.
         Unanswerable: the scene has no posterior that could be sampled; the message says why.
         Interrupted: the run was stopped before any draw was kept.
 
@@ -139,7 +163,7 @@ def reconstruct(
         >>> list(result.summary("us").columns[:3])
         ['unit', 'mean', 'sd']
     """
-    begin, scene = time.perf_counter(), as_scene(scene)
+    begin, scene = time.perf_counter(), with_own(as_scene(scene), priors, extra)
     asked = RunOptions(model, method, chains, draws, warmup, seed)
     if resume is not None:
         checkpoint.read(resume)  # what is damaged is refused before the work

@@ -15,6 +15,7 @@ import numpy as np
 from retrodict.api import AUTO, reconstruct
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.outcome import Checks
+from retrodict.inference.own import Priors, Terms, with_own
 from retrodict.inference.points import Estimate
 from retrodict.inference.warm import Warm
 from retrodict.progress import Progress, prefixed, shown_in_notebooks, silent
@@ -126,6 +127,7 @@ class Session:
         model: name of a rung; "auto" for the one that the ladder chooses for this scene, and keeps.
         seed: integer seed of all random numbers.
         progress: progress callback, as in `reconstruct`.
+        priors, extra: priors and likelihood terms of your own, as in `reconstruct`.
 
     Raises:
         SceneError: the scene file cannot be used.
@@ -139,8 +141,10 @@ class Session:
         model: str = AUTO,
         seed: int = 0,
         progress: Progress | None = None,
+        priors: Priors | None = None,
+        extra: Terms | None = None,
     ) -> None:
-        self.scene = as_scene(scene)
+        self.scene = with_own(as_scene(scene), priors, extra)
         self.seed = seed
         self._progress = progress or silent
         if model == AUTO:
@@ -223,6 +227,8 @@ def session(
     model: str = AUTO,
     seed: int = 0,
     progress: Progress | None = None,
+    priors: Priors | None = None,
+    extra: Terms | None = None,
 ) -> Session:
     """A scene kept warm; arguments and errors as in `Session`.
 
@@ -234,7 +240,7 @@ def session(
         >>> bool(answer.summary().loc["speed_b", "mean"] > before)
         True
     """
-    return Session(scene, model, seed, progress)
+    return Session(scene, model, seed, progress, priors, extra)
 
 
 @shown_in_notebooks
@@ -246,6 +252,8 @@ def sweep(
     units: Units = "si",
     seed: int = 0,
     progress: Progress | None = None,
+    priors: Priors | None = None,
+    extra: Terms | None = None,
 ) -> pd.DataFrame:
     """Answers to variants of a scene: every combination of the values of some of its keys.
 
@@ -256,6 +264,7 @@ def sweep(
         units: units of the table, "si" or "us".
         seed: integer seed of all random numbers.
         progress: progress callback, as in `reconstruct`.
+        priors, extra: priors and likelihood terms of your own in every variant, as in `reconstruct`.
 
     Returns:
         One row a variant: the values of its keys, then mean, sd and limits of the central 95 % of each
@@ -276,7 +285,7 @@ def sweep(
     """
     import pandas as pd
 
-    known = as_scene(scene)
+    known = with_own(as_scene(scene), priors, extra)
     listed = {key: list(each) for key, each in values.items()}
     variants = [dict(zip(listed, each, strict=True)) for each in product(*listed.values())]
     scenes = [change(known, variant) for variant in variants]

@@ -16,9 +16,11 @@ import numpyro.distributions as dist
 from jaxtyping import Array, Float
 from numpyro import handlers
 
+from retrodict.inference import own
 from retrodict.inference.density.log_density import OUTSIDE, Target, shortened
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import ModeSearch
+from retrodict.inference.own import Priors, Terms, with_own
 from retrodict.inference.plan import planned
 from retrodict.inference.samplers.nuts import refitted
 from retrodict.inference.transforms.choice import Coordinates
@@ -130,7 +132,9 @@ class LogDensity:
         sites = handlers.substitute(target.rung.model, found.quantities)
         trace = handlers.trace(handlers.seed(sites, 0)).get_trace(target.structure, data)
         samples = (site for site in trace.values() if site["type"] == "sample")
-        joint = sum((jnp.sum(s["fn"].log_prob(s["value"])) for s in samples), jnp.zeros(()))
+        joint = sum(
+            (jnp.sum(s["fn"].log_prob(s["value"])) for s in samples), own.total(found.quantities)
+        )
         return found.log_density - joint
 
     @cached_property
@@ -190,6 +194,8 @@ def log_density(
     model: str = DEFAULT_RUNG,
     coordinates: Literal["auto", "deviates"] = "auto",
     seed: int = 0,
+    priors: Priors | None = None,
+    extra: Terms | None = None,
 ) -> LogDensity:
     """The posterior of a scene as a function on R^n, for samplers of your own.
 
@@ -199,6 +205,7 @@ def log_density(
         coordinates: "deviates" for standard normal deviates of all unknowns, which have an inverse;
             "auto" for rest poses where chains mix better in them.
         seed: integer seed of the search for the mode, and of the draws that scale the coordinates.
+        priors, extra: priors and likelihood terms of your own, as in `reconstruct`.
 
     Raises:
         SceneError: the scene file cannot be used.
@@ -214,7 +221,7 @@ def log_density(
         >>> "speed_b" in density.unknowns(density.start)
         True
     """
-    scene = as_scene(scene)
+    scene = with_own(as_scene(scene), priors, extra)
     by_chains, *_ = planned(scene, RunOptions(model=model))
     kinds = {"auto": by_chains.coordinates, "deviates": Coordinates.DEVIATES}
     if coordinates not in kinds:
@@ -230,7 +237,12 @@ def log_density(
 
 
 def numpyro_model(
-    scene: Scene | str | Path, *, model: str = DEFAULT_RUNG, seed: int = 0
+    scene: Scene | str | Path,
+    *,
+    model: str = DEFAULT_RUNG,
+    seed: int = 0,
+    priors: Priors | None = None,
+    extra: Terms | None = None,
 ) -> NumpyroModel:
     """A NumPyro model of a scene, for `numpyro.infer`; arguments as of `log_density`.
 
@@ -238,6 +250,7 @@ def numpyro_model(
         scene: scene to be reconstructed, or the path of a scene file.
         model: name of the rung.
         seed: integer seed of the search for the mode, and of the draws that scale the coordinates.
+        priors, extra: priors and likelihood terms of your own, as in `reconstruct`.
 
     Raises:
         SceneError: the scene file cannot be used.
@@ -254,4 +267,4 @@ def numpyro_model(
         >>> mcmc.get_samples()["speed_b"].shape
         (50,)
     """
-    return NumpyroModel(log_density(scene, model=model, seed=seed))
+    return NumpyroModel(log_density(scene, model=model, seed=seed, priors=priors, extra=extra))

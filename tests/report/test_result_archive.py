@@ -50,6 +50,26 @@ def test_a_replay_runs_the_recorded_scene_as_it_was_asked_for(path, result, monk
     assert {name: options[name] for name in ASKED} == ASKED
 
 
+def test_a_run_with_a_term_of_the_users_own_is_replayed_with_it_alone(
+    result, tmp_path, monkeypatch
+):
+    """An archive names what is the user's own; without it, or with more, the run is another one."""
+    extra = {"witness": lambda q: -(((q["speed_b"] - 20.0) / 3.0) ** 2) / 2}
+    own = Result(replace(result.outcome, scene=replace(result.scene, extra=extra)))
+    path = own.archive(tmp_path / "own.zip")
+    assert json.loads(read_archive(path).files["about.json"])["own"] == [
+        "the likelihood term witness"
+    ]
+    ran = []
+    monkeypatch.setattr(api, "reconstruct", lambda scene, **_: ran.append(scene) or own)
+    for others in ({}, {"extra": {"another": extra["witness"]}}):
+        with pytest.raises(ValueError, match="the run had of the user's own the likelihood term w"):
+            api.replay(path, **others)
+    assert not ran
+    api.replay(path, extra=extra)
+    assert ran[0].extra == extra
+
+
 def test_an_archive_is_the_same_twice(path, result, tmp_path):
     again = result.archive(tmp_path / "again.zip")
     assert again.read_bytes() == path.read_bytes()

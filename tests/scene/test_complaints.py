@@ -180,7 +180,7 @@ WRONG = [
     ("[priors.speed_b]", "[priors.speed]", "priors.speed", "{", 'did you mean "speed_b"'),
     ('"50 mph"', '"50"', "priors.speed_a.scale", '"50"', 'write "50 m/s"'),
     ('fast = 0.2\nslow = 0.6\nover = "12 mph"', "", "priors.e", "{", "write one or more of fast"),
-    ("fast =", "high =", "priors.e.high", "0.2", "known here: source, fast, slow, over"),
+    ("fast =", "top =", "priors.e.top", "0.2", "known here: source, fast, slow, over"),
     ("[priors.speed_b]", "[priors]\nmu = 1\n[priors.speed_b]", "priors.mu", "1", "write mu = { scale"),
     # contradictions
     ('"2.85 m"', '"3.85 m"', f"{A}.wheelbase", '"3.85 m"', "add up to 2.85 m"),

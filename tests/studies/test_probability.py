@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import numpyro.distributions as dist
 import pytest
 import xarray as xr
 from scipy import integrate, stats
@@ -12,10 +13,12 @@ from retrodict.inference.reconstruct import reconstruct
 from retrodict.options import RunOptions
 from retrodict.scene.asked import Comparison, read_proposition
 from retrodict.scene.measured import Measured
+from retrodict.scene.priors import of_family, of_python
 from retrodict.scene.speed_record import SpeedRecord
 from retrodict.studies.draws import NotAnswered
-from retrodict.studies.probability import likelihood_ratio, probability
+from retrodict.studies.probability import _law_of_prior, likelihood_ratio, probability
 from tests.models.closed_form import everything_exact, momentum_and_slide
+from tests.shared import wall_by_hand as by_hand
 from tests.shared.scenes import collision
 from tests.studies import gaussian
 from tests.studies.gaussian import MEASURED, PRIOR_SCALE, SD, outcome, speed_draws
@@ -224,3 +227,19 @@ def test_both_are_those_of_quadrature_in_a_reconstruction():
     found = likelihood_ratio(made, Comparison(slow, fast))
     wanted = np.log(exact[0] / exact[1] / (priors[0] / priors[1]))
     assert math.log(found.value) == pytest.approx(wanted, abs=4 * found.error)
+
+
+@pytest.mark.parametrize("family", ["normal", "lognormal", "uniform", "python"])
+def test_prior_odds_are_by_the_law_that_the_user_gives(family):
+    """The probability of a speed below each quantile of the law that the model samples."""
+    named = "normal" if family == "python" else family
+    own, numbers = by_hand.FAMILIES[named]["speed_a"]
+    prior = of_family("speed_a", own, numbers, "a test")
+    if family == "python":
+        prior = of_python("speed_a", dist.Normal(*numbers.values()), "normal")
+    wanted = np.array([0.01, 0.3, 0.9])
+    speeds = by_hand.law("speed_a", own, numbers)(wanted)
+    found = [float(_law_of_prior("speed_a", prior).cdf(speed)) for speed in speeds]
+    assert found == pytest.approx(wanted, abs=1e-9)
+    with pytest.raises(NotAnswered, match="is fixed by its prior"):
+        _law_of_prior("speed_a", of_family("speed_a", "fixed", {"value": 10.0}, "a test"))

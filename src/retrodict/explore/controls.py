@@ -14,9 +14,10 @@ from pydantic import BaseModel
 from retrodict.inference.digits import decimals_of
 from retrodict.scene.energy import ENERGY
 from retrodict.scene.entries.priors import PriorsEntry
+from retrodict.scene.fields import COEFFICIENTS
 from retrodict.scene.kinds import Kind
 from retrodict.scene.load import toml_of, value_at
-from retrodict.scene.priors import prior_keys
+from retrodict.scene.priors import keys_of
 from retrodict.scene.records import Measured, Scene
 from retrodict.scene.schema import validated
 from retrodict.scene.units import (
@@ -239,13 +240,14 @@ def _control(
 
 
 def _priors(scene: Scene, written: Mapping[str, Any]) -> Iterator[Control | None]:
-    keys = prior_keys()
     for name, field in PriorsEntry.model_fields.items():
         table = next(t for t in get_args(field.annotation) if issubclass(t, BaseModel))
         if name == "speed_a" and scene.approach["a"].speed is not None:
             continue  # measured, so that its prior has no part in the model
         prior = scene.priors[name]
-        for key, number in zip(keys[name], prior.numbers, strict=True):
+        if prior.family and value_at(written, f"priors.{name}") is None:
+            continue  # fixed by impact.NAME
+        for key, number in zip(keys_of(name, prior), prior.numbers, strict=True):
             entry = table.model_fields[key]
             kind = _kind((entry.annotation, *entry.metadata))
             assert kind
@@ -265,7 +267,7 @@ def _group(key: str) -> tuple[str, str]:
                 return "Evidence", f"{v}: {_words(inner)}"
             return f"Vehicle {v}", _words(inner)
         case "impact":
-            return "Evidence" if rest in ENERGY else "Impact", _words(rest)
+            return "Evidence" if rest in (*ENERGY, *COEFFICIENTS) else "Impact", _words(rest)
         case "surfaces":
             return "Surfaces", _words(rest)
         case "slope":

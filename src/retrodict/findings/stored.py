@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from retrodict.findings.summary import SUMMARY, read_summary, strangers
 from retrodict.inference.outcome import Checks, Mode, Outcome
 from retrodict.inference.pointwise import pointwise
 from retrodict.options import RunOptions
+from retrodict.scene.own import without_code
 from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -40,7 +41,9 @@ def stored(outcome: Outcome, ladder: Ladder | None = None) -> dict[str, bytes]:
     """
     known = {each.name: getattr(outcome, each.name) for each in fields(outcome)}
     record = {name: known[name] for name in _record_types() if name in known}
-    record |= {"schema": _SCHEMA, "ladder": ladder}
+    record |= {"schema": _SCHEMA, "ladder": ladder, "scene": without_code(outcome.scene)}
+    if ladder is not None:
+        record["ladder"] = replace(ladder, scene=without_code(ladder.scene))
     # netCDF in memory: where a disk is full, the library that writes it ends the process
     return {
         DRAWS: bytes(outcome.idata.to_netcdf()),

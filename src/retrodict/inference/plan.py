@@ -116,6 +116,11 @@ def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tu
             f"{resume}: the method {options.method} has no chains to go on with: give the method that "
             f"was interrupted ({able}), or start anew"
         )
+    if scene.extra and METHODS[options.method].solves_back:
+        raise ValueError(
+            f"the method {options.method} has no likelihood to which a term of your own could be added; "
+            "write nuts, importance, smc or laplace"
+        )
     if scene.barrier and (unfit := RUNGS[options.model].refusal(scene)):
         raise Unanswerable(f"the model {options.model} {unfit}")
     return ways(options.method, scene)

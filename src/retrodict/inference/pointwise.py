@@ -48,7 +48,8 @@ def pointwise(idata: xr.DataTree) -> xr.DataTree:
         values = groups[group]
         stacked = one((values - centre) / sd if group in _SCALED else values)
         label = _LABEL if group in _SCALED else "log likelihood"
-        groups[group] = xr.Dataset({NAME: stacked.assign_attrs(unit="", label=label)})
+        others = values.drop_vars(items) if group == "log_likelihood" else xr.Dataset()  # own terms
+        groups[group] = others.assign({NAME: stacked.assign_attrs(unit="", label=label)})
     labels, dimensions = zip(*map(describe, items), strict=True)
     groups["constant_data"] = xr.Dataset(
         {"sd": one(sd), "centre": one(centre)},
@@ -76,8 +77,8 @@ def by_item(idata: xr.DataTree, group: str) -> xr.Dataset:
     found = idata[group].to_dataset()
     if NAME not in found:
         return found
-    values = found[NAME]
+    values, others = found[NAME], found.drop_vars([NAME, ITEM])
     if group in _SCALED:
         scale = idata["constant_data"].to_dataset().reset_coords(drop=True)
         values = values * scale["sd"] + scale["centre"]
-    return values.to_dataset(ITEM)
+    return values.to_dataset(ITEM).merge(others)

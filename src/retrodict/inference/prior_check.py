@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import softmax
 
-from retrodict.inference.fitting.deviates import Crashes
+from retrodict.inference.fitting.deviates import Crashes, heights
 from retrodict.inference.samplers.psis import effective
 from retrodict.scene.quantities import describe, si_symbol
 
@@ -78,15 +78,14 @@ def reference(
     rng = np.random.default_rng([seed, 9])
     every: dict[str, np.ndarray] = {}
     kept: list[dict[str, np.ndarray]] = []
-    heights: list[np.ndarray] = []
+    every_height: list[np.ndarray] = []
     count = settings.first
     while True:
         residuals, quantities = crashes.residuals(rng.standard_normal((count, crashes.size)))
         every = every or {k: np.asarray(v) for k, v in quantities.items()}
         kept.append({k: np.asarray(v) for k, v in quantities.items() if k in names})
-        height = -np.square(residuals).sum(axis=1) / 2
-        heights.append(np.where(np.isnan(height), -np.inf, height))
-        height = np.concatenate(heights)
+        every_height.append(heights(residuals, quantities))
+        height = np.concatenate(every_height)
         weights = softmax(height) if np.isfinite(height).any() else np.zeros(height.size)
         worth = effective(weights) if weights.any() else 0.0
         drawn = height.size

@@ -31,6 +31,7 @@ from retrodict.inference.transforms.choice import Coordinates, transform_of
 from retrodict.models import RUNGS
 from retrodict.options import RunOptions
 from retrodict.progress import Progress, silent
+from retrodict.scene.own import own_of
 from retrodict.scene.records import VEHICLES, Scene
 
 
@@ -103,7 +104,7 @@ def reconstruct(
         settings=_settings(run, options),
         asked=asked or options,
         complete=run.complete,
-        notes=(*run.notes, *_notes(run)),
+        notes=(*run.notes, *_notes(run), *_notes_on_own(run.found[0].scene)),
         unfinished=run.unfinished,
         modes=tuple(solution.mode for solution in run.found),
     )
@@ -128,6 +129,16 @@ def _notes(run: Run) -> list[str]:
     if not method.exact:
         notes.append(f"{method.title}: an approximation; compare it with the method nuts")
     return notes
+
+
+def _notes_on_own(scene: Scene) -> list[str]:
+    """Remarks on priors and likelihood terms that the user gave in Python."""
+    if not (own := own_of(scene)):
+        return []
+    return [
+        f"{', '.join(own)}: of the user's own, given in Python; the scene file does not have it, no "
+        "check of this program judges it, and the run cannot be repeated without it"
+    ]
 
 
 def _several_modes_note(found: tuple[Solution, ...]) -> str:

@@ -11,6 +11,7 @@ from retrodict.findings.stored import DRAWS, stored
 from retrodict.findings.summary import SUMMARY, summary_json
 from retrodict.report.archive import Archive, NotArchived
 from retrodict.scene.load import parse_scene
+from retrodict.scene.own import own_of
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -32,12 +33,14 @@ class Recorded:
         asked: options of `reconstruct`, by name.
         summary: the findings, as in summary.json.
         draws: content of the file of draws.
+        own: priors and terms of the user's own in Python that the run had, as by `own_of`.
     """
 
     scene: Scene
     asked: dict[str, Any]
     summary: dict[str, Any]
     draws: bytes
+    own: tuple[str, ...] = ()
 
 
 def archived(
@@ -71,6 +74,7 @@ def archived(
         "complete": findings.complete,
         "versions": findings.versions,
         "evidence": evidence,
+        "own": list(own_of(outcome.scene)),
     }
     files |= stored(outcome, ladder)
     files[SUMMARY] = summary_json(findings, files)
@@ -100,11 +104,12 @@ def recorded_in(archive: Archive, path: str) -> Recorded:
             raise ValueError
         name, draws = str(about["name"]), archive.files[DRAWS]
         text = archive.files[_SCENE].decode()
+        own = tuple(map(str, about.get("own", ())))
     except (KeyError, ValueError, TypeError, RecursionError):
         raise NotArchived(
             f"{path}: not the archive of a result, or of another version of retrodict"
         ) from None
-    return Recorded(parse_scene(text, name), asked, summary, draws)
+    return Recorded(parse_scene(text, name), asked, summary, draws, own)
 
 
 def _may_be_asked(asked: dict[str, Any]) -> bool:

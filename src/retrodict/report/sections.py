@@ -21,6 +21,7 @@ from retrodict.report.blocks import (
 )
 from retrodict.report.results import marked, named, result_rows
 from retrodict.scene.quantities import Units, unit_of
+from retrodict.scene.write import CANNOT_SAY
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -311,11 +312,14 @@ def reproduction(findings: Findings) -> Section:
         **findings.versions,
         **{f"seconds, {name}": format_value(s, 1) for name, s in findings.seconds.items()},
     }
+    first = text.text.split("\n")[0]
+    unsaid = (Paragraph(first.removeprefix("# ")),) if first.startswith(CANNOT_SAY) else ()
     return Section(
         "Reproduction",
         (
             Paragraph("With the scene file below saved as scene.toml:"),
             Code(command),
+            *unsaid,
             Table(tuple(rows.items()), texts=(1,)),
             Paragraph(f"The scene file, {how}; SHA-256 {text.sha256}:"),
             Code(text.text),

@@ -16,7 +16,6 @@ from retrodict.scene.entries.impact import (
     OutlineEntry,
     SurfaceEntry,
 )
-from retrodict.scene.entries.priors import PriorsEntry
 from retrodict.scene.entries.table import Table
 from retrodict.scene.entries.vehicle import ApproachEntry, MarkEntry, RestEntry, VehicleEntry
 from retrodict.scene.estimates import (
@@ -27,8 +26,8 @@ from retrodict.scene.estimates import (
     run_out_error,
     wheels_of,
 )
-from retrodict.scene.fields import APPROACH, IMPACT, SLOPE, SURFACE, VEHICLE, Field
-from retrodict.scene.priors import Prior, default_priors, overridden
+from retrodict.scene.fields import APPROACH, COEFFICIENTS, IMPACT, SLOPE, SURFACE, VEHICLE, Field
+from retrodict.scene.priors import FIXED, Prior, default_priors, fixed_of, of_family, overridden
 from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.questions import questions_of
 from retrodict.scene.records import (
@@ -76,6 +75,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         written.items(), key=lambda item: 2 if item[1].outline else 1 if item[1].edge else 0
     )
     surfaces = tuple(_surface(*item) for item in in_order)
+    priors = _priors(entry, complain)
     scene = Scene(
         title=entry.title,
         name=name,
@@ -92,8 +92,8 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         contact=_contact(entry.impact),
         surfaces=surfaces,
         notes=tuple(entry.notes),
-        question=entry.question or _question(entry),
-        priors=_priors(entry.priors),
+        question=_question(entry, priors, complain),
+        priors=priors,
         departure={
             v.lower(): {name: measured for name, measured in each.departure if measured}
             for v, each in entries.items()
@@ -112,6 +112,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         barrier=_barrier(entry.barrier) if entry.barrier else None,
         energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
         slope=Slope(**_kept(entry.slope, SLOPE)) if entry.slope else None,
+        coefficients={k: m for k, m in _coefficients(entry.impact).items() if m.sd},
     )
     for v in scene.vehicles:
         _stops(scene, v, complain)
@@ -302,12 +303,29 @@ def _contact(entry: ImpactEntry) -> Contact:
     return Contact(x=x, y=y, interlocked=entry.interlocked, **_kept(entry, IMPACT))
 
 
-def _question(entry: SceneEntry) -> tuple[str, ...]:
-    """The unknowns of a scene whose file does not say what it asks."""
+def _question(
+    entry: SceneEntry, priors: Mapping[str, Prior], complain: Complain
+) -> tuple[str, ...]:
+    """The unknowns that a scene asks for: those that its file names, or all that are unknown."""
+    fixed = fixed_of(priors)
+    if wrong := [name for name in entry.question if name in fixed]:
+        complain(
+            "question", f"{wrong[0]} is fixed by its prior, so that nothing is asked; leave it out"
+        )
     of_a = entry.vehicles.A.approach
     speed_is_known = bool(of_a.speed or of_a.speed_record)
-    not_asked = {"speed_a" if speed_is_known else "", "speed_b" if entry.barrier else ""}
-    return tuple(name for name in UNKNOWNS if name not in not_asked)
+    not_asked = {"speed_a" if speed_is_known else "", "speed_b" if entry.barrier else "", *fixed}
+    asked = entry.question or tuple(name for name in UNKNOWNS if name not in not_asked)
+    if not asked:
+        complain(
+            "priors", "nothing is left to ask: every unknown is fixed; leave one of the priors out"
+        )
+    return asked
+
+
+def _coefficients(entry: ImpactEntry) -> dict[str, Measured]:
+    """Coefficients of the impact that are written, by key; an exact one is a prior."""
+    return {k: m for k in COEFFICIENTS if (m := getattr(entry, k)) is not None}
 
 
 def _not_exchanged(entries: Mapping[str, VehicleEntry], complain: Complain) -> None:
@@ -366,12 +384,29 @@ def _offset(sd: Measured | None) -> Measured:
     return Measured(0.0, sd.value, source=sd.source) if sd else Measured(0.0)
 
 
-def _priors(entry: PriorsEntry) -> dict[str, Prior]:
+def _priors(entry: SceneEntry, complain: Complain) -> dict[str, Prior]:
+    """The default priors with those that are written in their place; exact coefficients are fixed."""
     priors = default_priors()
-    for name, written in entry:
+    for name, written in entry.priors:
         if written is not None:
             numbers = {key: m for key, m in written if isinstance(m, Measured)}
             sources = [written.source, *(m.source for m in numbers.values() if m.source)]
             values = {key: m.value for key, m in numbers.items()}
-            priors[name] = overridden(name, values, "; ".join(sources))
+            family, source = getattr(written, "family", None), "; ".join(sources)
+            priors[name] = (
+                of_family(name, family, values, source)
+                if family
+                else overridden(name, values, source)
+            )
+    for v, each in entry.vehicles.by_letter.items():
+        approach = each.approach
+        if (approach.speed or approach.speed_record) and priors[f"speed_{v.lower()}"].family:
+            key = f"vehicles.{v}.approach.speed"
+            complain(f"priors.speed_{v.lower()}", f"{key} is measured; leave one of them out")
+    for name, measured in _coefficients(entry.impact).items():
+        if priors[name].fixed or (measured.sd == 0 and priors[name].overridden):
+            complain(f"impact.{name}", f"priors.{name} is written too; keep one of them")
+        if measured.sd == 0:
+            source = measured.source or f"impact.{name}, written without an uncertainty"
+            priors[name] = of_family(name, FIXED, {"value": measured.value}, source)
     return priors

@@ -10,6 +10,7 @@ from typing import Any
 
 from retrodict.scene.errors import Problem, SceneError, key_path, shown
 from retrodict.scene.load import scene_from, tables_of
+from retrodict.scene.priors import OF_PYTHON, default_priors
 from retrodict.scene.records import Scene
 from retrodict.scene.write import CANNOT_SAY, document_toml, scene_text
 
@@ -71,6 +72,12 @@ def change(scene: Scene, changes: Mapping[str, object]) -> Scene:
     Raises:
         SceneError: a key cannot be found, or something is wrong with what the scene now says.
     """
+    own = {name: prior for name, prior in scene.priors.items() if prior.family == OF_PYTHON}
+    if own or scene.extra:  # given in Python: changes of the scene file leave them as they are
+        default = {name: prior for name, prior in default_priors().items() if name in own}
+        bare = replace(scene, priors=scene.priors | default, extra={})
+        changed = change(bare, changes)
+        return replace(changed, priors=changed.priors | own, extra=scene.extra)
     found = scene_text(scene)
     if found.text != scene.text and found.text.startswith(CANNOT_SAY):
         unsaid = found.text.split("\n")[0].removeprefix(CANNOT_SAY).rstrip(".")

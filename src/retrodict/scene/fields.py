@@ -195,6 +195,23 @@ IMPACT: dict[str, Field] = {
         label="contact line Γ from the y axis", name="Gamma", meaning="Γ, from the y axis",
     ),
 }  # fmt: skip
+# coefficients of the impact that were measured: items of evidence; exact ones are priors (`build`)
+COEFFICIENTS: dict[str, Field] = {
+    "e": Field(
+        units.NUMBER, 0, 1, "0.1 ± 0.05", label="coefficient of restitution e, as measured",
+        meaning="measured [coefficient of restitution](#measured-coefficients) e; without an "
+        "uncertainty it is fixed",
+    ),
+    "e_m": Field(
+        units.NUMBER, -1, 1, "0.9 ± 0.2", label="impact moment coefficient e_m, as measured",
+        meaning="likewise the impact moment coefficient e_m",
+    ),
+    "mu": Field(
+        units.NUMBER, 0, 5, "0.5 ± 0.1", label="size of the equivalent friction μ, as measured",
+        advice="its sign follows from the sliding",
+        meaning="likewise the size of the equivalent friction μ; its sign follows from the sliding",
+    ),
+}  # fmt: skip
 SURFACE: dict[str, Field] = {
     "friction": Field(
         units.NUMBER, 0.01, 1.5, "0.50 ± 0.03", "lognormal", uncertainty="required",

@@ -6,10 +6,11 @@ from functools import cache
 from typing import NamedTuple
 
 from retrodict.scene.energy import ENERGY
+from retrodict.scene.fields import COEFFICIENTS
 
 _ON_WAY = ("mark", "mark_speed", "mark_course", "end_x", "end_y", "end_heading")
 _AT_REST = ("rest_x", "rest_y", "rest_heading")
-_OF_BOTH = tuple(f"impact_{key}" for key in ENERGY)
+_OF_BOTH = tuple(f"impact_{key}" for key in (*ENERGY, *COEFFICIENTS))
 
 
 class Name(NamedTuple):
@@ -17,7 +18,7 @@ class Name(NamedTuple):
 
     Args:
         kind: kind of quantity, such as `rest_x` or `mark_speed`.
-        vehicle: `a` or `b`; empty for the energy lost in the impact, which concerns both.
+        vehicle: `a` or `b`; empty for a quantity of the impact, which concerns both.
         mark: number of the mark, from 1; None for a quantity that is not at a mark.
     """
 

@@ -99,8 +99,10 @@ _SINGLE: dict[str, tuple[str, str]] = {
     "Omega": ("yaw rates after the impact", "yaw rate"),
     "closing_speed": ("closing speed along the normal", "speed"),
     "normal_impulse": ("normal impulse, positive where it parts the vehicles", "impulse"),
+    "mu_available": ("friction that the contact can exert", "number"),
     "mu_critical": ("μ at which sliding just ends", "number"),
     **{f"impact_{key}": (label, "energy") for key, label in ENERGY.items()},
+    **{f"impact_{key}": (own.label, "number") for key, own in fields.COEFFICIENTS.items()},
 }
 
 _FAMILIES: dict[str, tuple[str, str]] = {
@@ -123,6 +125,7 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "time_zero": ("time of the impact in the record of {}", "time"),
 }
 
+_OWN = "own_"  # before the name of a likelihood term of the user's own
 _OF_EDGES = {"edge": ("place of the {}'s edge", "length")}
 _AT_MARKS: dict[str, tuple[str, str]] = {
     "": ("distance from its path", "length"),
@@ -146,6 +149,8 @@ def describe(name: str) -> tuple[str, str]:
     """
     if name in REPORTED:
         return REPORTED[name]
+    if name.startswith(_OWN):
+        return f"the user's own term {name.removeprefix(_OWN)}", "number"
     if single := _SINGLE.get(name) or fields.flat_labels(fields.IMPACT | fields.SLOPE).get(name):
         return single
     of_surfaces = fields.flat_labels(fields.SURFACE) | _OF_EDGES

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from retrodict.scene import discrepancy
 from retrodict.scene.asked import Questions
 from retrodict.scene.energy import ENERGY
-from retrodict.scene.fields import APPROACH, DEPARTURE
+from retrodict.scene.fields import APPROACH, COEFFICIENTS, DEPARTURE
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
 from retrodict.scene.names import vehicle_of
-from retrodict.scene.priors import Prior, default_priors
+from retrodict.scene.priors import Prior, default_priors, fixed_of
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
 from retrodict.scene.speed_record import SpeedRecord
 
@@ -109,11 +109,10 @@ class Approach:
     """Motion just before impact (m/s, rad, rad/s, m); None stands for unknown.
 
     `direction` is the direction of travel, counter-clockwise from the x axis; it need not be the
-    heading, but is assumed to be along it where a scene file says nothing.
-    `skid` is how far the vehicle skidded on the road up to the impact, `skid_braking` the braking force
-    over the available friction there; None where all wheels were locked.
-    `record` is the speed record that `speed` comes from, if any; `speed` then holds the mean and
-    standard deviation of the speed at impact by that record.
+    heading, but is assumed to be along it where a scene file says nothing. `skid` is how far the vehicle
+    skidded on the road up to the impact, `skid_braking` the braking force over the available friction
+    there; None where all wheels were locked. `record` is the speed record that `speed` comes from, if
+    any; `speed` then holds the mean and standard deviation of the speed at impact by that record.
     """
 
     speed: Measured | None
@@ -124,9 +123,8 @@ class Approach:
     record: SpeedRecord | None = None
 
 
-Departure = dict[
-    str, Measured
-]  # motion of a vehicle just after the impact, by name in `fields.DEPARTURE`
+# motion of a vehicle just after the impact, by name in `fields.DEPARTURE`
+Departure = dict[str, Measured]
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,6 +284,8 @@ class Scene:
         barrier: barrier that A struck in place of a vehicle B; None where A struck a vehicle.
         energy_lost: stated kinetic energy lost in the impact, J, by key in `ENERGY`.
         slope: slope of the whole ground; None where it is level.
+        coefficients: measured coefficients of the impact, by key in `fields.COEFFICIENTS`.
+        extra: log likelihood terms of the user's own, by name: functions, None once stored.
     """
 
     title: str
@@ -308,6 +308,8 @@ class Scene:
     barrier: Barrier | None = None
     energy_lost: dict[str, Measured] = field(default_factory=dict)
     slope: Slope | None = None
+    coefficients: dict[str, Measured] = field(default_factory=dict)
+    extra: dict[str, Any] = field(default_factory=dict)
 
     if TYPE_CHECKING:
         # these need the schema or matplotlib, and import this module: `scene` and `notebook` attach
@@ -329,10 +331,9 @@ class Scene:
     @property
     def sought(self) -> Literal["speed_a", "speed_b"]:
         """The impact speed that studies follow: of those asked, one that was not measured; B's first."""
-        if self.barrier:
-            return "speed_a"
-        unknown = {v for v in self.vehicles if self.approach[v].speed is None}
-        if "speed_a" in self.question and "a" in unknown and "b" not in unknown:
+        fixed = fixed_of(self.priors)
+        known = {v for v, own in self.approach.items() if own.speed or f"speed_{v}" in fixed}
+        if self.barrier or ("speed_a" in self.question and "a" not in known and "b" in known):
             return "speed_a"
         return "speed_b"
 
@@ -386,6 +387,7 @@ class Scene:
                     measured = measured.with_model_sd(off)
                 flat[f"end_{part}_{v}"] = measured
         flat |= {f"impact_{key}": self.energy_lost.get(key) for key in ENERGY}
+        flat |= {f"impact_{key}": self.coefficients.get(key) for key in COEFFICIENTS}
         return {name: measured for name, measured in flat.items() if measured is not None}
 
     def way_to(self, v: str, x: float, y: float) -> float:
@@ -421,7 +423,7 @@ class Scene:
     def reported(self) -> tuple[str, ...]:
         """Names in `REPORTED` of the quantities in the scene's results, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
-        left_out = {"speed_a"} if known else set()
+        left_out = fixed_of(self.priors) | ({"speed_a"} if known else set())
         left_out |= {f"travelling_speed_{v}" for v in self.vehicles if v not in self.skidded}
         if self.barrier:
             left_out |= {name for name in REPORTED if vehicle_of(name) == "b"}

@@ -14,7 +14,7 @@ from retrodict.scene.asked import Avoidance, Questions
 from retrodict.scene.errors import SceneError
 from retrodict.scene.load import parse_scene
 from retrodict.scene.measured import UNKNOWN
-from retrodict.scene.priors import Prior, prior_keys
+from retrodict.scene.priors import OF_PYTHON, Prior, keys_of
 from retrodict.scene.records import WHEELS, Edge, Mark, Measured, Outline, Rest, Scene, Vehicle
 from retrodict.scene.speed_record import SpeedRecord
 
@@ -122,6 +122,7 @@ def scene_toml(scene: Scene) -> str:
         *_fields(scene.contact, fields.IMPACT),
         f"interlocked = {str(scene.contact.interlocked).lower()}",
         *(_line(key, stated, "J") for key, stated in scene.energy_lost.items()),
+        *(_line(key, measured) for key, measured in scene.coefficients.items()),
     ]
     for surface in scene.surfaces:
         lines += ["", f"[surfaces.{surface.name}]", *_fields(surface, fields.SURFACE)]
@@ -129,10 +130,9 @@ def scene_toml(scene: Scene) -> str:
         lines += _outline(surface.outline) if surface.outline else []
     if scene.slope:
         lines += ["", "[slope]", *_fields(scene.slope, fields.SLOPE)]
-    default_keys = prior_keys()
     for name, prior in scene.priors.items():
-        if prior.overridden:
-            lines += ["", f"[priors.{name}]", *_prior(name, prior, default_keys[name])]
+        if prior.overridden and prior.family != OF_PYTHON:
+            lines += ["", f"[priors.{name}]", *_prior(name, prior)]
     if scene.questions != Questions():
         lines += ["", "[questions]", *_questions(scene.questions)]
     text = "\n".join(lines) + "\n"
@@ -294,9 +294,11 @@ def _outline(outline: Outline) -> Iterator[str]:
         yield _line("outline.uncertainty", of, "m")
 
 
-def _prior(name: str, prior: Prior, keys: tuple[str, ...]) -> Iterator[str]:
+def _prior(name: str, prior: Prior) -> Iterator[str]:
     yield f"source = {_quoted(prior.source[:_SOURCE])}"
-    for key, number in zip(keys, prior.numbers, strict=True):
+    if prior.family:
+        yield f"family = {_quoted(prior.family)}"
+    for key, number in zip(keys_of(name, prior), prior.numbers, strict=True):
         unit = _PRIOR_UNITS.get(name, "m/s" if key == "over" else "")
         yield _line(key, Measured(number), unit)
 
@@ -356,7 +358,9 @@ def _unsaid(scene: Scene, text: str) -> list[str]:
         return [f"{problem.key}: {problem.fix}" for problem in error.problems]
     known = scene.inputs() | scene.evidence()
     said = read.inputs() | read.evidence()
-    return [
+    own = [f"the prior of {k} as it is" for k, p in scene.priors.items() if p.family == OF_PYTHON]
+    own += [f"the term {name} of the user's own" for name in scene.extra]
+    return own + [
         f"{name} as it is"
         for name in {**known, **said}
         if name not in scene.approximations

@@ -234,11 +234,21 @@ def digest(scene: Scene, model: str) -> str:
         model: name of the rung.
     """
     s, data = RUNGS[model].of_scene(scene)
-    fixed = (s.uncertain, s.known_of_b, s.surfaces, s.rolling, s.robust, s.interlocked, s.marks)
+    fixed: tuple[object, ...] = (
+        s.uncertain,
+        s.known_of_b,
+        s.surfaces,
+        s.rolling,
+        s.robust,
+        s.interlocked,
+        s.marks,
+    )
+    fixed += (s.families,) if s.families else ()
     print_ = hashlib.sha256(repr(fixed).encode())
     for numbers in (data.inputs, data.evidence, data.marks, data.priors, data.ways, data.records):
         for name in sorted(numbers):
-            print_.update(name.encode() + np.asarray(numbers[name], float).tobytes())
+            leaves = jax.tree.leaves(numbers[name])  # a prior given in Python has several
+            print_.update(name.encode() + b"".join(np.asarray(x, float).tobytes() for x in leaves))
     for corners in (np.concatenate([*data.edges], axis=1), *data.outlines):
         print_.update(np.asarray(corners).tobytes())
     return print_.hexdigest()[:12]

@@ -85,6 +85,8 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
     speed = np.asarray(speeds).ravel()
     found = []
     for name in map(str, likelihood.data_vars):
+        if name not in measured:  # a term of the user's own, which predicts nothing
+            continue
         weights, k = smoothed(-np.asarray(likelihood[name]).ravel())
         predictions = predictive[name]
         predicted = np.asarray(predictions).ravel()

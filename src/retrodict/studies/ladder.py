@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -98,7 +99,8 @@ def ladder(
             within("compiling", 0, 1)
             # the next one's programs compile while this one's are at work
             for soon in to_come[: 1 if scene.rolling else 2]:
-                compile_search(scene, soon)
+                with suppress(Unanswerable):  # its own run says why
+                    compile_search(scene, soon)
             ran[name] = run_rung(scene, name, question, seed, search, within)
         except (KeyboardInterrupt, Interrupted):
             complete = False
@@ -357,6 +359,7 @@ def _with_answers(outcome: Outcome, step: Step, question: tuple[str, ...]) -> St
     unknown = [f"speed_{v}" for v in scene.vehicles if scene.approach[v].speed is None]
     speed = np.asarray(posterior[scene.sought]).ravel()
     squares = np.zeros(speed.size)
+    unknown = [name for name in unknown if not scene.priors[name].family]  # half-normal ones
     for name in unknown:
         scale = scene.priors[name].numbers[0]
         squares += (np.asarray(posterior[name]).ravel() / scale) ** 2

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from retrodict.scene.measured import Measured
 from retrodict.studies.draws import NotAnswered, draws_of, effective_draws, error_of_mean
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.asked import Comparison, Proposition
-    from retrodict.scene.measured import Measured
+    from retrodict.scene.priors import Prior
     from retrodict.scene.speed_record import SpeedRecord
 
 CONFIDENCE = 0.95  # of a bound
@@ -181,14 +182,13 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
 
 def _prior(outcome: Outcome, name: str) -> tuple[Callable[[Proposition], float], str]:
     """Prior probability of propositions about a speed, and the prior in words."""
-    from scipy import stats  # slow to import
 
     speed = name.removeprefix("travelling_")
     scene = outcome.scene
     measured = scene.inputs().get(speed)
     if measured is None:
         prior = scene.priors[speed]
-        law, words = stats.halfnorm(scale=prior.numbers[0]), prior.text
+        law, words = _law_of_prior(speed, prior), prior.text
     elif measured.sd == 0:
         raise NotAnswered(f"{speed} is taken as exact: no evidence speaks of it")
     elif (record := scene.approach[speed[-1]].record) is not None:
@@ -211,6 +211,27 @@ def _prior(outcome: Outcome, name: str) -> tuple[Callable[[Proposition], float],
         return float(law.cdf(np.sqrt(np.maximum(max(limit, 0.0) ** 2 - gained, 0.0))).mean())
 
     return lambda each: below(each.high) - below(each.low), f"{words}, and the prior of the skid"
+
+
+def _law_of_prior(speed: str, prior: Prior) -> Any:
+    """The prior of a speed, as the model has it: a law with a `cdf`."""
+    from scipy import stats
+
+    match prior.family:
+        case "":
+            return stats.halfnorm(scale=prior.numbers[0])
+        case "normal":
+            return _law_of(Measured(*prior.numbers), cut=True)[0]
+        case "lognormal":
+            return _law_of(Measured(*prior.numbers, law="lognormal"), cut=True)[0]
+        case "uniform":
+            low, high = prior.numbers
+            return stats.uniform(low, high - low)
+        case "python":
+            from retrodict.models.priors import Cut  # a stored result is read without JAX
+
+            return Cut(prior.law, 0.0, math.inf)
+    raise NotAnswered(f"{speed} is fixed by its prior: no evidence speaks of it")
 
 
 class _OfRecord:

@@ -89,7 +89,9 @@ class Programs:
         with self._one_prepares:
             if kernel.name in self._programs:
                 return
-            path = disk_cache.path_of(self.structure, kernel.name)
+            # what the user's own code does, no digest of a structure tells
+            of_python = self.structure.of_python
+            path = None if of_python else disk_cache.path_of(self.structure, kernel.name)
             compile_ = partial(self._compile, kernel, arguments, path)
             # unlike Path.exists, this raises nothing where nothing may be read
             if path and os.path.exists(path):

@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 from numpyro import handlers
 from numpyro.infer.util import log_density
 
+from retrodict.inference import own
 from retrodict.inference.transforms import layout, rest_pose
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import Numbers, TransformParameters
@@ -22,7 +23,8 @@ from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import quotients
-from retrodict.models.standard_normal import AtDeviates, elementwise, sample_unknowns
+from retrodict.models.priors import elementwise
+from retrodict.models.standard_normal import AtDeviates, sample_unknowns
 
 # Root mean square to which steeper gradients of a potential are cut. That of a standard normal is about
 # 1, and those at draws stay below 2.5 (measured); beyond the draws it may rise to thousands within a
@@ -114,7 +116,9 @@ class Target:
 
         given = {} if self.structure.in_deviates else {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
-        return Evaluated(joint + log_det, sites | _recorded(trace), q, off)
+        quantities = sites | _recorded(trace)
+        terms = own.terms(self.structure, data, quantities)
+        return Evaluated(joint + log_det + own.total(terms), quantities | terms, q, off)
 
     def crash(self, u: Numbers, data: Data) -> tuple[Array, dict[str, Array]]:
         """The crash at standard normal deviates of all unknowns.
@@ -142,7 +146,8 @@ class Target:
             x = parts.from_standard(self.structure, data, deviates)
             for level, divisor in zip(levels, quotients(levels, after, x)[1], strict=True):
                 quantities[f"divisor/{level.name}"] = divisor
-        return log_likelihood, quantities
+        terms = own.terms(self.structure, data, quantities)
+        return log_likelihood + own.total(terms), quantities | terms
 
     def crashes(self, data: Data, u: Numbers) -> tuple[Array, dict[str, Array]]:
         """`crash` at each row of u."""

@@ -16,6 +16,8 @@ from jaxtyping import Float, Int
 from retrodict.inference.density.compiled import Programs, in_chunks
 from retrodict.inference.density.kernels import CRASHES, ROWS
 from retrodict.inference.density.together import room
+from retrodict.inference.fitting.ceilings import ceilings
+from retrodict.inference.own import SLOPE, TERM
 from retrodict.models import evidence as items
 from retrodict.models.arrays import Data, in_steps, steps_of
 from retrodict.scene.names import parsed
@@ -98,8 +100,17 @@ class Crashes:
                 heavy = (FREEDOM + 1) * np.log1p(off**2 / FREEDOM)
                 off = np.sign(off) * np.sqrt(heavy)
             found.append(off)
+        for name, highest in self.ceilings.items():
+            height = np.asarray(quantities[f"{TERM}{name}"])
+            off = np.sqrt(2 * np.maximum(highest - np.nan_to_num(height, nan=-np.inf), 0))
+            found.append(np.where(quantities[f"{SLOPE}{name}"] > 0, -off, off))
         residuals = np.stack(found, axis=1) if found else np.zeros((len(u), 0))
         return np.where(np.isfinite(log_likelihood)[:, None], residuals, np.nan), quantities
+
+    @cached_property
+    def ceilings(self) -> dict[str, float]:
+        """Highest value of each likelihood term of the user's own, by name."""
+        return ceilings(self.programs.structure, self.data, self.at)
 
     def linearised(
         self, u: Deviates, turns: Turns | None = None
@@ -121,9 +132,22 @@ class Crashes:
         return jax.device_put(self.data)
 
 
+def heights(residuals: Residuals, quantities: Quantities) -> Float[np.ndarray, " crashes"]:
+    """Log likelihood of crashes up to a constant, exactly; minus infinity where there is none.
+
+    Args:
+        residuals: residuals of the crashes, last those of the terms of the user's own.
+        quantities: quantities of the crashes, by name.
+    """
+    own = [value for name, value in quantities.items() if name.startswith(TERM)]
+    of_evidence = residuals[:, : residuals.shape[1] - len(own)]
+    height = sum(own, -np.square(of_evidence).sum(axis=1) / 2)
+    return np.where(np.isnan(height), -np.inf, height)
+
+
 def _is_bound(name: str) -> bool:
     """Whether an item of evidence states a bound."""
-    if name in items.OF_ENERGY:
-        return items.OF_ENERGY[name] is not None
+    if name in items.OF_IMPACT:
+        return items.OF_IMPACT[name].bound is not None
     kind, _, mark = parsed(name)
     return mark is None and items.PREDICTIONS[kind].at_least

@@ -63,4 +63,4 @@ class Standard(Transform):
 
 def pinned_of(structure: Structure) -> int:
     """Number of directions of the deviates that evidence pins at most."""
-    return min(len(structure.evidence), structure.deviates)
+    return min(len(structure.evidence) + len(structure.own), structure.deviates)

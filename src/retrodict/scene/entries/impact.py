@@ -17,7 +17,7 @@ from retrodict.scene.entries.table import (
     one_line,
     with_fields,
 )
-from retrodict.scene.fields import IMPACT, SLOPE, SURFACE
+from retrodict.scene.fields import COEFFICIENTS, IMPACT, SLOPE, SURFACE
 from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.measured import Measured
 from retrodict.scene.outlines import outline_fault
@@ -103,9 +103,9 @@ class BarrierEntry(Table):
         return self
 
 
-@with_fields(IMPACT)
+@with_fields(IMPACT | COEFFICIENTS)
 class ImpactEntry(Table):
-    """`[impact]`: where and along which line the vehicles touched, and the kinetic energy lost."""
+    """`[impact]`: where and along which line the vehicles touched, what was measured of the impact."""
 
     point: tuple[ImpactCoordinate, ImpactCoordinate] = Field(
         examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
