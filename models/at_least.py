@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 import jax.numpy as jnp
-import numpyro.distributions as dist
 from jax.scipy.special import betainc, log_ndtr
 from jax.scipy.stats import norm
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from numpyro.distributions import constraints
 
 from retrodict.scene.records import FREEDOM

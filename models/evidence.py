@@ -8,8 +8,8 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 import numpyro
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.at_least import AtLeast, AtMost

@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
-import numpyro.distributions as dist
 from jax.scipy.special import ndtr
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
 # Where mu_c exceeds this, sliding as a rule goes on: in the staged crashes that the prior cites,
 # friction that ended the sliding was up to 1.6 (SAE 2014-01-0469)

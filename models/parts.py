@@ -8,9 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
-import numpyro.distributions as dist
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from retrodict.models import priors
 from retrodict.models.arrays import Data, Structure
 

@@ -12,9 +12,9 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 import numpyro
-import numpyro.distributions as dist
 from jax.scipy.special import betainc, ndtr, ndtri
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from retrodict.models.arrays import Data, Structure
 
 from retrodict.scene.priors import FIXED, SUPPORT

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 import numpyro
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from retrodict.models import parts, priors
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description

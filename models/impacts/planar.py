@@ -12,8 +12,8 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpyro
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from retrodict.models import evidence, parts, priors
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description

@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import numpyro
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 from numpyro import handlers
 
 from retrodict.inference import own
@@ -150,7 +150,8 @@ class LogDensity:
     @cached_property
     def parts(self) -> tuple[Target, Any, Any]:
         """What the density is computed by: functions, and the scene's and the coordinates' numbers."""
-        data, transform = jax.device_put((self.posterior.data, self.posterior.transform))
+        with jax.ensure_compile_time_eval():  # the first call may be within a trace
+            data, transform = jax.device_put((self.posterior.data, self.posterior.transform))
         return self.posterior.programs.target, data, transform
 
 

@@ -5,7 +5,7 @@ The impulse is `ratio` times that by which both would go on together, turned by 
 
 import jax.numpy as jnp
 import numpyro
-import numpyro.distributions as dist
+from numpyro import distributions as dist
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description

@@ -8,8 +8,8 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-import numpyro.distributions as dist
 import pytest
+from numpyro import distributions as dist
 from scipy import stats
 
 import retrodict as rd

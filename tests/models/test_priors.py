@@ -41,7 +41,7 @@ def test_quantiles_are_those_of_scipy_and_come_back(family: str) -> None:
 
 
 def test_a_cut_law_has_no_probability_beyond_its_bounds() -> None:
-    import numpyro.distributions as dist
+    from numpyro import distributions as dist
 
     law = Cut(dist.LogNormal(jnp.log(0.5), 1.0), 0.0, 1.0)
     assert float(law.log_prob(jnp.array(1.01))) == -math.inf

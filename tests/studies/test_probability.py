@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import numpyro.distributions as dist
 import pytest
 import xarray as xr
+from numpyro import distributions as dist
 from scipy import integrate, stats
 
 from retrodict.inference.reconstruct import reconstruct

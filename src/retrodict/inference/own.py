@@ -13,8 +13,8 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpyro.distributions as dist
 from jaxtyping import Array, Float
+from numpyro import distributions as dist
 
 from retrodict.inference.errors import Unanswerable
 from retrodict.models.arrays import Data, OwnTerm, Structure

@@ -23,7 +23,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_an_unloaded_program_loads_again_and_gives_the_same(kept: Path) -> None:
-    programs = Programs(SimpleNamespace(structure=None))
+    programs = Programs(SimpleNamespace(structure=SimpleNamespace(of_python=None)))
     before = programs(SINES, X)
     programs.unload()
     assert not programs._programs
@@ -32,5 +32,5 @@ def test_an_unloaded_program_loads_again_and_gives_the_same(kept: Path) -> None:
 
 
 def test_a_kept_program_holds_no_names_of_operations(kept: Path) -> None:
-    Programs(SimpleNamespace(structure=None))(SINES, X)
+    Programs(SimpleNamespace(structure=SimpleNamespace(of_python=None)))(SINES, X)
     assert b"/sin" not in kept.read_bytes()

@@ -6,6 +6,11 @@ is thicker in some places than in others. A normal about the peak, over a sheet 
 mode and the covariance of the pinned ones are found by some steps of Gauss and Newton (Rue et al. 2009).
 Then 35 to 60 % of the draws are effective, each for some ten density evaluations (measured on simulated
 crashes of unknown approach).
+
+A fifth of each free direction is drawn from its prior: without, the tails of priors with bounds were
+missed where nothing else held them (k of 0.8 on a wall's crash, and an error of 0.04 sd that the
+scramblings did not show). Directions that change residuals by 2 to 4 sd are free too: 18 of 20 simulated
+crashes passed when they were solved for, and 20 of 20 so.
 """
 
 from __future__ import annotations
@@ -15,15 +20,18 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
+from scipy.special import ndtri
 
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.search import SUFFICIENT, Peak
 from retrodict.inference.samplers.proposal import Proposal
 
-_PINNED = 2.0  # change of the residuals per deviate above which a direction is solved for
-# Share of the draws in tails and their degrees of freedom; sd of the free directions.
-_TAILS, _WIDE = (0.3, 8.0), 1.1
+_PINNED = 4.0  # change of the residuals per deviate above which a direction is solved for
+# Share of the pinned directions' draws in tails, and their degrees of freedom.
+_TAILS = 0.3, 8.0
+# Free directions: sd beside that at the peak, and share of each that is of the prior.
+_WIDE, _PRIOR = 1.1, 0.2
 _CHORDS = 3  # steps by the slopes at the peak, which need no derivatives
 _NEWTON, _ARRIVED = (
     3,
@@ -33,9 +41,34 @@ _STRIDE = 4.0  # longest step
 _STEP = 1e-3  # step of a deviate in difference quotients
 
 Points = Float[np.ndarray, "points n"]
-EXTRA = (
-    4  # coordinates of the unit cube beyond those of a point: tails of free and pinned directions
-)
+EXTRA = 2  # coordinates of the unit cube beyond those of a point: tails of the pinned directions
+
+
+@dataclass(frozen=True)
+class _Free:
+    """Draws of directions that are free: each of a wide normal about the peak, mixed with its prior.
+
+    A direction whose evidence fades away from the peak has its prior's tails, which a normal lacks.
+
+    Args:
+        middle: mean of each prior, in standard deviations about the peak.
+        sd: standard deviation of each prior, likewise.
+    """
+
+    middle: np.ndarray
+    sd: np.ndarray
+
+    def at(self, points: Float[np.ndarray, "points free"]) -> Float[np.ndarray, "points free"]:
+        """Draws from points of the unit cube."""
+        of_prior = points < _PRIOR
+        z = ndtri(np.where(of_prior, points / _PRIOR, (points - _PRIOR) / (1 - _PRIOR)))
+        return np.where(of_prior, self.middle + self.sd * z, _WIDE * z)
+
+    def log_density(self, x: Float[np.ndarray, "points free"]) -> Float[np.ndarray, " points"]:
+        """Log densities of draws."""
+        near = (1 - _PRIOR) / _WIDE * np.exp(-((x / _WIDE) ** 2) / 2)
+        prior = _PRIOR / self.sd * np.exp(-(((x - self.middle) / self.sd) ** 2) / 2)
+        return (np.log(near + prior) - np.log(2 * np.pi) / 2).sum(axis=1)
 
 
 @dataclass(frozen=True)
@@ -70,8 +103,8 @@ class Nested:
         """
         pinned = self._pinned
         free = self._of_free.middle.size
-        x = self._of_free.at(points[:, : free + 2])
-        z = self._of_pinned.at(points[:, free + 2 :]) if pinned else np.zeros((len(x), 0))
+        x = self._of_free.at(points[:, :free])
+        z = self._of_pinned.at(points[:, free:]) if pinned else np.zeros((len(x), 0))
         mode, root = self._solved(x)
         v = np.concatenate([mode + np.einsum("kij,kj->ki", root, z), x], axis=1)
         log_density = self._of_free.log_density(x) - np.linalg.slogdet(self._axes)[1]
@@ -105,9 +138,10 @@ class Nested:
         return directions * sd
 
     @cached_property
-    def _of_free(self) -> Proposal:
-        n = self.peak.u.size - self._pinned
-        return Proposal(np.zeros(n), np.eye(n), np.full(n, _WIDE), *_TAILS, 1.0)
+    def _of_free(self) -> _Free:
+        axes = self._axes[:, self._pinned :]
+        deviates = np.linalg.norm(axes, axis=0)  # of one sd about the peak
+        return _Free(-(self.peak.u @ axes) / deviates**2, 1 / deviates)
 
     @cached_property
     def _of_pinned(self) -> Proposal:
