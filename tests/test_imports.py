@@ -101,7 +101,7 @@ def test_report_figures_and_export_do_without_jax(tmp_path: Path) -> None:
 def test_models_work_after_arviz() -> None:
     """ArviZ leaves a stand-in for NumPyro, which `import numpyro.distributions` would load twice."""
     code = (
-        "import arviz\nfrom retrodict.models import RUNGS\nfrom retrodict.models import priors\n"
+        "import arviz\nimport retrodict.inference.own\n"
         "import numpyro\nfrom numpyro import handlers\n"
         "handlers.block(lambda: numpyro.factor('known', 0.0))()"
     )
