@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache
+from threading import RLock
 from typing import Any
 
 import jax
@@ -21,6 +22,9 @@ from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import Impact, Separation
 from retrodict.models.priors import deviate, quantile
+
+TRACING = RLock()
+"""Held while a model is traced: NumPyro has one stack of handlers, which threads would share."""
 
 
 class AtDeviates(Messenger):
@@ -102,7 +106,8 @@ def _sizes(impact: Impact, structure: Structure, shapes: tuple[Any, ...]) -> dic
                 found[name] = int(site["value"].size)
         return jnp.zeros(())
 
-    jax.eval_shape(trace, jax.random.key(0), data)
+    with TRACING:
+        jax.eval_shape(trace, jax.random.key(0), data)
     return found
 
 

@@ -14,11 +14,11 @@ SIZE = 3
 def crashes(sd: float = 0.5, ruled_out: float = -np.inf) -> SimpleNamespace:
     """Of three deviates the first was measured as 1; where it is less than `ruled_out` is no crash."""
 
-    def residuals(u: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    def with_quantities(u: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         found = np.where(u[:, :1] < ruled_out, np.nan, (u[:, :1] - 1) / sd)
         return found, {"speed_b": u[:, 0], "e": u[:, 1], "other": u[:, 2]}
 
-    return SimpleNamespace(size=SIZE, residuals=residuals)
+    return SimpleNamespace(size=SIZE, with_quantities=with_quantities)
 
 
 def normal_reference(count: int, left: int, rng: np.random.Generator) -> Reference:

@@ -17,6 +17,7 @@ import pytest
 from retrodict.models import RUNGS
 
 import retrodict as rd
+from retrodict.inference.density.together import Calls
 from retrodict.report import batch as files
 from retrodict.report.libraries import MissingLibrary
 from retrodict.scene.write import scene_toml
@@ -71,6 +72,38 @@ def test_an_answer_hangs_on_its_scene_alone() -> None:
     answer(other, QUICK, 0)
     assert answer(one, QUICK, 0) == first
     assert answer(one, QUICK, 1) != first
+
+
+def test_a_gpus_scenes_are_answered_together_and_what_is_left_one_by_one(monkeypatch) -> None:
+    """The way of a GPU, on the processor: points of all, more points, then by `answer`."""
+    scenes = {str(i): scene for i, scene in enumerate(crashes(3))}
+    tried: list[tuple[str, int]] = []
+    by_points = study._by_points
+
+    def fails_at_times(scene: rd.Scene, model: str, seed: int, times: int) -> Answered | None:
+        tried.append((scene.name, times))
+        if scene is scenes["1"]:
+            raise ArithmeticError("no")
+        return None if scene is scenes["2"] and times == 1 else by_points(scene, model, seed, times)
+
+    monkeypatch.setattr(study, "_by_points", fails_at_times)
+    monkeypatch.setattr(study, "_ready", lambda _: None)
+    monkeypatch.setattr(study, "calls_of", lambda _: Calls(256, 256))
+    monkeypatch.setattr(study, "answer", made_up)
+    found = study._answer_all(Asked(QUICK, device="gpu"), tuple(scenes.items()))
+    assert sorted(tried) == [
+        ("crash-0", 1),
+        ("crash-1", 1),
+        ("crash-1", 4),
+        ("crash-2", 1),
+        ("crash-2", 4),
+    ]
+    monkeypatch.undo()
+    alone = answer(scenes["0"], QUICK, 0)
+    for name, value in alone.numbers["speed_b"].items():
+        assert found[0].numbers["speed_b"][name] == pytest.approx(value, rel=1e-6), name
+    assert found[1] == made_up(scenes["1"], QUICK, 0)
+    assert found[2].method == "importance"
 
 
 def test_one_scene_in_ten_is_broken_and_the_others_do_not_notice(tmp_path, monkeypatch) -> None:

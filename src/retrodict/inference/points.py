@@ -48,6 +48,7 @@ _AS_GOOD_AS = 1000.0
 # Points of each scrambling at first, and the largest multiple of them, where each is solved for.
 _NESTED_FIRST, _NESTED_MOST = 128, 16
 TAILS = 2  # coordinates of the unit cube that make the tails of a proposal about a mode
+_SHORT = 1 / 3  # share of the draws that are enough, below which first points shape the proposal
 _DRAWS = 2000  # of equal weight
 _TAILS = np.array([0.025, 0.975])
 
@@ -131,6 +132,12 @@ class Part:
         part = Part(self.posterior, found.next)
         return _Moved(part, log_mean(found.log_weight)[0], found.evaluations)
 
+    def shaped(self, drawn: _Drawn) -> Part:
+        """The part with its proposal where first draws have shown the posterior to be."""
+        if not isinstance(self.proposal, Nested):  # pilots have moved it
+            return self
+        return Part(self.posterior, self.proposal.moved(drawn.w, drawn.log_weight))
+
     def drawn(self, points: np.ndarray) -> _Drawn:
         """Points in the unit cube, one scrambling after another, as draws from the proposal."""
         points = points.reshape(-1, points.shape[2])
@@ -197,7 +204,7 @@ class Points:
             points = self._points[:, first * self._first : last * self._first]
             return [part.drawn(points) for part in parts]
 
-        times, drawn = 1, more(0, 1)
+        times, drawn, shaped = 1, more(0, 1), False
         while True:
             weighted, faults, k = _weighted(parts, drawn)
             quantities = {
@@ -207,7 +214,13 @@ class Points:
             precise = precision(scene, quantities, weighted)
             if times == self._most or min(precise.bulk, precise.tail) >= enough:
                 break
-            drawn = [_joined(*each) for each in zip(drawn, more(times, 2 * times), strict=True)]
+            if not shaped and min(precise.bulk, precise.tail) < _SHORT * enough:
+                shaped = True
+                parts = [part.shaped(each) for part, each in zip(parts, drawn, strict=True)]
+                drawn = more(times, 2 * times)  # those that shaped a proposal would bias the answer
+            else:
+                further = more(times, 2 * times)
+                drawn = [_joined(*each) for each in zip(drawn, further, strict=True)]
             times *= 2
         evaluations = sum(each.evaluations for each in moved)
         for part in parts:
@@ -225,13 +238,14 @@ def more_points(size: int, seed: int) -> Points:
 
 
 @one_blas_thread()
-def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
+def answer(scene: Scene, rung: str, seed: int = 0, times: int = 1) -> Estimate:
     """The posterior of a scene by importance sampling: no chains, no predictions, no tree.
 
     Args:
         scene: scene that is asked about.
         rung: a name in `retrodict.models.RUNGS`.
         seed: integer seed of the search and of the points.
+        times: factor by which there may be more points, a power of two.
 
     Returns:
         The estimate; its checks say whether it can be relied on.
@@ -246,7 +260,8 @@ def answer(scene: Scene, rung: str, seed: int = 0) -> Estimate:
         for each in found
         if (proposal := nested(each.posterior)) is not None
     ]
-    points = _points(found[0].posterior.size + EXTRA, seed, _NESTED_MOST, first=_NESTED_FIRST)
+    most = times * _NESTED_MOST
+    points = _points(found[0].posterior.size + EXTRA, seed, most, first=_NESTED_FIRST)
     return points.estimate(scene, parts, begin, diagnostics.MIN_ESS)
 
 

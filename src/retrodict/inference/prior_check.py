@@ -81,7 +81,7 @@ def reference(
     every_height: list[np.ndarray] = []
     count = settings.first
     while True:
-        residuals, quantities = crashes.residuals(rng.standard_normal((count, crashes.size)))
+        residuals, quantities = crashes.with_quantities(rng.standard_normal((count, crashes.size)))
         every = every or {k: np.asarray(v) for k, v in quantities.items()}
         kept.append({k: np.asarray(v) for k, v in quantities.items() if k in names})
         every_height.append(heights(residuals, quantities))

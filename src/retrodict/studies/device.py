@@ -1,8 +1,10 @@
-"""Which device JAX computes on, chosen before it starts."""
+"""Which device JAX computes on."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import jax
 
@@ -29,6 +31,8 @@ def choose(device: str) -> None:
         if "JAX_PLATFORMS" not in os.environ:
             jax.config.update("jax_platforms", "cpu")
         return
+    # several workers share a device: none takes all of its memory
+    os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
     try:
         jax.config.update("jax_default_device", jax.devices("gpu")[0])
     except RuntimeError:
@@ -36,3 +40,14 @@ def choose(device: str) -> None:
             "JAX finds no GPU here: install jax[cuda13] or jax[rocm7] on a machine that has one, or "
             "choose cpu"
         ) from None
+
+
+@contextmanager
+def processor() -> Iterator[None]:
+    """A context in which a process that computes on a GPU computes on the processor."""
+    before = jax.config.jax_default_device
+    jax.config.update("jax_default_device", jax.devices("cpu")[0])
+    try:
+        yield
+    finally:
+        jax.config.update("jax_default_device", before)

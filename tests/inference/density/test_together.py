@@ -9,10 +9,12 @@ from threading import Barrier
 
 import numpy as np
 import pytest
+from retrodict.models import standard_normal
 
 from retrodict.inference.density.together import Calls, Together, room
 from retrodict.inference.fitting.about_peak import crashes_of
 from retrodict.inference.fitting.deviates import Crashes
+from retrodict.scene.records import Scene
 from tests.shared.random_scenes import scene
 
 CALLS = partial(Calls, 128, 64)
@@ -87,3 +89,20 @@ def test_a_call_that_fails_fails_those_who_wait_for_it() -> None:
     jobs: list[Callable[[], str]] = [partial(caught, bad)]
     assert Together(CALLS()).results(jobs) == ["TypeError"]
     assert Together(CALLS()).results([partial(caught, good)]) == ["answered"]
+
+
+def test_models_are_traced_by_one_thread_at_a_time() -> None:
+    """NumPyro has one stack of handlers for all threads of a process."""
+    scenes = [scene(np.random.default_rng(seed))[0] for seed in range(6)]
+    rungs = ["planar-moment+spin", "momentum+spin", "planar+spin"] * 2
+    barrier = Barrier(len(scenes))
+
+    def job(own: Scene, rung: str) -> int:
+        barrier.wait()
+        return crashes_of(own, rung).size
+
+    for _ in range(5):
+        standard_normal._sizes.cache_clear()
+        jobs = [partial(job, own, rung) for own, rung in zip(scenes, rungs, strict=True)]
+        found = Together(CALLS()).results(jobs)
+        assert found[:3] == found[3:]

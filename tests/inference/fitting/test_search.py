@@ -51,7 +51,7 @@ def test_a_peak_is_where_the_potential_is_least(crashes: Crashes, peak: Peak) ->
     about = peak.u + stats.norm.rvs(size=(200, peak.u.size), random_state=0) @ np.linalg.inv(
         np.linalg.cholesky(peak.precision)
     )
-    heights = crashes.residuals(about)[0]
+    heights = crashes.residuals(about)
     potential = (np.square(about).sum(axis=1) + np.square(heights).sum(axis=1)) / 2
     assert np.nanmin(potential) > peak.potential - 1e-3
 
@@ -60,7 +60,7 @@ def test_residuals_are_those_of_the_likelihood(crashes: Crashes) -> None:
     """Half their squares are minus the log likelihood, but for a constant."""
     u = np.random.default_rng(0).normal(size=(300, crashes.size))
     log_likelihood, quantities = crashes.at(u)
-    residuals, _ = crashes.residuals(u)
+    residuals = crashes.residuals(u)
     apart = log_likelihood + np.square(residuals).sum(axis=1) / 2
     inside = np.isfinite(log_likelihood)
     np.testing.assert_array_equal(np.isfinite(residuals).all(axis=1), inside)
@@ -92,8 +92,8 @@ def test_turns_of_two_vehicles_are_sought_together() -> None:
 
 def test_where_no_crash_has_a_likelihood_none_is_answered(crashes: Crashes) -> None:
     class Nowhere(Crashes):
-        def residuals(self, u):
-            residuals, quantities = super().residuals(u)
+        def with_quantities(self, u):
+            residuals, quantities = super().with_quantities(u)
             return np.full_like(residuals, np.nan), quantities
 
     nowhere = Nowhere(crashes.programs, crashes.data)

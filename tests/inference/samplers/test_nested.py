@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
+from scipy import stats
 
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.samplers.importance import adapted, evaluated
-from retrodict.inference.samplers.nested import nested
+from retrodict.inference.samplers.nested import _PRIOR, Nested, _Free, nested
 from retrodict.inference.samplers.proposal import Proposal
 from retrodict.inference.samplers.psis import effective, log_mean, smoothed
 from retrodict.inference.transforms.choice import Coordinates
@@ -49,6 +53,49 @@ def test_coordinates_without_a_shear_do_as_well() -> None:
         assert k < 0.7
         shares.append(effective(weights) / POINTS)
     assert abs(shares[0] - shares[1]) < 0.1
+
+
+def test_free_directions_are_mixtures_of_two_normals() -> None:
+    """Draws and their density, against SciPy's."""
+    middle, wide, own, sd = np.array([[-1.5, 0.0], [3.0, 1.0], [0.2, -0.1], [0.9, 1.1]])
+    free = _Free(middle, wide, own, sd)
+    points = np.random.default_rng(7).random((POINTS, 2))
+    x = free.at(points)
+    density = np.ones(POINTS)
+    for i in range(2):
+        prior, near = stats.norm(middle[i], wide[i]), stats.norm(own[i], sd[i])
+
+        def below(v: np.ndarray, prior: Any = prior, near: Any = near) -> np.ndarray:
+            return _PRIOR * prior.cdf(v) + (1 - _PRIOR) * near.cdf(v)
+
+        assert stats.kstest(x[:, i], below).pvalue > 1e-3
+        density *= _PRIOR * prior.pdf(x[:, i]) + (1 - _PRIOR) * near.pdf(x[:, i])
+    np.testing.assert_allclose(free.log_density(x), np.log(density), rtol=1e-10)
+
+
+def test_draws_move_it_to_where_the_posterior_is() -> None:
+    """Moved away, it comes back; the evidence is the same wherever it is."""
+    posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.UNBENT)
+    proposal = nested(posterior)
+    assert proposal is not None
+    n = proposal._of_free.size
+    away = replace(proposal, shown=(np.full(n, 0.3), np.full(n, 1.2)))
+    chance = np.random.default_rng(8)
+
+    def weighted(at: Nested) -> tuple[np.ndarray, np.ndarray]:
+        w, log_density = at.sampled(POINTS, chance)
+        return w, evaluated(posterior, w)[0] - log_density
+
+    first = weighted(away)
+    back = away.moved(*first)
+    assert back.shown is not None
+    assert np.abs(back.shown[0]).mean() < 0.2
+    then = weighted(back)
+    assert effective(smoothed(then[1])[0]) > 1.5 * effective(smoothed(first[1])[0])
+    (one, error), (other, another) = log_mean(first[1]), log_mean(then[1])
+    assert abs(one - other) < 4 * np.hypot(error, another)
+    nowhere = away.moved(first[0], np.full(POINTS, -np.inf))
+    assert nowhere is away
 
 
 def test_rest_poses_have_none() -> None:

@@ -26,6 +26,7 @@ from retrodict.inference.density.kernels import CHUNK, Kernel
 from retrodict.inference.density.log_density import Target
 from retrodict.inference.threads import cores
 from retrodict.models.arrays import Structure
+from retrodict.models.standard_normal import TRACING
 
 # XLA compiles outside Python's lock, so two programs compile at once
 _COMPILERS = ThreadPoolExecutor(2, thread_name_prefix="compile")
@@ -110,7 +111,7 @@ class Programs:
         self, kernel: Kernel[..., Any], arguments: tuple[Any, ...], path: Path | None
     ) -> Future[Any]:
         """Trace a kernel here, which is not safe in two threads, and compile it in the background."""
-        with COMPILATION.running():
+        with COMPILATION.running(), TRACING:
             made = [a() if callable(a) else a for a in arguments]
             lowered = jax.jit(self.function(kernel)).lower(*made)
             # names of operations are a fifth of what a kept program holds, and of its loading
@@ -167,11 +168,15 @@ def in_chunks(function: Callable[[Any], Any], values: Any, size: int = CHUNK) ->
     return jax.tree.map(lambda *parts_: np.concatenate(parts_), *chunks)
 
 
-# Linux allows a process some 65 000 memory maps, and the programs of a structure take 5000
-@lru_cache(maxsize=8)
 def programs_for(structure: Structure) -> Programs:
     """The programs of a structure; a process keeps those of the 8 structures last used."""
-    known = programs_for.cache_info()
+    return _programs_on(disk_cache.platform_here(), structure)
+
+
+# Linux allows a process some 65 000 memory maps, and the programs of a structure take 5000
+@lru_cache(maxsize=8)
+def _programs_on(platform: str, structure: Structure) -> Programs:
+    known = _programs_on.cache_info()
     if known.currsize == known.maxsize:
         gc.collect()  # evicted programs are in reference cycles
     return Programs(Target(structure))

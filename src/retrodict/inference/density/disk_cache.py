@@ -38,7 +38,7 @@ def path_of(*what: object) -> Path | None:
     if not jax.config.jax_enable_compilation_cache:
         return None
     name = hashlib.sha256(repr(what).encode()).hexdigest()[:32]
-    return _folder() / f"{name}.bin"
+    return _folder(platform_here()) / f"{name}.bin"
 
 
 def load(path: Path) -> Any:
@@ -99,9 +99,15 @@ def _ours(facts: os.stat_result) -> bool:
     return facts.st_uid == os.getuid() and not facts.st_mode & others
 
 
-@lru_cache(maxsize=1)
-def _folder() -> Path:
-    """Folder of the programs that this code makes on this machine with these libraries."""
+def platform_here() -> str:
+    """JAX's name of the platform that this process computes on."""
+    device = jax.config.jax_default_device
+    return jax.default_backend() if device is None else device.platform
+
+
+@lru_cache(maxsize=2)
+def _folder(on: str) -> Path:
+    """Folder of the programs that this code makes on this machine's platform with these libraries."""
     state = hashlib.sha256()
     package = Path(__file__).parents[2]
     of_package = [package / part for part in ("mechanics", "scene", "inference")]
@@ -109,7 +115,7 @@ def _folder() -> Path:
         for source in sorted(root.rglob("*.py")):
             state.update(source.read_bytes())
     libraries = [version(name) for name in ("jax", "jaxlib", "numpyro")]
-    machine = (jax.default_backend(), _processor(), os.environ.get("XLA_FLAGS"))
+    machine = (on, _processor(), os.environ.get("XLA_FLAGS"))
     for fact in (*libraries, platform.python_version(), *machine):
         state.update(repr(fact).encode())
     return Path(platformdirs.user_cache_dir("retrodict")) / "programs" / state.hexdigest()[:16]

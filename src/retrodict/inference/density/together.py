@@ -23,6 +23,7 @@ from retrodict.inference.density.compiled import Programs
 from retrodict.inference.density.kernels import ROWS, Kernel
 from retrodict.inference.density.log_density import Target
 from retrodict.models.arrays import Data, Structure, steps_of
+from retrodict.models.standard_normal import TRACING
 
 Crashes = tuple[np.ndarray, dict[str, np.ndarray]]
 """Log likelihoods of crashes, and their quantities by name."""
@@ -48,9 +49,9 @@ class Calls:
     crashes: list[int] = field(default_factory=lambda: [0])
 
 
-def calls_of(platform: str) -> Calls:
-    """Sizes of calls that suit a platform of JAX: blocks that fit a processor's cache, or fill a GPU."""
-    return Calls(4 * ROWS, ROWS) if platform == "cpu" else Calls(32_768, 32_768)
+def calls_of(device: str) -> Calls:
+    """Sizes of calls that suit a device: blocks that fit a processor's cache, or fill a GPU."""
+    return Calls(4 * ROWS, ROWS) if device == "cpu" else Calls(32_768, 32_768)
 
 
 @dataclass
@@ -60,6 +61,7 @@ class _Request:
     programs: Programs
     data: Data
     u: Float[np.ndarray, "crashes n"]
+    names: frozenset[str] | None
     done: Event = field(default_factory=Event)
     found: Crashes | None = None
     error: BaseException | None = None
@@ -78,6 +80,9 @@ class Together:
         self._requests: list[_Request] = []
         self._under_way = 0
         self._ended = False
+        # by identity, with what keeps it: many requests are of one scene
+        self._vectors: dict[int, tuple[Data, np.ndarray]] = {}
+        self._likes: dict[tuple[Structure, int], Data] = {}
 
     def results[T](self, jobs: Sequence[Callable[[], T]]) -> list[T]:
         """What each job returns, in order.
@@ -108,9 +113,22 @@ class Together:
             raise failed[0]
         return found
 
-    def at(self, programs: Programs, data: Data, u: Float[np.ndarray, "crashes n"]) -> Crashes:
-        """Log likelihoods and quantities of crashes of a scene, from a call that answers others too."""
-        request = _Request(programs, data, u)
+    def at(
+        self,
+        programs: Programs,
+        data: Data,
+        u: Float[np.ndarray, "crashes n"],
+        names: frozenset[str] | None = None,
+    ) -> Crashes:
+        """Log likelihoods and quantities of crashes of a scene, from a call that answers others too.
+
+        Args:
+            programs: compiled programs of the scene's structure.
+            data: numbers of the scene.
+            u: deviates, shape (crashes, n).
+            names: quantities that are needed; None for all.
+        """
+        request = _Request(programs, data, u, names)
         with self._changed:
             if self._ended:
                 raise KeyboardInterrupt
@@ -150,10 +168,10 @@ class Together:
             yield requests
 
     def _answer(self, requests: list[_Request]) -> None:
-        alike: dict[tuple[Structure, int], list[_Request]] = {}
+        alike: dict[tuple[Structure, int, frozenset[str] | None], list[_Request]] = {}
         for request in requests:
             structure = request.programs.structure
-            key = structure, steps_of(structure, request.data)
+            key = structure, steps_of(structure, request.data), request.names
             alike.setdefault(key, []).append(request)
         for some in alike.values():
             try:
@@ -167,34 +185,50 @@ class Together:
                     raise
 
     def _answer_alike(self, requests: list[_Request]) -> None:
-        """Answer requests of one structure and number of steps, of at most `SCENES` data."""
-        programs, data = requests[0].programs, requests[0].data
+        """Answer requests of one structure, number of steps and names, of at most `SCENES` data."""
+        programs, data, names = requests[0].programs, requests[0].data, requests[0].names
         different = {id(request.data): request.data for request in requests}
         numbers = {key: i for i, key in enumerate(different)}
-        vectors = np.stack([_vector(each) for each in different.values()])
+        vectors = np.stack([self._vector(each) for each in different.values()])
         vectors = vectors[np.minimum(np.arange(SCENES), len(vectors) - 1)]
         of = np.concatenate([np.full(len(r.u), numbers[id(r.data)]) for r in requests])
         u = np.concatenate([np.asarray(r.u, float) for r in requests])
-        rows, kernel = self._calls.rows, _kernel(self._calls.rows, self._calls.block)
-        on_device = jax.device_put((vectors, data))
+        rows, kernel = self._calls.rows, _kernel(self._calls.rows, self._calls.block, names)
+        on_device = jax.device_put(vectors), self._like(programs.structure, data)
         parts = []
         for begin in range(0, len(u), rows):
-            index = np.minimum(np.arange(begin, begin + rows), len(u) - 1)
-            parts.append(programs(kernel, *on_device, of[index], u[index]))
+            missing = max(0, begin + rows - len(u))
+            some = np.pad(of[begin : begin + rows], (0, missing), "edge")
+            own = np.pad(u[begin : begin + rows], ((0, missing), (0, 0)), "edge")
+            parts.append(programs(kernel, *on_device, some, own))
         self._calls.made[0] += len(parts)
         self._calls.crashes[0] += len(u)
-        table = np.concatenate([np.asarray(part) for part in parts])
-        columns = _columns(programs, data)
+        table = np.concatenate([np.asarray(part) for part in parts], axis=1)
+        columns = _columns(programs, data, names)
         begin = 0
         for request in requests:
             count = len(request.u)
-            own = np.ascontiguousarray(table[begin : begin + count].T)
+            own = table[:, begin : begin + count].copy()
             begin += count
             quantities = {
                 name: own[where].T.reshape(count, *shape) for name, where, shape in columns
             }
             request.found = own[0], quantities
             request.done.set()
+
+    def _vector(self, data: Data) -> Float[np.ndarray, " numbers"]:
+        """The numbers of a scene in a row, but for the integration steps."""
+        if id(data) not in self._vectors:
+            leaves = jax.tree.leaves(data._replace(steps=()))
+            self._vectors[id(data)] = data, np.concatenate([np.ravel(leaf) for leaf in leaves])
+        return self._vectors[id(data)][1]
+
+    def _like(self, structure: Structure, data: Data) -> Data:
+        """Numbers on the device whose shapes and steps are those of all scenes alike."""
+        key = structure, steps_of(structure, data)
+        if key not in self._likes:
+            self._likes[key] = jax.device_put(data)
+        return self._likes[key]
 
     def _give_up(self) -> None:
         """Let no thread wait for ever."""
@@ -227,11 +261,6 @@ def _of_few_scenes(requests: list[_Request]) -> Iterator[list[_Request]]:
     yield some
 
 
-def _vector(data: Data) -> Float[np.ndarray, " numbers"]:
-    """The numbers of a scene in a row, but for the integration steps."""
-    return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(data._replace(steps=()))])
-
-
 def _data(vector: Float[Array, " numbers"], like: Data) -> Data:
     """A scene's numbers from their row; shapes and integration steps as of another."""
     leaves, tree = jax.tree.flatten(like._replace(steps=()))
@@ -251,35 +280,44 @@ def _crashes_of_many(
     u: Float[Array, "crashes n"],
     *,
     block: int,
-) -> Float[Array, "crashes columns"]:
-    """Log likelihood and quantities of crashes of many scenes, a row for each, as of `_columns`."""
+    names: frozenset[str] | None,
+) -> Float[Array, "columns crashes"]:
+    """Log likelihood and quantities of crashes of many scenes, a column for each, as of `_columns`."""
 
     def one(row: tuple[Array, Array]) -> Array:
         log_likelihood, quantities = target.crash(row[1], _data(vectors[row[0]], like))
+        quantities = {k: v for k, v in quantities.items() if names is None or k in names}
         return jnp.concatenate([log_likelihood[None], *map(jnp.ravel, jax.tree.leaves(quantities))])
 
-    return jax.lax.map(one, (of, u), batch_size=block)
+    return jax.lax.map(one, (of, u), batch_size=block).T
 
 
 @cache
-def _kernel(rows: int, block: int) -> Kernel[..., Array]:
-    name = f"crashes of {SCENES} scenes, {rows} by {block}"
-    return Kernel(name, partial(_crashes_of_many, block=block), 1)
+def _kernel(rows: int, block: int, names: frozenset[str] | None) -> Kernel[..., Array]:
+    # a structure has one set of names that its residuals follow from
+    kind = "crashes" if names is None else "residuals"
+    name = f"{kind} of {SCENES} scenes, {rows} by {block}"
+    return Kernel(name, partial(_crashes_of_many, block=block, names=names), 1)
 
 
-def _columns(programs: Programs, data: Data) -> list[tuple[str, slice, tuple[int, ...]]]:
-    """Names, columns and shapes of the quantities in a row of `_crashes_of_many`."""
-    structure = programs.structure
-    if structure not in _KNOWN_COLUMNS:
-        u = jax.ShapeDtypeStruct((structure.deviates,), float)
-        shapes = jax.eval_shape(programs.target.crash, u, data)[1]
+def _columns(
+    programs: Programs, data: Data, names: frozenset[str] | None
+) -> list[tuple[str, slice, tuple[int, ...]]]:
+    """Names, rows and shapes of the quantities in a column of `_crashes_of_many`."""
+    known = _KNOWN_COLUMNS.setdefault(programs.structure, {})
+    if names not in known:
+        u = jax.ShapeDtypeStruct((programs.structure.deviates,), float)
+        with TRACING:
+            shapes = jax.eval_shape(programs.target.crash, u, data)[1]
         found, begin = [], 1
         for name in sorted(shapes):  # the order of a tree's leaves
-            size = int(np.prod(shapes[name].shape))
-            found.append((name, slice(begin, begin + size), shapes[name].shape))
-            begin += size
-        _KNOWN_COLUMNS[structure] = found
-    return _KNOWN_COLUMNS[structure]
+            if names is None or name in names:
+                size = int(np.prod(shapes[name].shape))
+                found.append((name, slice(begin, begin + size), shapes[name].shape))
+                begin += size
+        known[names] = found
+    return known[names]
 
 
-_KNOWN_COLUMNS: dict[Structure, list[tuple[str, slice, tuple[int, ...]]]] = {}
+Columns = list[tuple[str, slice, tuple[int, ...]]]
+_KNOWN_COLUMNS: dict[Structure, dict[frozenset[str] | None, Columns]] = {}

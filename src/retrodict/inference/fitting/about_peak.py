@@ -217,7 +217,7 @@ def _sides(crashes: Crashes, peak: Peak, seed: int) -> tuple[dict[str, float], b
         return signs, True
     z = np.random.default_rng([seed, 8]).standard_normal((_ABOUT, peak.u.size))
     root = np.linalg.inv(np.linalg.cholesky(peak.precision))
-    quantities = crashes.residuals(peak.u + z @ root)[1]
+    quantities = crashes.at(peak.u + z @ root)[1]
     clear = True
     for name, sign in signs.items():
         divisor = sign * quantities[f"divisor/{name}"]

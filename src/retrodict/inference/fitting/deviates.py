@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import jax
 import numpy as np
@@ -51,15 +52,26 @@ class Crashes:
         """Number of deviates."""
         return self.programs.structure.deviates
 
-    def at(self, u: Deviates) -> tuple[Float[np.ndarray, " crashes"], Quantities]:
-        """Log likelihood of crashes, minus infinity where there is none, and their quantities."""
+    def at(
+        self, u: Deviates, names: frozenset[str] | None = None
+    ) -> tuple[Float[np.ndarray, " crashes"], Quantities]:
+        """Log likelihood of crashes, minus infinity where there is none, and their quantities.
+
+        Args:
+            u: deviates, shape (crashes, n).
+            names: quantities that are needed, of those that residuals need; None for all.
+        """
         if (others := room()) is not None:
-            log_likelihood, quantities = others.at(self.programs, self.data, u)
+            log_likelihood, quantities = others.at(self.programs, self.data, u, names)
         else:
             data = self._on_device
-            log_likelihood, quantities = in_chunks(
-                lambda rows: self.programs(CRASHES, data, rows), np.asarray(u, float), ROWS
-            )
+
+            def some(rows: Deviates) -> tuple[Any, dict[str, Any]]:
+                log_likelihood, every = self.programs(CRASHES, data, rows)
+                # what nobody needs is not copied
+                return log_likelihood, {k: every[k] for k in names or every}
+
+            log_likelihood, quantities = in_chunks(some, np.asarray(u, float), ROWS)
         return np.nan_to_num(
             log_likelihood, nan=-np.inf, posinf=-np.inf, neginf=-np.inf
         ), quantities
@@ -71,8 +83,8 @@ class Crashes:
             return self
         return replace(self, data=in_steps(structure, self.data, count)[1])
 
-    def residuals(self, u: Deviates, turns: Turns | None = None) -> tuple[Residuals, Quantities]:
-        """Residuals whose half squares are minus the log likelihood of each item, and quantities.
+    def residuals(self, u: Deviates, turns: Turns | None = None) -> Residuals:
+        """Residuals whose half squares are minus the log likelihood of each item.
 
         Residuals are prediction minus measurement, in standard deviations of the measurement; NaN where
         the model allows no such crash.
@@ -81,7 +93,26 @@ class Crashes:
             u: deviates, shape (crashes, n).
             turns: whole turns to count for each angle of `modulo`; None for the nearest.
         """
+        return self._residuals(*self.at(u, self._for_residuals), turns)
+
+    def with_quantities(
+        self, u: Deviates, turns: Turns | None = None
+    ) -> tuple[Residuals, Quantities]:
+        """`residuals` of crashes, and all their quantities by name."""
         log_likelihood, quantities = self.at(u)
+        return self._residuals(log_likelihood, quantities, turns), quantities
+
+    @cached_property
+    def _for_residuals(self) -> frozenset[str]:
+        """Names of the quantities that residuals follow from."""
+        evidence = self.programs.structure.evidence
+        bounds = [f"log_likelihood/{name}" for name in evidence if _is_bound(name)]
+        own = [f"{kind}{name}" for kind in (TERM, SLOPE) for name, _ in self.programs.structure.own]
+        return frozenset([*(f"predicted/{name}" for name in evidence), *bounds, *own])
+
+    def _residuals(
+        self, log_likelihood: np.ndarray, quantities: Quantities, turns: Turns | None
+    ) -> Residuals:
         structure = self.programs.structure
         found = []
         for name in structure.evidence:
@@ -105,7 +136,7 @@ class Crashes:
             off = np.sqrt(2 * np.maximum(highest - np.nan_to_num(height, nan=-np.inf), 0))
             found.append(np.where(quantities[f"{SLOPE}{name}"] > 0, -off, off))
         residuals = np.stack(found, axis=1) if found else np.zeros((len(u), 0))
-        return np.where(np.isfinite(log_likelihood)[:, None], residuals, np.nan), quantities
+        return np.where(np.isfinite(log_likelihood)[:, None], residuals, np.nan)
 
     @cached_property
     def ceilings(self) -> dict[str, float]:
@@ -123,7 +154,7 @@ class Crashes:
         # beyond a nearby bound there may be no crash
         ends = np.concatenate([u[:, None], u[:, None] + _STEP * np.eye(n)], axis=1)
         every = turns and {v: np.repeat(own, n + 1) for v, own in turns.items()}
-        residuals = self.residuals(ends.reshape(-1, n), every)[0].reshape(count, n + 1, -1)
+        residuals = self.residuals(ends.reshape(-1, n), every).reshape(count, n + 1, -1)
         slopes = np.moveaxis(residuals[:, 1:] - residuals[:, :1], 1, -1) / _STEP
         return residuals[:, 0], np.nan_to_num(slopes)
 

@@ -67,7 +67,7 @@ def bent(
     by_v = s / np.sqrt(1 + s**2)
     for _ in range(rounds):
         v = draw(max(_LEAST, _EACH * (n - pinned + 2) ** 2 // 2))
-        residuals = crashes.residuals(flat.deviates(v, np))[0] @ across
+        residuals = crashes.residuals(flat.deviates(v, np)) @ across
         missed = residuals - (peak.residuals @ across + by_v * v[:, :pinned])
         worst = np.abs(missed).max(axis=1)
         weight = np.where(np.isfinite(worst), np.exp(-0.25 * (worst / _NEAR) ** 2), 0.0)

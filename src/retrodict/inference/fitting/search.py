@@ -133,7 +133,7 @@ def peaks(
     rng = np.random.default_rng([seed, 6])
     first = rng.standard_normal((settings.crashes, crashes.size))
     first = np.concatenate([np.zeros((1, crashes.size)), first])
-    residuals, quantities = crashes.residuals(first)
+    residuals, quantities = crashes.with_quantities(first)
     chosen = _starts(crashes, residuals, quantities, settings)
     if not chosen.size:
         raise Unanswerable(
@@ -293,7 +293,7 @@ def _distinct(
     ends: Ends, crashes: Crashes, settings: Search, known: list[Peak] | None = None
 ) -> list[Peak]:
     """Peaks at ends of searches and those that are known, each once, the one of most evidence first."""
-    quantities = crashes.residuals(ends.u)[1]
+    quantities = crashes.at(ends.u)[1]
     turns = turns_of(crashes, quantities)
     every = [
         Peak(
@@ -324,5 +324,5 @@ def _same(crashes: Crashes, peak: Peak, other: Peak, settings: Search) -> bool:
         return True
     shares = np.linspace(0, 1, 11)[1:-1, None]
     between = (1 - shares) * peak.u + shares * other.u
-    heights = _potential(between, crashes.residuals(between)[0])
+    heights = _potential(between, crashes.residuals(between))
     return bool(heights.max() < max(peak.potential, other.potential) + 1)

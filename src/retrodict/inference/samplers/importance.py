@@ -143,7 +143,13 @@ def _extended(
     k = 0.0 if points.log_weight is None else smoothed(points.log_weight.ravel())[1]
     while True:
         at_first, short = points.proposal, times == _ADAPTED_AGAIN and k > MAX_PARETO_K
-        if short and isinstance(at_first, Proposal):  # more points alone would not settle it
+        if short and isinstance(at_first, Nested):  # more points alone would not settle it
+            assert points.w is not None, "k is of points"
+            assert points.log_weight is not None, "k is of points"
+            flat = points.w.reshape(-1, points.w.shape[2])
+            moved = at_first.moved(flat, points.log_weight.ravel())
+            points = _Points(moved, points.evaluations)
+        elif short:
             found = adapted(
                 posterior, at_first, lambda at: at.draw(_LATER_PILOT, rng), _LATER_ROUNDS
             )

@@ -26,17 +26,15 @@ from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.search import SUFFICIENT, Peak
 from retrodict.inference.samplers.proposal import Proposal
+from retrodict.inference.samplers.psis import effective, smoothed
 
 _PINNED = 4.0  # change of the residuals per deviate above which a direction is solved for
 # Share of the pinned directions' draws in tails, and their degrees of freedom.
 _TAILS = 0.3, 8.0
-# Free directions: sd beside that at the peak, and share of each that is of the prior.
-_WIDE, _PRIOR = 1.1, 0.2
+# Free directions: sd over that at the peak where evidence outweighs the prior; share of the prior.
+_WIDE, _PRIOR = 1.15, 0.2
 _CHORDS = 3  # steps by the slopes at the peak, which need no derivatives
-_NEWTON, _ARRIVED = (
-    3,
-    0.1,
-)  # steps by slopes of their own at most; the step at which a draw has arrived
+_NEWTON, _ARRIVED = 3, 0.1  # most steps by slopes of their own; length of the last one
 _STRIDE = 4.0  # longest step
 _STEP = 1e-3  # step of a deviate in difference quotients
 
@@ -46,29 +44,40 @@ EXTRA = 2  # coordinates of the unit cube beyond those of a point: tails of the 
 
 @dataclass(frozen=True)
 class _Free:
-    """Draws of directions that are free: each of a wide normal about the peak, mixed with its prior.
+    """A normal for each free direction, mixed with its prior; in standard deviations about the peak.
 
     A direction whose evidence fades away from the peak has its prior's tails, which a normal lacks.
 
     Args:
-        middle: mean of each prior, in standard deviations about the peak.
-        sd: standard deviation of each prior, likewise.
+        prior_mean, prior_sd: mean and standard deviation of each prior, shape (free,).
+        mean, sd: mean and standard deviation of each normal, shape (free,).
     """
 
-    middle: np.ndarray
-    sd: np.ndarray
+    prior_mean: Float[np.ndarray, " free"]
+    prior_sd: Float[np.ndarray, " free"]
+    mean: Float[np.ndarray, " free"]
+    sd: Float[np.ndarray, " free"]
+
+    @property
+    def size(self) -> int:
+        """Number of free directions."""
+        return self.mean.size
 
     def at(self, points: Float[np.ndarray, "points free"]) -> Float[np.ndarray, "points free"]:
         """Draws from points of the unit cube."""
         of_prior = points < _PRIOR
         z = ndtri(np.where(of_prior, points / _PRIOR, (points - _PRIOR) / (1 - _PRIOR)))
-        return np.where(of_prior, self.middle + self.sd * z, _WIDE * z)
+        return np.where(of_prior, self.prior_mean + self.prior_sd * z, self.mean + self.sd * z)
 
     def log_density(self, x: Float[np.ndarray, "points free"]) -> Float[np.ndarray, " points"]:
         """Log densities of draws."""
-        near = (1 - _PRIOR) / _WIDE * np.exp(-((x / _WIDE) ** 2) / 2)
-        prior = _PRIOR / self.sd * np.exp(-(((x - self.middle) / self.sd) ** 2) / 2)
-        return (np.log(near + prior) - np.log(2 * np.pi) / 2).sum(axis=1)
+
+        def normal(mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
+            return np.exp(-(((x - mean) / sd) ** 2) / 2) / sd
+
+        both = _PRIOR * normal(self.prior_mean, self.prior_sd)
+        both += (1 - _PRIOR) * normal(self.mean, self.sd)
+        return (np.log(both) - np.log(2 * np.pi) / 2).sum(axis=1)
 
 
 @dataclass(frozen=True)
@@ -78,10 +87,13 @@ class Nested:
     Args:
         posterior: posterior in deviates, of which this is a proposal.
         peak: peak that the proposal is about.
+        shown: mean and standard deviation of the free directions as draws have shown them, in standard
+            deviations about the peak, each of shape (free,); None before any.
     """
 
     posterior: Posterior
     peak: Peak
+    shown: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
     def size(self) -> int:
@@ -102,7 +114,7 @@ class Nested:
             The draws in the posterior's coordinates w, shape (any, q), and their log densities.
         """
         pinned = self._pinned
-        free = self._of_free.middle.size
+        free = self._of_free.size
         x = self._of_free.at(points[:, :free])
         z = self._of_pinned.at(points[:, free:]) if pinned else np.zeros((len(x), 0))
         mode, root = self._solved(x)
@@ -113,6 +125,24 @@ class Nested:
             log_density += self._of_pinned.log_density(z) - volume
         w = self.posterior.at_deviates(self.peak.u + v @ self._axes.T)
         return w, log_density + self.posterior.log_volume
+
+    def moved(self, w: Points, log_weight: Float[np.ndarray, " points"]) -> Nested:
+        """The proposal with its free directions where weighted draws have shown them to be.
+
+        Args:
+            w: draws in the posterior's coordinates, shape (any, q).
+            log_weight: logs of their importance weights, shape (any,).
+        """
+        if not np.isfinite(log_weight).any():
+            return self
+        weights, _ = smoothed(log_weight)
+        off = self.posterior.deviates(w) - self.peak.u
+        x = np.linalg.solve(self._axes, off.T).T[:, self._pinned :]
+        mean = weights @ x
+        variance = weights @ (x - mean) ** 2
+        share = effective(weights) / (effective(weights) + mean.size)
+        shown = share * mean, np.sqrt(share * variance + 1 - share)
+        return Nested(self.posterior, self.peak, shown)
 
     @property
     def evaluations(self) -> int:
@@ -141,7 +171,9 @@ class Nested:
     def _of_free(self) -> _Free:
         axes = self._axes[:, self._pinned :]
         deviates = np.linalg.norm(axes, axis=0)  # of one sd about the peak
-        return _Free(-(self.peak.u @ axes) / deviates**2, 1 / deviates)
+        mean, sd = self.shown or (np.zeros(len(deviates)), np.ones(len(deviates)))
+        wide = 1 + (_WIDE - 1) * (1 - deviates**2)
+        return _Free(-(self.peak.u @ axes) / deviates**2, 1 / deviates, mean, sd * wide)
 
     @cached_property
     def _of_pinned(self) -> Proposal:
@@ -168,13 +200,13 @@ class Nested:
             return mode, precision
         for _ in range(_CHORDS):
             u = self._deviates(mode, x)
-            residuals = np.nan_to_num(self._crashes.residuals(u)[0])
+            residuals = np.nan_to_num(self._crashes.residuals(u))
             mode -= _shortened((residuals @ slopes + u @ own) @ np.linalg.inv(at_peak))
         left = np.arange(count)
         for _ in range(_NEWTON):
             u = self._deviates(mode[left], x[left])
             ends = np.concatenate([u[:, None], u[:, None] + _STEP * own.T], axis=1)
-            values = self._crashes.residuals(ends.reshape(-1, u.shape[1]))[0]
+            values = self._crashes.residuals(ends.reshape(-1, u.shape[1]))
             values = values.reshape(len(left), pinned + 1, -1)
             there = np.isfinite(values[:, 0]).all(axis=1)
             J = np.nan_to_num((values[:, 1:] - values[:, :1]) / _STEP)
