@@ -8,9 +8,9 @@ Then 35 to 60 % of the draws are effective, each for some ten density evaluation
 crashes of unknown approach).
 
 A fifth of each free direction is drawn from its prior: without, the tails of priors with bounds were
-missed where nothing else held them (k of 0.8 on a wall's crash, and an error of 0.04 sd that the
-scramblings did not show). Directions that change residuals by 2 to 4 sd are free too: 18 of 20 simulated
-crashes passed when they were solved for, and 20 of 20 so.
+missed where nothing else held them (Pareto k 0.8 in `tests/models/test_priors.py`, and an error of 0.04
+sd that the scramblings did not show). Directions that change residuals by 2 to 4 sd are free too: solved
+for, they left more scenes with weights too uneven.
 """
 
 from __future__ import annotations
