@@ -22,7 +22,16 @@ CONVERSIONS = [
     ("5′ 1.5″", units.LENGTH, 1.5621),
     ("5 ft 1.5 in", units.LENGTH, 1.5621),
     ("5 ft 1.5 in ± 1 in", units.LENGTH, 1.5621),
+    ("5' 1 1/2\"", units.LENGTH, 1.5621),
+    ("9 1/2 ft", units.LENGTH, 2.8956),
+    ("3937 ftUS", units.LENGTH, 1200.0),  # by definition
+    ("3937 US survey ft", units.LENGTH, 1200.0),
     ("–0.155\u00a0rad", units.ANGLE, -0.155),
+    ("45°30'", units.ANGLE, math.radians(45.5)),
+    ("-45° 30' 36\"", units.ANGLE, -math.radians(45.51)),
+    ("12 deg 15' ± 1 deg", units.ANGLE, math.radians(12.25)),
+    ("0.5 rad s-1", units.YAW_RATE, 0.5),
+    ("1e-5 m", units.LENGTH, 1e-5),
     ("19.3 m/s", units.SPEED, 19.3),
     ("4094 lb", units.MASS, 1857.00716),
     ("2 lbs", units.MASS, 0.90718474),
@@ -61,7 +70,15 @@ def test_units_are_worth_what_the_standards_say(text, dimension, si):
 
 
 @pytest.mark.parametrize(
-    "text", ["21 to 24 mph", "21 mph to 24 mph", "21–24 mph", "21 mph – 24 mph"]
+    "text",
+    [
+        "21 to 24 mph",
+        "21 mph to 24 mph",
+        "21–24 mph",
+        "21 mph – 24 mph",
+        "21-24 mph",
+        "21 mph - 24 mph",
+    ],
 )
 def test_a_range_is_uniform_in_between_and_says_so(text):
     found = read_quantity(text, units.SPEED, "")
@@ -70,7 +87,7 @@ def test_a_range_is_uniform_in_between_and_says_so(text):
     assert "read as uniform in between" in found.source
 
 
-@pytest.mark.parametrize("text", ["24 to 21 mph", "21 to 24", "21 to 24 kg"])
+@pytest.mark.parametrize("text", ["24 to 21 mph", "24-21 mph", "21 to 24", "21-24", "21 to 24 kg"])
 def test_a_range_that_is_none_is_refused(text):
     with pytest.raises(QuantityError):
         read_quantity(text, units.SPEED, "")
@@ -147,8 +164,24 @@ REFUSED = [
     ("45 wibble", units.SPEED, "unknown unit"),
     ("45 ± 2 mph ± 3 mph", units.SPEED, "not a quantity"),
     ("45 mph ± 2 kg", units.SPEED, '"kg" does not measure a speed'),
-    ("45 - 2 mph", units.SPEED, "not a quantity"),
-    ("45 mph - 2", units.SPEED, "unknown unit"),
+    ("45 - 2 mph", units.SPEED, "a range begins with its smaller end"),
+    ("45 mph - 2", units.SPEED, "a range begins with its smaller end"),
+    (
+        "N 45° E",
+        units.ANGLE,
+        "a compass bearing, and angles are counted counter-clockwise from the x axis",
+    ),
+    ("N 30 E", units.ANGLE, 'write "60 deg"'),
+    ("N 30° W", units.ANGLE, 'write "120 deg"'),
+    ("s 30 deg e", units.ANGLE, 'write "-60 deg"'),
+    ("S30W", units.ANGLE, 'write "-120 deg"'),
+    ("SW", units.ANGLE, 'write "-135 deg"'),
+    ("NE", units.SPEED, "not a quantity"),
+    ("at most 40 mph", units.SPEED, 'a bound; write it as a range, like "0 to 40 mph"'),
+    ("> 40 mph", units.SPEED, "a range with its upper end"),
+    ("about 40 mph", units.SPEED, 'one standard deviation: "40 mph ± …"'),
+    ("some 40 mph", units.SPEED, "not a quantity"),
+    ("0.7 g", units.NUMBER, "without a unit"),
     ("1,35 m", units.LENGTH, "decimal point"),
     ("1,857 kg", units.MASS, "decimal point"),
     ("nan mph", units.SPEED, "not a quantity"),

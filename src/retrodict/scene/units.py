@@ -118,12 +118,30 @@ _SAFE_UNIT = re.compile(rf"(?:1 ?/ ?)?[A-Za-z]+{_POWER}(?: ?[*/ ] ?[A-Za-z]+{_PO
 _ALIASES = {
     "kmph": "km/h", "kph": "km/h", "kmh": "km/h", "km/hr": "km/h", "mi/h": "mph", "mi/hr": "mph",
     "fps": "ft/s", "mps": "m/s", "lbs": "lb", "feet": "ft", "inches": "in",
+    "ftus": "sft", "us-ft": "sft", "usft": "sft", "us survey ft": "sft", "us survey foot": "sft",
+    "us survey feet": "sft", "survey ft": "sft", "survey feet": "sft",
 }  # fmt: skip
 _FEET_INCHES = re.compile(
     r"(?P<feet>[0-9]+(?:\.[0-9]*)?) ?(?:'|′|’|ft) ?-? ?"
     r"(?P<inches>[0-9]+(?:\.[0-9]*)?) ?(?:\"|″|”|''|in)(?P<rest>(?: .*|±.*)?)"
 )
+# seconds of arc and inches have one sign
+_DEGREES_MINUTES = re.compile(
+    r"(?P<sign>[+-]?)(?P<degrees>[0-9]+) ?(?:°|deg) ?(?P<minutes>[0-9]+(?:\.[0-9]*)?) ?['′’]"
+    r"(?: ?(?P<seconds>[0-9]+(?:\.[0-9]*)?) ?(?:\"|″|”|''))?(?P<rest>(?: .*|±.*)?)"
+)
+_FRACTION = re.compile(
+    r"([0-9]+)[ -]([0-9]{1,2})/([1-9][0-9]?)(?= ?(?:[\"″”'′’]|ft|in|feet)(?![A-Za-z]))"
+)
 _RANGE = re.compile(rf"{_NUMBER} ?{_UNIT} ?(?:to|–|—) ?{_NUMBER} ?{_UNIT}")
+# a hyphen is a range between bare numbers, or with spaces about it: 0.5 rad s-1 has a power
+_HYPHEN = re.compile(
+    rf"{_NUMBER}()-{_NUMBER} ?{_UNIT}|{_NUMBER} ?([A-Za-z/%°]*) - {_NUMBER} ?{_UNIT}"
+)
+_BEARING = re.compile(
+    r"(?P<from>[NSns]) ?(?:(?P<angle>[0-9]+(?:\.[0-9]*)?) ?(?:°|deg)? ?)?(?P<to>[EWew])"
+)
+_BOUND = re.compile(rf"(?P<words>[A-Za-z ]{{2,20}}|[<>~≤≥≈]) ?(?P<rest>{_NUMBER}.*)")
 _SPELLINGS = ((r"°", "deg"), (r"²", "^2"), (r"³", "^3"), (r"[·⋅]", "*"))
 _HINTS = {"lbf": ' (pounds of mass are "lb")', "kgf": ' (kilograms of mass are "kg")'}
 
@@ -179,6 +197,7 @@ def factor(unit: str, dimension: Dimension) -> float:
     text = unit.strip()
     for pattern, spelling in _SPELLINGS:
         text = re.sub(pattern, spelling, text)
+    text = _ALIASES.get(text.lower(), text)
     text = re.sub(r"(?<=[A-Za-z0-9])-(?=[A-Za-z])", "*", text)  # lb-ft-s^2
     text = re.sub(r"([A-Za-z])(-?[0-9])", r"\1^\2", text)  # m2, s-1
     text = _ALIASES.get(text.lower(), text)
@@ -218,6 +237,11 @@ def in_unit_of(raw: object, value: float, dimension: Dimension) -> str:
 def _parsed(raw: str) -> tuple[str, re.Match[str] | None]:
     """A text in plain spaces and signs, and its value, unit, sd, percent sign and unit of the sd."""
     text = " ".join(raw[: _TEXT_LENGTH + 1].split()).replace("\N{MINUS SIGN}", "-")
+    text = _FRACTION.sub(lambda m: f"{int(m[1]) + int(m[2]) / int(m[3]):.12g}", text)
+    if match := _DEGREES_MINUTES.fullmatch(text):
+        parts = [float(match[part] or 0) for part in ("degrees", "minutes", "seconds")]
+        angle = parts[0] + parts[1] / 60 + parts[2] / 3600
+        text = f"{match['sign']}{angle:.12g} deg{match['rest']}"
     if match := _FEET_INCHES.fullmatch(text):
         text = f"{float(match['feet']) + float(match['inches']) / 12:.12g} ft{match['rest']}"
     text = re.sub(r"^\N{EN DASH}(?=[0-9.])", "-", text)
@@ -226,9 +250,10 @@ def _parsed(raw: str) -> tuple[str, re.Match[str] | None]:
 
 def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
     text, match = _parsed(raw)
-    if ends := _RANGE.fullmatch(text):
+    if ends := _RANGE.fullmatch(text) or _HYPHEN.fullmatch(text):
         return _read_range(ends, dimension)
     if match is None:
+        _refuse_words(text, dimension)
         comma = " with a decimal point, no comma" if re.search(r"[0-9],[0-9]", text) else ""
         raise QuantityError(f'not a quantity; write it{comma} like "{example}"')
     value, unit, sd, percent, sd_unit = match.groups()
@@ -245,8 +270,34 @@ def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
     return Reading(si, abs(si) * float(sd) / 100 if percent else float(sd) * worth_sd, "")
 
 
+def _refuse_words(text: str, dimension: Dimension) -> None:
+    """Refuse a bearing and a bound, each with the way to write it."""
+    if dimension is ANGLE and (found := _BEARING.fullmatch(text)):
+        off = float(found["angle"] or 45)  # from north or south, towards east or west
+        north, east = found["from"] in "Nn", found["to"] in "Ee"
+        angle = (90 - off if east else 90 + off) if north else (off - 90 if east else -90 - off)
+        raise QuantityError(
+            "a compass bearing, and angles are counted counter-clockwise from the x axis; where +y is "
+            f'north, write "{angle:.12g} deg"'
+        )
+    if found := _BOUND.fullmatch(text):
+        words, rest = found["words"].strip().lower(), found["rest"]
+        if words in ("at most", "up to", "under", "below", "less than", "<", "≤"):
+            raise QuantityError(f'a bound; write it as a range, like "0 to {rest}"')
+        if words in ("at least", "over", "above", "more than", ">", "≥"):
+            raise QuantityError(
+                f'a bound; write it as a range with its upper end, like "{rest} to …"'
+            )
+        if words in ("about", "approx", "around", "roughly", "circa", "ca", "~", "≈"):
+            raise QuantityError(
+                f'write how far off it may be, one standard deviation: "{rest} ± …"'
+            )
+
+
 def _read_range(found: re.Match[str], dimension: Dimension) -> Reading:
-    text, (low, low_unit, high, high_unit) = found[0], found.groups()
+    text, groups = found[0], found.groups()
+    low, low_unit, high, high_unit = groups[:4] if groups[0] is not None else groups[4:]
+    low_unit, high_unit = low_unit or None, high_unit or None
     low_unit, high_unit = low_unit or high_unit, high_unit or low_unit
     if low_unit is None and dimension.units:
         raise QuantityError(_no_unit(dimension, text))
