@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Literal
+from typing import Any, Literal
 
 import jax
 import numpy as np
@@ -129,4 +129,29 @@ def test_nuts_of_numpyro_draws_what_reconstruct_does(name: str) -> None:
         assert split_gelman_rubin(found[quantity]) < 1.01, quantity
         assert effective_sample_size(found[quantity]) > 400, quantity
     assert divergences <= 0.005 * 4000
+    agree(found, rd.reconstruct(file, model=model, method="importance"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_nuts_of_blackjax_draws_what_reconstruct_does(name: str) -> None:
+    blackjax = pytest.importorskip("blackjax")
+    file, model = SCENES[name]
+    own = rd.log_density(file, model=model)
+    nuts = blackjax.nuts(own, step_size=0.3, inverse_mass_matrix=own.inverse_mass_matrix)
+
+    def step(state: Any, key: jax.Array) -> tuple[Any, tuple[jax.Array, jax.Array]]:
+        state, info = nuts.step(key, state)
+        return state, (state.position, info.is_divergent)
+
+    def chain(key: jax.Array) -> tuple[jax.Array, jax.Array]:
+        begin = nuts.init(own.start)
+        return jax.lax.scan(step, begin, jax.random.split(key, 1200))[1]
+
+    w, diverged = jax.jit(jax.vmap(chain))(jax.random.split(jax.random.key(0), 4))
+    found = {k: np.asarray(v) for k, v in own.unknowns(w[:, 200:]).items()}
+    for quantity in ("speed_b", "e", "e_m", "mu"):
+        assert split_gelman_rubin(found[quantity]) < 1.01, quantity
+        assert effective_sample_size(found[quantity]) > 400, quantity
+    assert diverged[:, 200:].mean() <= 0.005
     agree(found, rd.reconstruct(file, model=model, method="importance"))

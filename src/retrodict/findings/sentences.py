@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from retrodict.findings.rounding import format_value
+from retrodict.findings.second_contact import second_contact
 from retrodict.findings.statistics import Quantity, scaled
 from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.inference.misfit import UNEXPLAINED, UNSUPPORTED
@@ -206,6 +207,8 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
             f"All wheels of {_and(locked)} are taken as locked after the impact, as none was written to "
             "roll."
         )
+    if again := second_contact(outcome):
+        found.append(again.sentence)
     return tuple(found)
 
 

@@ -19,9 +19,7 @@ def impact_pose(scene: Scene, vehicle: str) -> Pose:
 
 def outline(vehicle: Vehicle, pose: Pose) -> np.ndarray:
     """Corners of a vehicle, then the three of its forward mark, shape (7, 2), in m."""
-    # the record has no overhangs: the middle of the body is taken midway between the axles
-    middle = (vehicle.front_axle.value - vehicle.rear_axle.value) / 2
-    front, rear = middle + vehicle.length / 2, middle - vehicle.length / 2
+    front, rear = vehicle.middle + vehicle.length / 2, vehicle.middle - vehicle.length / 2
     half = vehicle.width / 2
     body = np.array([
         [front, half], [rear, half], [rear, -half], [front, -half],

@@ -235,15 +235,15 @@ def answers(
         report_answered()
         # some of each structure go first: they keep the compiled programs that the others load
         at_once = _SCENES[asked.device]
-        begin = 1 if at_once == _SCENES["cpu"] else at_once
-        first = {scenes[0][0]: scenes[begin:] for scenes in alike.values()}
+        few = 1 if asked.device == "cpu" else at_once
+        first = {scenes[0][0]: scenes[few:] for scenes in alike.values()}
 
         def more(scenes: Keyed, found: list[Answered] | WorkerDied) -> list[Keyed]:
             alone = batched(scenes, 1) if isinstance(found, WorkerDied) and len(scenes) > 1 else ()
             return [*alone, *batched(first.pop(scenes[0][0], []), at_once)]
 
         job = partial(_answer_all, asked)
-        ones: list[Keyed] = [scenes[:begin] for scenes in alike.values()]
+        ones: list[Keyed] = [scenes[:few] for scenes in alike.values()]
         for scenes, found in engine.each(job, ones, more):
             if isinstance(found, WorkerDied):
                 if len(scenes) > 1:  # they come again, each alone
