@@ -9,7 +9,7 @@ import pytest
 import retrodict as rd
 from retrodict import api
 from retrodict.inference import Interrupted
-from retrodict.report import figures
+from retrodict.report.figures import registry as figures
 from retrodict.scene.case import load_case
 from retrodict.scene.quantities import describe
 from retrodict.studies import ladder as study

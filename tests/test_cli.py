@@ -16,7 +16,8 @@ from typer.testing import CliRunner
 from retrodict.cli import app
 from retrodict.cli.options import MethodChoice
 from retrodict.inference.samplers import METHODS
-from retrodict.report import export, figures
+from retrodict.report import export
+from retrodict.report.figures import registry as figures
 from retrodict.result import Result
 from tests.report.conftest import make_outcome
 

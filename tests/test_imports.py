@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from retrodict.report import figures
+from retrodict.report.figures import registry as figures
 from retrodict.result import Result
 from tests.report.conftest import make_outcome
 

@@ -16,7 +16,7 @@ from benchmarks import page
 from benchmarks.machine import machine
 from benchmarks.rolling import scenes
 from benchmarks.rolling.runs import QUANTITIES, Row
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 
 ANSWERED, COVERED, MEDIAN, WORST = 0.9, (0.84, 0.96), 15.0, 60.0  # targets; the last two in seconds
 GROUPS = ((1, 2), (3, 4), (5, 6), (7, 8))  # of rolling wheels, both vehicles together

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator
 
 from benchmarks.users.runs import AGAIN, FIRST
 from benchmarks.users.scores import PASSES, Score
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 
 _COLOURS = {"passed": drawing.BLUE, "withheld": drawing.ORANGE}
 _OTHER = drawing.GREY  # no numbers

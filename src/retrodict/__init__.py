@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from retrodict.interchange.importing import Import, import_evidence
     from retrodict.live import Answer, Session, session, sweep
     from retrodict.own_sampler import LogDensity, NumpyroModel, log_density, numpyro_model
-    from retrodict.report.figure_impact import plot_impact
-    from retrodict.report.figure_path import plot_path
+    from retrodict.report.figures.impact import plot_impact
+    from retrodict.report.figures.path import plot_path
     from retrodict.scene import Scene, SceneError, build_scene, load_scene, parse_scene
     from retrodict.scene.vehicle_library import VehicleClass, vehicles
 
@@ -85,8 +85,8 @@ _HOMES = {
     "import_evidence": "retrodict.interchange.importing",
     "ladder": "retrodict.api",
     "load_result": "retrodict.result",
-    "plot_impact": "retrodict.report.figure_impact",
-    "plot_path": "retrodict.report.figure_path",
+    "plot_impact": "retrodict.report.figures.impact",
+    "plot_path": "retrodict.report.figures.path",
     "reconstruct": "retrodict.api",
     "replay": "retrodict.api",
     "validate": "retrodict.api",

@@ -30,7 +30,7 @@ def plot(scene: Scene, units: Units = "si") -> Figure:
         Surfaces, outlines at impact and at rest, the contact line, marks, and what was measured
         within two standard deviations.
     """
-    from retrodict.report.figure_scene import plan_figure
+    from retrodict.report.figures.scene import plan_figure
 
     return plan_figure(scene, units)
 

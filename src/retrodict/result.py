@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.findings.answers import Answered
     from retrodict.findings.differences import Differences
-    from retrodict.report.drawing_process import DrawingProcess
+    from retrodict.report.figures.drawing_process import DrawingProcess
     from retrodict.scene.case import Case
 
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
@@ -287,7 +287,7 @@ class Result:
         from retrodict.findings.stored import stored
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
         from retrodict.report.document import FORMATS, document_of
-        from retrodict.report.figures import images, svgs
+        from retrodict.report.figures.registry import images, svgs
         from retrodict.report.files import write_together
 
         directory = Path(directory)
@@ -315,7 +315,7 @@ class Result:
         return directory
 
     def _draw(self, name: str, units: Units) -> Figure:
-        from retrodict.report.figures import ASKED, FIGURES
+        from retrodict.report.figures.registry import ASKED, FIGURES
 
         return (FIGURES | ASKED)[name].draw(self.findings, self.outcome, units)
 

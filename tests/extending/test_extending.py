@@ -27,7 +27,7 @@ from retrodict.interchange.importing import POINTS
 from retrodict.options import RunOptions
 from retrodict.report import html
 from retrodict.report.document import document_of
-from retrodict.report.figures import FIGURES, Registered, images
+from retrodict.report.figures.registry import FIGURES, Registered, images
 from retrodict.scene import SceneError, load_scene, parse_scene
 from retrodict.scene.load import READERS
 from retrodict.scene.priors import Prior

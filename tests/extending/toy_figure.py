@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 
 from retrodict.findings import Findings
 from retrodict.inference.outcome import Outcome
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.scene.quantities import Units
 
 CAPTION = "A bar as long as the list of quantities."

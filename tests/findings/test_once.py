@@ -11,8 +11,8 @@ import xarray as xr
 from rich.console import Console
 
 from retrodict.findings import record, statistics
-from retrodict.report import figures
-from retrodict.report.figures import FIGURES
+from retrodict.report.figures import registry as figures
+from retrodict.report.figures.registry import FIGURES
 from retrodict.report.terminal import print_summary
 from retrodict.result import Result
 from retrodict.scene.quantities import SPEEDS

@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 from retrodict.findings.run_outs import Motion, motions
 from retrodict.findings.second_contact import gap, second_contact, touched_again
 from retrodict.findings.sentences import simplifications
-from retrodict.report.plan_geometry import outline
+from retrodict.report.figures.plan_geometry import outline
 from tests.shared.scenes import collision
 
 SCENE = collision()

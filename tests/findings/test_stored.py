@@ -10,8 +10,8 @@ import retrodict
 from retrodict import findings
 from retrodict.findings.stored import NotStored, load, stored
 from retrodict.findings.summary import SUMMARY, summarise, summary_json
-from retrodict.report import figures
 from retrodict.report.archive import NotArchived, archive_bytes
+from retrodict.report.figures import registry as figures
 from retrodict.result import Result
 from tests.studies.made_up import ladder_of, step
 

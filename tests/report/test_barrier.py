@@ -17,10 +17,10 @@ from retrodict.findings.run_outs import motions
 from retrodict.findings.summary import summarise
 from retrodict.inference.outcome import Outcome
 from retrodict.report.export import Asked, motion_files
-from retrodict.report.figure_scene import plan_figure
-from retrodict.report.figures import FIGURES
+from retrodict.report.figures.plan_geometry import barrier_outline, impact_pose
+from retrodict.report.figures.registry import FIGURES
+from retrodict.report.figures.scene import plan_figure
 from retrodict.report.fragments import findings_html, scene_html
-from retrodict.report.plan_geometry import barrier_outline, impact_pose
 from retrodict.report.replay_html import replay_fragment
 from retrodict.report.scene_layers import scene_drawing
 from retrodict.report.scene_svg import scene_svg

@@ -21,7 +21,7 @@ from retrodict.report.calibration import (
     write_calibration,
     write_ranks,
 )
-from retrodict.report.figure_calibration import calibration_figure
+from retrodict.report.figures.calibration import calibration_figure
 from retrodict.report.files import csv_text
 from retrodict.studies.calibration import Calibration, Row, design
 from retrodict.studies.uniformity import uniformity

@@ -9,7 +9,7 @@ from retrodict.findings.answers import Answered
 from retrodict.findings.record import Cause
 from retrodict.report.blocks import Picture, Table
 from retrodict.report.content import content
-from retrodict.report.figures import FIGURES, Registered
+from retrodict.report.figures.registry import FIGURES, Registered
 from retrodict.scene.case import Attachment, Case
 from tests.report.documents import (
     EVIL,

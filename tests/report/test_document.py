@@ -7,9 +7,10 @@ import sys
 import docx
 import pytest
 
-from retrodict.report import document, figures, files
+from retrodict.report import document, files
 from retrodict.report.blocks import Table
 from retrodict.report.document import FORMATS, UnknownFormat, renderers, write_report
+from retrodict.report.figures import registry as figures
 from retrodict.report.libraries import MissingLibrary
 from tests.report.conftest import found_of
 from tests.report.documents import (

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from retrodict import findings
 from retrodict.findings.summary import summarise
-from retrodict.report.figure_ladder import distance, ladder_figure
+from retrodict.report.figures.ladder import distance, ladder_figure
 from retrodict.report.html import render
 from retrodict.report.ladder import write_ladder
 from retrodict.report.terminal import print_ladder, print_summary

@@ -8,8 +8,8 @@ import matplotlib.image
 import pytest
 from rich.console import Console
 
-from retrodict.report.drawing import ORANGE
-from retrodict.report.figure_validation import validation_figure
+from retrodict.report.figures.drawing import ORANGE
+from retrodict.report.figures.validation import validation_figure
 from retrodict.report.validation import (
     cells,
     print_validation,

@@ -53,8 +53,8 @@ def check(
 
 def _draw(scene: Scene, file: Path, units: UnitChoice) -> None:
     """Write a picture of a scene."""
-    from retrodict.report.drawing import IMAGES
-    from retrodict.report.figure_scene import plan_figure
+    from retrodict.report.figures.drawing import IMAGES
+    from retrodict.report.figures.scene import plan_figure
     from retrodict.report.files import write_whole
 
     image = IMAGES.get(file.suffix.lower())

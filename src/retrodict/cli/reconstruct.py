@@ -66,7 +66,7 @@ def reconstruct(
         folder = output_folder(out, found.name)
         progress(LOADING, 0, 1)
 
-        from retrodict.report.drawing_process import DrawingProcess
+        from retrodict.report.figures.drawing_process import DrawingProcess
 
         drawing = DrawingProcess()  # it imports while this process does
 

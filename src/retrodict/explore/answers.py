@@ -12,7 +12,7 @@ import numpy as np
 from retrodict.findings.rounding import format_range, format_value
 from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON, WITHHELD
 from retrodict.inference.digits import decimals_of
-from retrodict.report.drawing import density
+from retrodict.report.figures.drawing import density
 from retrodict.scene.quantities import SHORT, Units, describe, label_and_unit
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from retrodict.explore import answers
 from retrodict.explore.answers import Answer
 from retrodict.explore.controls import GROUPS, Control, controls
 from retrodict.explore.explorer import Explorer, Setting
-from retrodict.report.drawing import BLUE, GREY
+from retrodict.report.figures.drawing import BLUE, GREY
 from retrodict.report.scene_svg import scene_svg, view_of
 from retrodict.scene.errors import SceneError
 from retrodict.scene.quantities import SHORT, Units, label_and_unit

@@ -155,7 +155,7 @@ def write_calibration(calibration: Calibration, directory: Path) -> None:
     Raises:
         OSError: a file could not be written; then no file has changed.
     """
-    from retrodict.report.figure_calibration import calibration_figure
+    from retrodict.report.figures.calibration import calibration_figure
     from retrodict.report.study_files import write_study
 
     figure = calibration_figure(calibration)

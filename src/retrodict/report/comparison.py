@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from retrodict.findings.rounding import NOTHING, format_value, format_with_sd
 from retrodict.findings.statistics import finite_draws, scaled
-from retrodict.report import drawing
 from retrodict.report.blocks import (
     Document,
     Paragraph,
@@ -19,6 +18,7 @@ from retrodict.report.blocks import (
     numbered,
     printable,
 )
+from retrodict.report.figures import drawing
 from retrodict.scene.quantities import REPORTED, Units, describe, unit_of
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
-    from retrodict.report.figures import Registered
+    from retrodict.report.figures.registry import Registered
 
 
 def content(

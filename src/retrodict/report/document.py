@@ -57,7 +57,7 @@ def document_of(
         The document.
     """
     # matplotlib is slow to import
-    from retrodict.report.figures import figures_of, images
+    from retrodict.report.figures.registry import figures_of, images
     from retrodict.report.replay_html import replay_fragment
 
     replay = printable(replay_fragment(findings, outcome, units))

@@ -99,7 +99,7 @@ def write_ladder(ladder: Ladder, directory: Path) -> None:
     Raises:
         OSError: a file could not be written; then no file has changed.
     """
-    from retrodict.report.figure_ladder import ladder_figure
+    from retrodict.report.figures.ladder import ladder_figure
     from retrodict.report.study_files import write_study
 
     write_study(directory, "ladder", ladder_data(ladder), _table(ladder), ladder_figure(ladder))

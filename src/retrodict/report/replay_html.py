@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.run_outs import Motion, motions
-from retrodict.report.plan import Plan, View
-from retrodict.report.plan_geometry import impact_pose, outline
+from retrodict.report.figures.plan import Plan, View
+from retrodict.report.figures.plan_geometry import impact_pose, outline
 from retrodict.report.templates import template
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.quantities import Units, unit_of

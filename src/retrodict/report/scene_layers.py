@@ -19,8 +19,13 @@ from retrodict.interchange.plan_drawing import (
     Text,
     edge_within,
 )
-from retrodict.report import drawing
-from retrodict.report.plan_geometry import barrier_outline, impact_pose, outline, wheel_paths
+from retrodict.report.figures import drawing
+from retrodict.report.figures.plan_geometry import (
+    barrier_outline,
+    impact_pose,
+    outline,
+    wheel_paths,
+)
 from retrodict.scene.records import Scene, Surface
 
 if TYPE_CHECKING:

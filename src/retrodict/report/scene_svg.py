@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.report.plan import Plan, View
-from retrodict.report.plan_geometry import impact_pose, outline
+from retrodict.report.figures.plan import Plan, View
+from retrodict.report.figures.plan_geometry import impact_pose, outline
 from retrodict.report.templates import template
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene

@@ -9,7 +9,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from retrodict.report.figures import to_png, to_svg
+from retrodict.report.figures.registry import to_png, to_svg
 from retrodict.report.files import write_together
 
 

@@ -172,7 +172,7 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
     Raises:
         OSError: a file could not be written; then no file has changed.
     """
-    from retrodict.report.figure_validation import CAPTION, validation_figure
+    from retrodict.report.figures.validation import CAPTION, validation_figure
     from retrodict.report.study_files import write_study
 
     page = [

@@ -4,8 +4,8 @@ import subprocess
 import sys
 
 from retrodict import findings
-from retrodict.report.drawing_process import DrawingProcess
-from retrodict.report.figures import FIGURES, images
+from retrodict.report.figures.drawing_process import DrawingProcess
+from retrodict.report.figures.registry import FIGURES, images
 
 
 def test_the_other_process_draws_the_same_images(outcome, monkeypatch):
@@ -36,7 +36,7 @@ def test_the_process_ends_with_the_one_that_wants_the_figures():
 
 def test_drawing_does_not_wait_for_jax():
     code = (
-        "import sys, retrodict.inference.outcome, retrodict.report.figures;"
+        "import sys, retrodict.inference.outcome, retrodict.report.figures.registry;"
         "sys.exit('jaxlib' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

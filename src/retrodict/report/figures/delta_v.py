@@ -13,7 +13,7 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import MaxNLocator
 
 from retrodict.findings.statistics import posterior_of
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.report.results import marked, result_rows
 from retrodict.scene.quantities import Unit, Units, unit_of
 from retrodict.scene.records import Departure, Measured

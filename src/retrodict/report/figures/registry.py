@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from retrodict.report import (
-    figure_delta_v,
-    figure_pair,
-    figure_posterior,
-    figure_predictive,
-    figure_scene,
-    figure_timeline,
-    figure_tornado,
+from retrodict.report.figures import (
+    delta_v,
+    pair,
+    posterior,
+    predictive,
+    scene,
+    timeline,
+    tornado,
 )
-from retrodict.report.drawing import to_png, to_svg
-from retrodict.report.figure_delta_v import delta_v_figure
-from retrodict.report.figure_pair import pair_figure
-from retrodict.report.figure_posterior import posterior_figure
-from retrodict.report.figure_predictive import predictive_figure
-from retrodict.report.figure_scene import scene_figure
-from retrodict.report.figure_timeline import timeline_figure
-from retrodict.report.figure_tornado import tornado_figure
+from retrodict.report.figures.delta_v import delta_v_figure
+from retrodict.report.figures.drawing import to_png, to_svg
+from retrodict.report.figures.pair import pair_figure
+from retrodict.report.figures.posterior import posterior_figure
+from retrodict.report.figures.predictive import predictive_figure
+from retrodict.report.figures.scene import scene_figure
+from retrodict.report.figures.timeline import timeline_figure
+from retrodict.report.figures.tornado import tornado_figure
 from retrodict.report.files import write_whole
 from retrodict.scene.quantities import Units
 
@@ -77,17 +77,17 @@ class Registered:
 
 # in the order of the report; the key is the file's name
 FIGURES: dict[str, Registered] = {
-    "scene": Registered(scene_figure, "The scene", figure_scene.CAPTION, "first page", svg=True),
-    "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", figure_delta_v.CAPTION),
-    "posterior": Registered(posterior_figure, "The unknowns", figure_posterior.CAPTION),
+    "scene": Registered(scene_figure, "The scene", scene.CAPTION, "first page", svg=True),
+    "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", delta_v.CAPTION),
+    "posterior": Registered(posterior_figure, "The unknowns", posterior.CAPTION),
     "pair": Registered(
-        pair_figure, "Correlations between the unknowns", figure_pair.CAPTION, "sensitivity"
+        pair_figure, "Correlations between the unknowns", pair.CAPTION, "sensitivity"
     ),
     "predictive": Registered(
-        predictive_figure, "Fit to the evidence", figure_predictive.CAPTION, "evidence"
+        predictive_figure, "Fit to the evidence", predictive.CAPTION, "evidence"
     ),
     "tornado": Registered(
-        tornado_figure, "The effect of each measurement", figure_tornado.CAPTION, "sensitivity"
+        tornado_figure, "The effect of each measurement", tornado.CAPTION, "sensitivity"
     ),
 }
 # figures that are drawn only where a question asks for them; keys as above
@@ -95,7 +95,7 @@ ASKED: dict[str, Registered] = {
     "timeline": Registered(
         timeline_figure,
         "Times and distances before the impact",
-        figure_timeline.CAPTION,
+        timeline.CAPTION,
         "results",
     ),
 }

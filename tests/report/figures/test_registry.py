@@ -13,17 +13,25 @@ from matplotlib.patches import Ellipse, Polygon, Wedge
 from matplotlib.text import Text
 
 from retrodict.findings.run_outs import motions
-from retrodict.report import figures, files
-from retrodict.report.drawing import IMAGES, new_figure
-from retrodict.report.figure_scene import plan_figure
-from retrodict.report.figures import ASKED, FIGURES, figures_of, save_figures, to_png, to_svg
-from retrodict.report.plan_geometry import (
+from retrodict.report import files
+from retrodict.report.figures import registry as figures
+from retrodict.report.figures.drawing import IMAGES, new_figure
+from retrodict.report.figures.plan_geometry import (
     area_of,
     half_plane,
     impact_pose,
     outline,
     skid_lines,
 )
+from retrodict.report.figures.registry import (
+    ASKED,
+    FIGURES,
+    figures_of,
+    save_figures,
+    to_png,
+    to_svg,
+)
+from retrodict.report.figures.scene import plan_figure
 from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
 from tests.report.conftest import found_of
@@ -359,7 +367,7 @@ def test_a_plan_waits_for_no_library_of_inference():
         "import sys, retrodict as rd; rd.load_scene('examples/brach-1977/scene.toml').plot();"
         "assert not {'jax', 'xarray', 'arviz_stats', 'scipy.stats'} & set(sys.modules)"
     )
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
     subprocess.run([sys.executable, "-c", code], cwd=root, check=True)
 
 

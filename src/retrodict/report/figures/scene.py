@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from retrodict.report import drawing
-from retrodict.report.plan_geometry import (
+from retrodict.report.figures import drawing
+from retrodict.report.figures.plan_geometry import (
     WALL,
     Pose,
     area_of,
@@ -24,7 +24,7 @@ from retrodict.report.plan_geometry import (
     skid_lines,
     wheel_paths,
 )
-from retrodict.report.plan_signs import compass, scale_bar, uphill
+from retrodict.report.figures.plan_signs import compass, scale_bar, uphill
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import Measured, Scene, Vehicle
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, SymmetricalLogLocator
 
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 
 if TYPE_CHECKING:
     from retrodict.studies.comparison import Ladder, Step

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from retrodict.mechanics import Car, Path
-from retrodict.report.figure_path import plot_path
+from retrodict.report.figures.path import plot_path
 
 CAR = Car(1.8, 1.3, 1.5, 1.5)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.scene.quantities import REPORTED
 
 if TYPE_CHECKING:

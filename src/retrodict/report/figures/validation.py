@@ -8,7 +8,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.scene.quantities import Units, unit_of
 
 if TYPE_CHECKING:

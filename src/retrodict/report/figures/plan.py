@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.report.plan_geometry import area_of, barrier_outline
+from retrodict.report.figures.plan_geometry import area_of, barrier_outline
 from retrodict.scene.quantities import Units, unit_of
 from retrodict.scene.records import Scene
 

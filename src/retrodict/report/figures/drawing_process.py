@@ -60,7 +60,7 @@ class DrawingProcess:
             pickle.dump((found, bare, units), to_it)
 
         def images() -> dict[str, bytes]:
-            from retrodict.report import figures  # matplotlib is slow to import
+            from retrodict.report.figures import registry as figures  # matplotlib is slow to import
 
             here = figures.images(findings, outcome, units, _HERE)
             assert self._process.stdout is not None
@@ -80,7 +80,7 @@ def _main() -> None:
     gc.set_threshold(100_000)  # as in the command
     arviz_without_jax()
 
-    from retrodict.report.figures import images
+    from retrodict.report.figures.registry import images
 
     findings, outcome, units = pickle.load(sys.stdin.buffer)
     pickle.dump(images(findings, outcome, units, _THERE), sys.stdout.buffer)

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from retrodict.mechanics.contact import axes as contact_axes
 from retrodict.mechanics.impact import impulse, separation
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.scene.quantities import Units, unit_of
 
 if TYPE_CHECKING:

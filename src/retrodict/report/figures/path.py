@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from retrodict.mechanics.runout import wheel_paths
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.scene.quantities import Units, unit_of
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from retrodict.findings.inputs import InputRow
 from retrodict.findings.rounding import format_value
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.scene.quantities import Units
 
 if TYPE_CHECKING:

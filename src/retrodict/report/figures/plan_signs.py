@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Rectangle
 
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.scene.records import Scene
 
 

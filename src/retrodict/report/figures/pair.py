@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.statistics import finite_draws
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.report.results import marked
 from retrodict.scene.quantities import UNKNOWNS, Units
 

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from retrodict.findings.rounding import format_range, format_value
 from retrodict.findings.statistics import finite_draws, scaled, scaled_interval
-from retrodict.report import drawing
+from retrodict.report.figures import drawing
 from retrodict.report.results import marked
 from retrodict.scene.quantities import REPORTED, Units
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from retrodict.mechanics import Bodies, Coefficients, against_barrier, impulse
-from retrodict.report.figure_impact import plot_impact
+from retrodict.report.figures.impact import plot_impact
 
 BODIES = Bodies(1857, 1778, 3374, 3007, 1.636, 0.653, 0.205, 2.079, -0.155)
 APPROACH = [-20.1, 0, 0, 18.9, -3.6, -0.3]
