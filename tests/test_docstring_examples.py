@@ -15,6 +15,8 @@ from tests.shared.pages import ROOT
 matplotlib.use("agg")
 
 PUBLIC = {name: getattr(rd, name) for name in rd.__all__ if name != "__version__"}
+# those that take over ten seconds
+LONG = {"calibrate", "ladder", "log_density", "numpyro_model", "validate"}
 FUNCTIONS = [name for name, each in PUBLIC.items() if inspect.isroutine(each)]
 
 
@@ -29,7 +31,14 @@ def test_every_public_function_has_an_example() -> None:
     assert [name for name in FUNCTIONS if not example_of(name).examples] == []
 
 
-@pytest.mark.parametrize("name", [name for name in PUBLIC if example_of(name).examples])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if name in LONG else ())
+        for name in PUBLIC
+        if example_of(name).examples
+    ],
+)
 def test_an_example_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)

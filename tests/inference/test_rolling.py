@@ -48,6 +48,7 @@ def test_draws_agree_with_weights_in_rest_pose_coordinates(method: str) -> None:
     assert draws.mean() == pytest.approx(mean, abs=0.2 * draws.std())
 
 
+@pytest.mark.slow
 def test_every_number_of_turns_is_found_though_few_crashes_of_the_prior_come_near() -> None:
     """Neither rotation was written. The part of the true one has the evidence that it has if written."""
     known, open_ = (ModeSearch(scene, 2) for scene in (ROLLING, UNCOUNTED))
@@ -63,6 +64,7 @@ def test_every_number_of_turns_is_found_though_few_crashes_of_the_prior_come_nea
     assert one.value == pytest.approx(other.value, abs=4 * np.hypot(one.error, other.error))
 
 
+@pytest.mark.slow
 def test_a_car_that_rolled_in_a_bend_did_not_slide_with_a_spin() -> None:
     """A may have slid there at 20 m/s with a spin, or rolled there in a bend at 14.
 

@@ -40,8 +40,9 @@ def sliding() -> Outcome:
     return reconstruct(collision(share=0.0), RunOptions(draws=2000, seed=3))
 
 
-@pytest.mark.parametrize("method", ["importance", pytest.param("smc", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("of", ["reference", pytest.param("sliding", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["importance", "smc"])
+@pytest.mark.parametrize("of", ["reference", "sliding"])
 def test_exact_methods_agree_with_nuts(
     method: str, of: str, request: pytest.FixtureRequest
 ) -> None:

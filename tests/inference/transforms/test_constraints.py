@@ -62,6 +62,7 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
             assert below == pytest.approx(level, abs=5 * error), (name, level)
 
 
+@pytest.mark.slow
 def test_nuts_does_not_diverge_where_e_m_is_wide() -> None:
     """While bounds were quotients, in 440 of 2000 draws; so did one random crash in five."""
     crash, _ = scene(np.random.default_rng(28))

@@ -61,11 +61,10 @@ SCENES = {
     "wall": against_wall(),
 }
 QUICK = {
-    *((name, "departed") for name in IMPACTS),
+    ("momentum", "departed"),
+    ("planar-moment", "departed"),
     ("planar-moment", "course known"),
-    ("planar-moment", "interlocked"),
     ("planar-moment", "wall"),
-    ("planar-common", "wall"),
 }
 
 

@@ -13,7 +13,7 @@ def test_the_other_process_draws_the_same_images(outcome, monkeypatch):
     drawn = DrawingProcess().begin(findings.compute(outcome), outcome, "us")
     here = []
     monkeypatch.setattr(
-        "retrodict.report.figures.images",
+        "retrodict.report.figures.registry.images",
         lambda *arguments: here.append(arguments) or images(*arguments),
     )
     assert drawn() == expected
