@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from retrodict.findings.run_outs import Motion, motions
+from retrodict.scene.outlines import body_middle
 from retrodict.scene.quantities import unit_of
 from retrodict.scene.records import VEHICLES, Scene, Vehicle
 
@@ -106,7 +107,7 @@ def gap(
     for vehicle, pose in (one, other):
         c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
         along, across = np.stack([c, s], axis=1), np.stack([-s, c], axis=1)
-        middles.append(pose[:, :2] + vehicle.middle * along)
+        middles.append(pose[:, :2] + body_middle(vehicle) * along)
         sides += [(along, vehicle.length / 2), (across, vehicle.width / 2)]
     between = middles[1] - middles[0]
 

@@ -1,15 +1,28 @@
-"""Check of the corners of an outline: three or more, each once, joined by sides that do not meet."""
+"""Outlines: the corners of a surface, three or more that make a polygon; where a body lies."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from retrodict.scene.records import Vehicle
 
 MOST_CORNERS = 100
 _SAME = 1e-4  # m: corners closer than this are one
 _LEAST_AREA = 0.01  # m²: about that of a tyre's contact patch
 
 Place = tuple[float, float]
+
+
+def body_middle(vehicle: Vehicle) -> float:
+    """How far a body's middle lies ahead of the centre of gravity, m; midway between the axles.
+
+    Args:
+        vehicle: vehicle, whose record has no overhangs.
+    """
+    return (vehicle.front_axle.value - vehicle.rear_axle.value) / 2
 
 
 def outline_fault(corners: Sequence[Place]) -> str:

@@ -103,14 +103,6 @@ class Vehicle:
     kind: str = ""
     cg_height: Measured | None = None
 
-    @property
-    def middle(self) -> float:
-        """How far the body's middle lies ahead of the centre of gravity, m.
-
-        It is taken midway between the axles: the record has no overhangs.
-        """
-        return (self.front_axle.value - self.rear_axle.value) / 2
-
 
 @dataclass(frozen=True, slots=True)
 class Approach:

@@ -139,7 +139,7 @@ _HYPHEN = re.compile(
     rf"{_NUMBER}()-{_NUMBER} ?{_UNIT}|{_NUMBER} ?([A-Za-z/%°]*) - {_NUMBER} ?{_UNIT}"
 )
 _BEARING = re.compile(
-    r"(?P<from>[NSns]) ?(?:(?P<angle>[0-9]+(?:\.[0-9]*)?) ?(?:°|deg)? ?)?(?P<to>[EWew])"
+    r"(?P<from>[NSns]) ?(?:(?P<angle>[0-9]+(?:\.[0-9]*)?) ?(?:°|deg)? ?)?(?P<to>[EeWw])"
 )
 _BOUND = re.compile(rf"(?P<words>[A-Za-z ]{{2,20}}|[<>~≤≥≈]) ?(?P<rest>{_NUMBER}.*)")
 _SPELLINGS = ((r"°", "deg"), (r"²", "^2"), (r"³", "^3"), (r"[·⋅]", "*"))

@@ -221,9 +221,11 @@ def _law_of_prior(speed: str, prior: Prior) -> Any:
         case "":
             return stats.halfnorm(scale=prior.numbers[0])
         case "normal":
-            return _law_of(Measured(*prior.numbers), cut=True)[0]
+            mean, sd = prior.numbers
+            return _law_of(Measured(mean, sd), cut=True)[0]
         case "lognormal":
-            return _law_of(Measured(*prior.numbers, law="lognormal"), cut=True)[0]
+            mean, sd = prior.numbers
+            return _law_of(Measured(mean, sd, law="lognormal"), cut=True)[0]
         case "uniform":
             low, high = prior.numbers
             return stats.uniform(low, high - low)

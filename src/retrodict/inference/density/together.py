@@ -219,7 +219,7 @@ class Together:
     def _vector(self, data: Data) -> Float[np.ndarray, " numbers"]:
         """The numbers of a scene in a row, but for the integration steps."""
         if id(data) not in self._vectors:
-            leaves = jax.tree.leaves(data._replace(steps=()))
+            leaves = jax.tree.leaves(_without_steps(data))
             self._vectors[id(data)] = data, np.concatenate([np.ravel(leaf) for leaf in leaves])
         return self._vectors[id(data)][1]
 
@@ -261,9 +261,13 @@ def _of_few_scenes(requests: list[_Request]) -> Iterator[list[_Request]]:
     yield some
 
 
+def _without_steps(data: Data) -> Data:
+    return data._replace(steps=())  # type: ignore[arg-type]  # a tree without leaves there
+
+
 def _data(vector: Float[Array, " numbers"], like: Data) -> Data:
     """A scene's numbers from their row; shapes and integration steps as of another."""
-    leaves, tree = jax.tree.flatten(like._replace(steps=()))
+    leaves, tree = jax.tree.flatten(_without_steps(like))
     ends = np.cumsum([np.size(leaf) for leaf in leaves])
     own = [
         vector[end - np.size(leaf) : end].reshape(np.shape(leaf))

@@ -243,7 +243,8 @@ def unresolved(posterior: Posterior) -> float:
             return regression.unresolved(programs, data, run_outs_of(quantities))
         likely = {k: np.asarray(v)[:CHUNK] for k, v in quantities.items()}
         unknowns = {k: likely[k] for k in sizes(programs.target.rung.impact, s, data)}
-        again = programs_for(finer)(SIMULATE, finely, unknowns)
+        found = programs_for(finer)(SIMULATE, finely, unknowns)
+        again = {k: np.asarray(v) for k, v in found.items()}
     moved = [
         (again[f"predicted/{k}"] - likely[f"predicted/{k}"]) / data.evidence[k][1]
         for k in s.evidence

@@ -135,7 +135,7 @@ class Crashes:
             height = np.asarray(quantities[f"{TERM}{name}"])
             off = np.sqrt(2 * np.maximum(highest - np.nan_to_num(height, nan=-np.inf), 0))
             found.append(np.where(quantities[f"{SLOPE}{name}"] > 0, -off, off))
-        residuals = np.stack(found, axis=1) if found else np.zeros((len(u), 0))
+        residuals = np.stack(found, axis=1) if found else np.zeros((len(log_likelihood), 0))
         return np.where(np.isfinite(log_likelihood)[:, None], residuals, np.nan)
 
     @cached_property

@@ -146,10 +146,10 @@ def _extended(
         if short and isinstance(at_first, Nested):  # more points alone would not settle it
             assert points.w is not None, "k is of points"
             assert points.log_weight is not None, "k is of points"
-            flat = points.w.reshape(-1, points.w.shape[2])
-            moved = at_first.moved(flat, points.log_weight.ravel())
+            every = points.w.reshape(-1, points.w.shape[2])
+            moved = at_first.moved(every, points.log_weight.ravel())
             points = _Points(moved, points.evaluations)
-        elif short:
+        elif short and isinstance(at_first, Proposal):
             found = adapted(
                 posterior, at_first, lambda at: at.draw(_LATER_PILOT, rng), _LATER_ROUNDS
             )

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.path import Path
 from matplotlib.transforms import Bbox
 
+from retrodict.scene.outlines import body_middle
 from retrodict.scene.records import Edge, Scene, Surface, Vehicle
 
 WALL = 0.6  # m: thickness of a wall, as it is drawn
@@ -19,7 +20,8 @@ def impact_pose(scene: Scene, vehicle: str) -> Pose:
 
 def outline(vehicle: Vehicle, pose: Pose) -> np.ndarray:
     """Corners of a vehicle, then the three of its forward mark, shape (7, 2), in m."""
-    front, rear = vehicle.middle + vehicle.length / 2, vehicle.middle - vehicle.length / 2
+    middle = body_middle(vehicle)
+    front, rear = middle + vehicle.length / 2, middle - vehicle.length / 2
     half = vehicle.width / 2
     body = np.array([
         [front, half], [rear, half], [rear, -half], [front, -half],
