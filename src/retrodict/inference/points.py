@@ -224,8 +224,7 @@ class Points:
             times *= 2
         evaluations = sum(each.evaluations for each in moved)
         for part in parts:
-            each = 1 + (part.proposal.evaluations if isinstance(part.proposal, Nested) else 0)
-            evaluations += each * weighted.weights.size // len(parts)
+            evaluations += (1 + part.proposal.evaluations) * weighted.weights.size // len(parts)
         return estimated(scene, quantities, weighted, precise, faults, evaluations, begin, k)
 
 

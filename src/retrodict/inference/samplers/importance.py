@@ -120,8 +120,7 @@ class _Points:
             old = {"w": self.w, "log_weight": self.log_weight} | self.quantities
             rows = {name: np.concatenate([old[name], v], axis=1) for name, v in rows.items()}
         w, log_weight = rows.pop("w"), rows.pop("log_weight")
-        each = 1 + (self.proposal.evaluations if isinstance(self.proposal, Nested) else 0)
-        evaluations = self.evaluations + each * len(heights)
+        evaluations = self.evaluations + (1 + self.proposal.evaluations) * len(heights)
         return _Points(self.proposal, evaluations, w, log_weight, rows)
 
 

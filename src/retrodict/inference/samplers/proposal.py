@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.special import chdtri, gammaln, logsumexp, ndtri
@@ -36,6 +37,8 @@ class Proposal:
     share: float
     freedom: float
     worth: float
+    evaluations: ClassVar[int] = 0
+    """Density evaluations that a draw takes."""
 
     @classmethod
     def first(cls, n: int) -> Proposal:
