@@ -22,7 +22,7 @@ from pathlib import Path
 
 from retrodict.findings.summary import SUMMARY, read_summary, strangers
 from retrodict.inference.density import disk_cache
-from retrodict.report.files import write_together
+from retrodict.storage.files import write_together
 
 KILLS, LIMITS, FLIPS = 50, 50, 500
 SCENE = Path(__file__).parents[1] / "examples" / "brach-1977" / "scene.toml"

@@ -15,7 +15,6 @@ from retrodict.inference.outcome import Outcome
 from retrodict.inference.own import Priors, Terms, with_own
 from retrodict.inference.plan import suited
 from retrodict.inference.reconstruct import reconstruct as _reconstruct
-from retrodict.inference.samplers import checkpoint
 from retrodict.models import RUNGS
 from retrodict.notebook import Scene  # with what it shows of itself
 from retrodict.options import DEFAULT_RUNG, RunOptions
@@ -25,6 +24,7 @@ from retrodict.result import CHAINS, Result, load_result
 from retrodict.scene.load import as_scene
 from retrodict.scene.own import own_of
 from retrodict.scene.quantities import Units
+from retrodict.storage import checkpoint
 from retrodict.studies import calibration as _calibration
 from retrodict.studies import validation as _validation
 from retrodict.studies.calibration import Calibration
@@ -92,8 +92,8 @@ def replay(
     """
     from retrodict.findings.reproduction import compare
     from retrodict.findings.stored import draws_of
-    from retrodict.report.archive import read_archive
     from retrodict.report.result_archive import recorded_in
+    from retrodict.storage.archive import read_archive
 
     archive = read_archive(Path(path))
     recorded = recorded_in(archive, str(path))
@@ -307,6 +307,7 @@ def batch(
         ['passed', 'passed']
     """
     from retrodict.report import batch as files
+    from retrodict.storage import rows
     from retrodict.studies.batch import Asked, Entry, answers
 
     if model not in (AUTO, *RUNGS):
@@ -319,7 +320,7 @@ def batch(
     with ExitStack() as stack:
         known = {}
         if folder:
-            stack.enter_context(files.locked(folder))
+            stack.enter_context(rows.locked(folder))
             known = files.read_answers(folder)
         found = answers(
             entries,

@@ -215,9 +215,9 @@ class Result:
             SceneError: the case file cannot be used.
             OSError: the file could not be written.
         """
-        from retrodict.report.archive import archive_bytes
-        from retrodict.report.files import write_whole
         from retrodict.report.result_archive import archived
+        from retrodict.storage.archive import archive_bytes
+        from retrodict.storage.files import write_whole
 
         files = archived(self.findings, self.outcome, self.ladder, Path(case) if case else None)
         return write_whole(Path(path), archive_bytes(files))
@@ -288,7 +288,7 @@ class Result:
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
         from retrodict.report.document import FORMATS, document_of
         from retrodict.report.figures.registry import images, svgs
-        from retrodict.report.files import write_together
+        from retrodict.storage.files import write_together
 
         directory = Path(directory)
         chains = {CHAINS: self.outcome.unfinished} if self.outcome.unfinished else {}
@@ -358,6 +358,6 @@ def load_result(path: str | Path) -> Result:
     path = Path(path)
     if not path.is_file():
         return Result(*from_folder(path))
-    from retrodict.report.archive import read_archive
+    from retrodict.storage.archive import read_archive
 
     return Result(*of_files(read_archive(path).files, path))

@@ -10,9 +10,9 @@ import retrodict
 from retrodict import findings
 from retrodict.findings.stored import NotStored, load, stored
 from retrodict.findings.summary import SUMMARY, summarise, summary_json
-from retrodict.report.archive import NotArchived, archive_bytes
 from retrodict.report.figures import registry as figures
 from retrodict.result import Result
+from retrodict.storage.archive import NotArchived, archive_bytes
 from tests.studies.made_up import ladder_of, step
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from retrodict.interchange.tables import csv_text
 from retrodict.report.calibration import (
     RANKS,
     calibrated,
@@ -22,7 +23,6 @@ from retrodict.report.calibration import (
     write_ranks,
 )
 from retrodict.report.figures.calibration import calibration_figure
-from retrodict.report.files import csv_text
 from retrodict.studies.calibration import Calibration, Row, design
 from retrodict.studies.uniformity import uniformity
 

@@ -7,10 +7,10 @@ import pytest
 
 from retrodict import api
 from retrodict.options import RunOptions
-from retrodict.report.archive import NotArchived, archive_bytes, read_archive
 from retrodict.report.result_archive import recorded_in
 from retrodict.result import Result
 from retrodict.scene import SceneError
+from retrodict.storage.archive import NotArchived, archive_bytes, read_archive
 
 ASKED = {"model": "auto", "method": "auto", "chains": 4, "draws": None, "warmup": 150, "seed": 20}
 

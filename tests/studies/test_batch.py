@@ -21,6 +21,7 @@ from retrodict.inference.density.together import Calls
 from retrodict.report import batch as files
 from retrodict.report.libraries import MissingLibrary
 from retrodict.scene.write import scene_toml
+from retrodict.storage import rows
 from retrodict.studies import batch as study
 from retrodict.studies import calibration
 from retrodict.studies.batch import Answered, Asked, Entry, answer, answers
@@ -225,8 +226,8 @@ def test_the_scene_that_ends_its_worker_has_a_row_and_its_neighbours_have_answer
 
 def test_a_second_command_in_a_folder_is_refused(tmp_path: Path) -> None:
     with (
-        files.locked(tmp_path),
-        pytest.raises(files.InUse, match="another command answers scenes there"),
+        rows.locked(tmp_path),
+        pytest.raises(rows.InUse, match="another command answers scenes there"),
     ):
         rd.batch([calibration.design()], model=QUICK, workers=1, out=tmp_path)
 

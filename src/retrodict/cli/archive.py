@@ -26,10 +26,10 @@ def archive(
         progress(LOADING, 0, 1)
 
         from retrodict.findings.stored import NotStored
-        from retrodict.report.archive import SUFFIX, read_archive
         from retrodict.report.libraries import arviz_without_jax
         from retrodict.result import load_result
         from retrodict.scene import SceneError
+        from retrodict.storage.archive import SUFFIX, read_archive
 
         arviz_without_jax()
 

@@ -55,7 +55,7 @@ def _draw(scene: Scene, file: Path, units: UnitChoice) -> None:
     """Write a picture of a scene."""
     from retrodict.report.figures.drawing import IMAGES
     from retrodict.report.figures.scene import plan_figure
-    from retrodict.report.files import write_whole
+    from retrodict.storage.files import write_whole
 
     image = IMAGES.get(file.suffix.lower())
     if image is None:

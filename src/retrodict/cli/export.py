@@ -55,9 +55,9 @@ def export(
 
         from retrodict.findings.run_outs import NoMotion
         from retrodict.findings.stored import NotStored
-        from retrodict.report.archive import NotArchived
         from retrodict.report.export import Asked, NotExported, checked
         from retrodict.result import load_result
+        from retrodict.storage.archive import NotArchived
 
         try:
             wanted = checked(() if formats is None else formats.split(","), Asked((), rate, before))

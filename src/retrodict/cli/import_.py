@@ -28,10 +28,10 @@ def import_(
     from rich.console import Console
 
     from retrodict.interchange.importing import import_evidence
-    from retrodict.report.files import write_whole
     from retrodict.report.imported import print_import
     from retrodict.report.libraries import MissingLibrary, imported
     from retrodict.scene import SceneError
+    from retrodict.storage.files import write_whole
 
     try:
         if file.suffix.lower() == ".dxf":

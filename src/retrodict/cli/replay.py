@@ -22,8 +22,8 @@ def replay(
 
         from retrodict.api import replay as run
         from retrodict.inference import Interrupted, Unanswerable
-        from retrodict.report.archive import NotArchived
         from retrodict.scene import SceneError
+        from retrodict.storage.archive import NotArchived
 
         try:
             found = run(archive, progress=progress)

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from retrodict.progress import Progress, Tracker
-from retrodict.report.files import write_whole
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
+from retrodict.storage.files import write_whole
 
 if TYPE_CHECKING:
     from retrodict.explore.answers import Answer

@@ -1,10 +1,11 @@
-"""A table as CSV for spreadsheets, in which no cell is a formula."""
+"""Tables as CSV, in which no cell is a formula."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 _MINUS = "\N{MINUS SIGN}"
 # what a spreadsheet takes for the beginning of a formula (OWASP, CSV injection), wide forms included
@@ -28,6 +29,23 @@ def table_csv(header: Sequence[str], rows: Iterable[Sequence[Cell]]) -> bytes:
     for row in [header, *rows] if header else rows:
         writer.writerow([_plain(cell) for cell in row])
     return text.getvalue().encode("utf-8-sig")
+
+
+def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    """A table as CSV, with a header.
+
+    Args:
+        columns: names of the columns, in order.
+        rows: values by column; a missing value is left empty. A text that a spreadsheet would take for
+            a formula gets an apostrophe in front, which marks it as text.
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(
+        {k: no_formula(v) if isinstance(v, str) else v for k, v in row.items()} for row in rows
+    )
+    return text.getvalue()
 
 
 def no_formula(text: str) -> str:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
-import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retrodict.findings.summary import strict
-from retrodict.report.files import csv_text, write_together, write_whole
+from retrodict.interchange.tables import csv_text
 from retrodict.scene.quantities import REPORTED, Units, describe, unit_of
+from retrodict.storage.files import write_together
+from retrodict.storage.rows import read_rows, write_rows
 from retrodict.studies.batch import Answered
 from retrodict.studies.short import STATISTICS
 
@@ -24,42 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TABLES = ("table.csv", "table.parquet")
-_ROWS, _LOCK = "rows", ".lock"
 PASSED = "passed"
-
-
-class InUse(OSError):
-    """Another process works in a folder."""
-
-
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """A context in which no other process writes answers to a folder.
-
-    The lock ends with the process, however it ends. Where a system has no such locks nothing is
-    refused; nothing is lost either, for each file of answers is written whole and named after the keys
-    of its answers.
-
-    Args:
-        folder: folder of the batch, made where missing.
-
-    Raises:
-        InUse: another process has locked the folder.
-        OSError: nothing can be written to the folder.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / _LOCK).open("w") as file:
-        try:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InUse(
-                f"{folder}: another command answers scenes there; wait for it, or choose another folder"
-            ) from None
-        except (ImportError, OSError):
-            pass
-        yield
 
 
 def write_answers(answers: Mapping[str, Answered], folder: Path) -> None:
@@ -72,31 +37,25 @@ def write_answers(answers: Mapping[str, Answered], folder: Path) -> None:
     Raises:
         OSError: the file could not be written; then there is no such file.
     """
-    lines = [
-        json.dumps({"key": key, **strict(asdict(answer))}, ensure_ascii=False, allow_nan=False)
-        for key, answer in answers.items()
-    ]
-    name = hashlib.sha256(" ".join(answers).encode()).hexdigest()[:32]
-    write_whole(folder / _ROWS / f"{name}.jsonl", "".join(f"{line}\n" for line in lines).encode())
+    write_rows({key: strict(asdict(answer)) for key, answer in answers.items()}, folder)
 
 
 def read_answers(folder: Path) -> dict[str, Answered]:
     """All answers that were kept, by key; a file that is damaged is left out, and answered anew."""
     found: dict[str, Answered] = {}
-    for file in sorted((folder / _ROWS).glob("*.jsonl")):
-        try:
-            for line in file.read_text("utf-8").splitlines():
-                row = json.loads(line)
-                key = row.pop("key")
-                row["flags"] = tuple(row["flags"])
-                row["numbers"] = {
-                    name: {k: math.nan if v is None else float(v) for k, v in numbers.items()}
-                    for name, numbers in row["numbers"].items()
-                }
-                found[key] = Answered(**row)
-        except (ValueError, KeyError, TypeError, AttributeError):
-            continue
+    for rows in read_rows(folder):
+        with suppress(ValueError, KeyError, TypeError, AttributeError):
+            found |= {key: _answer(row) for key, row in rows}
     return found
+
+
+def _answer(row: dict[str, Any]) -> Answered:
+    """An answer from its row."""
+    numbers = {
+        name: {k: math.nan if v is None else float(v) for k, v in numbers.items()}
+        for name, numbers in row["numbers"].items()
+    }
+    return Answered(**row | {"flags": tuple(row["flags"]), "numbers": numbers})
 
 
 def table_of(

@@ -11,8 +11,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict.report.files import csv_text, write_whole
+from retrodict.interchange.tables import csv_text
 from retrodict.report.layout import print_table
+from retrodict.storage.files import write_whole
 from retrodict.studies.calibration import (
     CLOSING,
     DRAWS,

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from retrodict.report import html, pdf, word
 from retrodict.report.blocks import Document, printable
 from retrodict.report.content import content
-from retrodict.report.files import write_whole
 from retrodict.scene.quantities import Units
+from retrodict.storage.files import write_whole
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings

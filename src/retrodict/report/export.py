@@ -25,10 +25,10 @@ from retrodict.interchange.svg_out import svg
 from retrodict.interchange.tables import table_csv
 from retrodict.report.blocks import Section, Table
 from retrodict.report.content import content
-from retrodict.report.files import write_together
 from retrodict.report.libraries import imported
 from retrodict.report.scene_layers import scene_drawing
 from retrodict.scene.quantities import Units
+from retrodict.storage.files import write_together
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings

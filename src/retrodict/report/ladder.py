@@ -12,7 +12,7 @@ from retrodict.findings.rounding import NOTHING, format_range, format_value, for
 from retrodict.findings.statistics import LEVELS
 from retrodict.findings.summary import ladder_data
 from retrodict.inference.digits import decimals_of
-from retrodict.report.files import csv_text
+from retrodict.interchange.tables import csv_text
 from retrodict.report.results import named
 from retrodict.scene.quantities import Units, label_and_unit, unit_of
 

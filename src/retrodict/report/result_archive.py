@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from retrodict.findings.stored import DRAWS, stored
 from retrodict.findings.summary import SUMMARY, summary_json
-from retrodict.report.archive import Archive, NotArchived
 from retrodict.scene.load import parse_scene
 from retrodict.scene.own import own_of
+from retrodict.storage.archive import Archive, NotArchived
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from retrodict.report.figures.registry import to_png, to_svg
-from retrodict.report.files import write_together
+from retrodict.storage.files import write_together
 
 
 def write_study(

@@ -15,7 +15,7 @@ from rich.text import Text
 from retrodict.findings.rounding import NOTHING, format_range, format_value, format_with_sd
 from retrodict.findings.statistics import LEVELS
 from retrodict.inference.digits import decimals_of
-from retrodict.report.files import csv_text
+from retrodict.interchange.tables import csv_text
 from retrodict.report.layout import print_table
 from retrodict.scene.quantities import Units, describe, unit_of
 

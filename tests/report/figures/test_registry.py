@@ -13,7 +13,6 @@ from matplotlib.patches import Ellipse, Polygon, Wedge
 from matplotlib.text import Text
 
 from retrodict.findings.run_outs import motions
-from retrodict.report import files
 from retrodict.report.figures import registry as figures
 from retrodict.report.figures.drawing import IMAGES, new_figure
 from retrodict.report.figures.plan_geometry import (
@@ -34,6 +33,7 @@ from retrodict.report.figures.registry import (
 from retrodict.report.figures.scene import plan_figure
 from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
+from retrodict.storage import files
 from tests.report.conftest import found_of
 from tests.shared.scene_file import OIL, SCENE, stripped
 

@@ -19,12 +19,12 @@ from retrodict.inference.density.compiled import Programs
 from retrodict.inference.density.kernels import Kernel
 from retrodict.inference.density.log_density import Target
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.samplers import checkpoint
 from retrodict.inference.samplers.draws import Task
 from retrodict.inference.threads import cores
 from retrodict.inference.transforms.choice import transform_of
 from retrodict.inference.transforms.parameters import TransformParameters
 from retrodict.models.arrays import Data
+from retrodict.storage import checkpoint
 
 BLOCK = 50  # iterations between which progress is reported and an interrupt is handled
 

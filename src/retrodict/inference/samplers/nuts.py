@@ -9,13 +9,14 @@ import numpy as np
 from retrodict.inference.density.compiled import Programs
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.samplers import chains, checkpoint
+from retrodict.inference.samplers import chains
 from retrodict.inference.samplers.chains import Chains, sample
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.importance import weighted_points
 from retrodict.inference.samplers.psis import resampled, smoothed
 from retrodict.inference.transforms.parameters import TransformParameters
 from retrodict.models.arrays import Data, Structure
+from retrodict.storage import checkpoint
 
 _FIRST_TRY = 0.65  # target acceptance: fewer, longer steps bring more effective draws a second
 # Target acceptance of the run that follows one with divergences. No more: the gradient steers only near

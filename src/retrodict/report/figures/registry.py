@@ -26,8 +26,8 @@ from retrodict.report.figures.predictive import predictive_figure
 from retrodict.report.figures.scene import scene_figure
 from retrodict.report.figures.timeline import timeline_figure
 from retrodict.report.figures.tornado import tornado_figure
-from retrodict.report.files import write_whole
 from retrodict.scene.quantities import Units
+from retrodict.storage.files import write_whole
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from retrodict.report import files
-from retrodict.report.files import csv_text, write_together
+from retrodict.interchange.tables import csv_text
+from retrodict.storage import files
+from retrodict.storage.files import write_together
 
 OLD, NEW = {"a.txt": b"old", "deep/b.txt": b"old"}, {"a.txt": b"new", "deep/b.txt": b"new"}
 

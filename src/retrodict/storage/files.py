@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 import shutil
 import signal
 import tempfile
 import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
-
-from retrodict.interchange.tables import no_formula
 
 _STAGING = ".retrodict-"
 _FORGOTTEN = 3600.0  # s: nobody takes as long to write results
@@ -98,20 +93,3 @@ def _signals_wait() -> Iterator[None]:
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
         for number in arrived:
             signal.raise_signal(number)
-
-
-def csv_text(columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    """A table as CSV, with a header.
-
-    Args:
-        columns: names of the columns, in order.
-        rows: values by column; a missing value is left empty. A text that a spreadsheet would take for
-            a formula gets an apostrophe in front, which marks it as text.
-    """
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(
-        {k: no_formula(v) if isinstance(v, str) else v for k, v in row.items()} for row in rows
-    )
-    return text.getvalue()

@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 
-from retrodict.report.archive import MANIFEST, NotArchived, archive_bytes, link_of, read_archive
+from retrodict.storage.archive import MANIFEST, NotArchived, archive_bytes, link_of, read_archive
 
 FILES = {"about.json": b"{}", "scene.toml": b"title = 1\n" * 50, "posterior.nc": bytes(range(256))}
 
