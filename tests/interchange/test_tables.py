@@ -6,7 +6,7 @@ import io
 import pandas as pd
 import pytest
 
-from retrodict.interchange.tables import table_csv
+from retrodict.interchange.tables import csv_text, table_csv
 
 
 def cells(*row):
@@ -52,3 +52,8 @@ def test_spreadsheets_see_the_encoding_and_other_readers_skip_its_mark():
     frame = pd.read_csv(io.BytesIO(content))
     assert list(frame.columns) == ["name", "μ"]
     assert frame["μ"][0] == 1.5
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1+1", "-a", "@SUM(A1)", " =1", "＝1"])
+def test_no_cell_of_rows_by_name_is_a_formula(text: str) -> None:
+    assert csv_text(["a", "b"], [{"a": text, "b": "-1.5"}]) == f"a,b\n'{text},-1.5\n"

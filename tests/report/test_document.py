@@ -7,11 +7,12 @@ import sys
 import docx
 import pytest
 
-from retrodict.report import document, files
+from retrodict.report import document
 from retrodict.report.blocks import Table
 from retrodict.report.document import FORMATS, UnknownFormat, renderers, write_report
 from retrodict.report.figures import registry as figures
 from retrodict.report.libraries import MissingLibrary
+from retrodict.storage import files
 from tests.report.conftest import found_of
 from tests.report.documents import (
     EVIL,

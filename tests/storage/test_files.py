@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from retrodict.interchange.tables import csv_text
 from retrodict.storage import files
 from retrodict.storage.files import write_together
 
@@ -81,8 +80,3 @@ def test_what_a_killed_process_left_is_cleared_and_what_another_is_at_is_not(
     assert not left.exists()
     assert present.exists()
     assert (tmp_path / "summary.json").read_bytes() == b"{}"
-
-
-@pytest.mark.parametrize("text", ["=1+1", "+1+1", "-a", "@SUM(A1)", " =1", "＝1"])
-def test_no_cell_of_a_table_is_a_formula(text: str) -> None:
-    assert csv_text(["a", "b"], [{"a": text, "b": "-1.5"}]) == f"a,b\n'{text},-1.5\n"
