@@ -30,6 +30,7 @@ class Motion(NamedTuple):
         after: velocity: x and y, m/s, and the yaw rate, rad/s, where the model has one.
         delta_v: change of velocity in the impact, road frame, m/s.
         heading: heading at the impact, rad.
+        start: position at the impact, m.
         rest: rest pose: x, y, m, and heading, rad, where the model has one.
         path: path from impact to rest; None where no evidence needs it.
         car: properties of the vehicle, of which the axles and the track are used.
@@ -38,6 +39,7 @@ class Motion(NamedTuple):
     after: Float[Array, " velocity"]
     delta_v: Float[Array, "2"]
     heading: Float[Array, ""]
+    start: Float[Array, "2"]
     rest: Float[Array, " pose"]
     path: Path | None
     car: Car
@@ -67,6 +69,10 @@ PREDICTIONS: dict[str, Prediction] = {  # by name of the evidence, without its v
     "rest_x": Prediction(lambda motion: motion.rest[0]),
     "rest_y": Prediction(lambda motion: motion.rest[1]),
     "rest_heading": Prediction(lambda motion: motion.rest[2], yaws=True),
+    "run_out_distance": Prediction(lambda motion: _length(_way(motion))),
+    "run_out_direction": Prediction(
+        lambda motion: jnp.arctan2(_way(motion)[1], _way(motion)[0]), circular=True
+    ),
     "departure_direction": Prediction(
         lambda motion: jnp.arctan2(motion.after[1], motion.after[0]), circular=True
     ),
@@ -139,17 +145,15 @@ def observe(
         surrogate: surrogate of the run-out predictions, which returns the exact value of an item that
             it does not cover; None to use the exact values.
     """
-    cars, changes, velocities = (
-        parts.cars(structure, x),
-        parts.delta_v(x, after),
-        after.reshape(len(structure.vehicles), -1),
-    )
+    cars, changes = parts.cars(structure, x), parts.delta_v(x, after)
+    starts, velocities = parts.impact_poses(x), after.reshape(len(structure.vehicles), -1)
     passed = dict(structure.marks)
     for i, v in enumerate(structure.vehicles):
         k2, front, rear, track = (jnp.asarray(own)[i] for own in cars[:4])
         car = Car(k2, front, rear, track)
         path = None if paths is None else Path(*(rows[i] for rows in paths))
-        motion = Motion(velocities[i], changes[i], x[f"heading_{v}"], rests[i], path, car)
+        heading = x[f"heading_{v}"]
+        motion = Motion(velocities[i], changes[i], heading, starts[i, :2], rests[i], path, car)
         for name in structure.evidence:
             kind, vehicle, mark = parsed(name)
             if vehicle != v:
@@ -206,6 +210,15 @@ def _sample(
 
 def _axis(angle: Array) -> Float[Array, "2"]:
     return jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+
+
+def _way(motion: Motion) -> Float[Array, "2"]:
+    """From where the vehicle was struck to where it came to rest, m."""
+    return motion.rest[:2] - motion.start
+
+
+def _length(way: Float[Array, "2"]) -> Float[Array, ""]:
+    return jnp.sqrt(way @ way + 1e-12)  # differentiable where a vehicle stays
 
 
 def _end(motion: Motion) -> Float[Array, "3"]:

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
+
+from retrodict.mechanics import undo
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
-
-from retrodict.mechanics import undo
 
 Separation = Float[Array, " separation"]
 ForwardModel = Callable[[Structure, Data, parts.Values], Separation]
@@ -66,23 +66,27 @@ class Impact:
         levels: quotients that the model bounds or fixes.
         unknowns: function of the velocities after the impact and the inputs that returns a value for
             each sample site, with B's speed and direction as the vector "velocity_b" (m/s), and
-            log |d sites / d velocities|.
+            log |d sites / d velocities|; None where the velocities do not determine them.
         priors: names of the priors that the model uses, as in `Scene.priors`.
         nesting: effects that the model adds to momentum; a model contains those with a subset of its
             effects.
         against_barrier: the model in words where A strikes a barrier; None where it does not apply.
         evidence: names of the items of evidence that its forward model observes.
+        needs: keys of a scene file that it needs and other impact models do without.
+        together: whether the vehicles go on as one.
     """
 
     description: Description
     forward_model: ForwardModel
     answers: tuple[str, ...]
     levels: tuple[Level, ...]
-    unknowns: Callable[[Separation, parts.Values], tuple[parts.Values, Float[Array, ""]]]
+    unknowns: Callable[[Separation, parts.Values], tuple[parts.Values, Float[Array, ""]]] | None
     priors: tuple[str, ...]
     nesting: frozenset[str]
     against_barrier: Description | None = None
     evidence: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    together: bool = False
 
 
 SHORT = "the impact is short: vehicles do not move and tyres do nothing while it lasts"

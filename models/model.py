@@ -10,16 +10,17 @@ from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
+
 from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import Impact
-from retrodict.models.impacts import momentum, planar
+from retrodict.models.impacts import joined, momentum, planar
 from retrodict.models.of_scene import of_scene
 from retrodict.models.run_out import RunOut
+from retrodict.models.runouts import joined as joined_run_outs
 from retrodict.models.runouts import roll, slide, spin, wheels
 from retrodict.models.standard_normal import sample_unknowns, sizes
-
 from retrodict.scene.fields import COEFFICIENTS
 from retrodict.scene.names import parsed, vehicle_of
 from retrodict.scene.quantities import describe
@@ -51,9 +52,17 @@ class Rung:
 
     def refusal(self, scene: Scene) -> str:
         """Reason why the rung does not apply to a scene; empty where it does."""
+        if self.impact.together != scene.contact.together:
+            return _TOGETHER if scene.contact.together else _APART
+        return self.lacks(scene) or self.run_out.refusal(scene)
+
+    def lacks(self, scene: Scene) -> str:
+        """What the rung cannot do without and a scene does not have; empty where it has all."""
         if scene.barrier and self.impact.against_barrier is None:
             return _NO_MOMENTUM
-        return self.run_out.refusal(scene)
+        needed = (*self.impact.needs, *self.run_out.needs)
+        missing = [key for key in scene.unwritten if key.rpartition(".")[2] in needed]
+        return f"needs {' and '.join(missing)}, which the scene does not have" if missing else ""
 
     def description(self, scene: Scene) -> Description:
         """The model in words, with the priors of a scene."""
@@ -99,7 +108,7 @@ class Rung:
 
         # along a measured way yaw rates are so uncertain that the bounds on e_m distort the rest-pose
         # transform strongly: importance sampling had no finite weight in two scenes of five
-        loose = bool(ways and self.impact.levels)
+        loose = bool(ways and self.impact.levels) or self.impact.unknowns is None
         structure, data = of_scene(seen, self.name, self.run_out, explained, loose)
         deviates = sum(sizes(self.impact, structure, data).values())
         return replace(structure, deviates=deviates), data
@@ -154,15 +163,20 @@ def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
         yield "The model takes the ground as level: it leaves out the slope."
 
 
+_TOGETHER = "lets the vehicles part, and the scene says that they went on together"
+_APART = "takes the vehicles as going on together, which the scene does not say"
 _NO_MOMENTUM = "uses conservation of momentum only, which a fixed barrier does not obey"
 _IMPACTS = (momentum.IMPACT, *planar.IMPACTS)
 _RUN_OUTS = (slide.RUN_OUT, spin.RUN_OUT, roll.RUN_OUT, wheels.RUN_OUT)
 
 # a straight slide has no yaw rates, without which the moments of an impact cannot be determined
-RUNGS: dict[str, Rung] = {
-    rung.name: rung
+_PARTING = [
+    Rung(impact, run_out)
     for impact in _IMPACTS
     for run_out in _RUN_OUTS
     if run_out is not slide.RUN_OUT or impact is momentum.IMPACT
-    for rung in [Rung(impact, run_out)]
-}
+]
+_JOINED = [
+    Rung(joined.AS_POINTS, joined_run_outs.AS_POINTS), Rung(joined.AS_BODY, joined_run_outs.AS_BODY)
+]  # fmt: skip
+RUNGS: dict[str, Rung] = {rung.name: rung for rung in (*_JOINED, *_PARTING)}

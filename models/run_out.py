@@ -25,6 +25,7 @@ def level(scene: Scene) -> Scene:
     return replace(scene, vehicles=vehicles, slope=None)
 
 
+OF_WHEELS = ("wheelbase", "track")
 ONE_FRICTION = "the road is plane, level and of one friction, at all speeds and for all vehicles"
 NORMAL_ERRORS = (
     "A's approach, the friction and the vehicles' data are normal (or lognormal where they "
@@ -56,6 +57,7 @@ class RunOut:
             the function from its rest pose to its velocity after the impact; None for no such function.
         refusal: function of a scene that gives the reason why the model does not apply; empty where it
             does.
+        needs: keys of a scene file that the model needs and other run-outs do without.
     """
 
     description: Description
@@ -69,3 +71,4 @@ class RunOut:
     approximations: Callable[[Scene], dict[str, Measured]] = lambda scene: {}
     inverse: Inverse | None = None
     refusal: Callable[[Scene], str] = lambda scene: ""
+    needs: tuple[str, ...] = ()

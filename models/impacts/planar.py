@@ -14,22 +14,6 @@ import jax.numpy as jnp
 import numpyro
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
-from retrodict.models import evidence, parts, priors
-from retrodict.models.arrays import Data, Structure
-from retrodict.models.description import Description
-from retrodict.models.friction import Friction
-from retrodict.models.impact import (
-    E_M,
-    MOMENTUM,
-    NO_MOMENT,
-    NO_SLIP,
-    SHORT,
-    SLIDING,
-    E,
-    Impact,
-    Separation,
-)
-from retrodict.models.priors import Number
 
 from retrodict.mechanics import (
     Bodies,
@@ -46,6 +30,22 @@ from retrodict.mechanics import (
     towards_b,
     undo,
 )
+from retrodict.models import evidence, parts, priors
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.description import Description
+from retrodict.models.friction import Friction
+from retrodict.models.impact import (
+    E_M,
+    MOMENTUM,
+    NO_MOMENT,
+    NO_SLIP,
+    SHORT,
+    SLIDING,
+    E,
+    Impact,
+    Separation,
+)
+from retrodict.models.priors import Number
 
 
 def forward_model(
@@ -64,7 +64,7 @@ def forward_model(
         (3,), A's alone, where A struck a barrier, which keeps still.
     """
     bodies = parts.bodies(x)
-    of_b = jnp.zeros(3) if structure.barrier else _approach_of_b(structure, data)
+    of_b = jnp.zeros(3) if structure.barrier else approach_of_b(structure, data)
     before = jnp.concatenate([parts.approach_of_a(x), of_b])
 
     # coefficient of restitution: lower at higher closing speeds
@@ -115,7 +115,7 @@ def _mu(structure: Structure, data: Data, mu_c: Float[Array, ""]) -> Float[Array
     return numpyro.deterministic("mu", jnp.where(mu_c < 0, -size, size))
 
 
-def _approach_of_b(structure: Structure, data: Data) -> Float[Array, "3"]:
+def approach_of_b(structure: Structure, data: Data) -> Float[Array, "3"]:
     """Sample B's velocity before the impact: x and y (m/s) and yaw rate (rad/s)."""
     known, inputs = structure.known_of_b, data.inputs
     if "speed_b" in known:
@@ -273,6 +273,7 @@ def _variant(name: str, title: str, *free: str) -> Impact:
             ),
         ),
         evidence=evidence.of_impact("energy_lost", "e", *free),
+        needs=("contact_line", "impact_centre"),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from retrodict.models.description import Description
-from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, level, rolls
+from retrodict.models.run_out import NORMAL_ERRORS, OF_WHEELS, ONE_FRICTION, RunOut, level, rolls
 from retrodict.models.runouts import wheels
 
 from retrodict.scene.records import Measured, Scene
@@ -43,6 +43,7 @@ RUN_OUT = RunOut(
     seen=seen,
     rest_poses=wheels.rest_poses,
     paths=wheels.paths,
+    needs=OF_WHEELS,
     nesting=frozenset({"yaw"}),
     refusal=rolls,
 )

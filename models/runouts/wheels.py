@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from retrodict.models import parts
 from retrodict.models.arrays import STEPS, Data, Structure
 from retrodict.models.description import Description
-from retrodict.models.run_out import NORMAL_ERRORS, RunOut
+from retrodict.models.run_out import NORMAL_ERRORS, OF_WHEELS, RunOut
 
 from retrodict.mechanics import Car, Ground, Path, rest, run_out
 from retrodict.mechanics.integration import Paced, Steps
@@ -91,5 +91,6 @@ RUN_OUT = RunOut(
     seen=lambda scene: scene,
     rest_poses=rest_poses,
     paths=paths,
+    needs=OF_WHEELS,
     nesting=frozenset({"yaw", "rolling", "wheels"}),
 )

@@ -35,12 +35,12 @@ def check(
         _check_results(scene)
         return
     found = load_or_fail(scene)
-    uncertain = sum(m.sd > 0 for m in found.inputs().values())
+    uncertain = sum(m.sd > 0 for m in found.stated().values())
     asked = ", ".join(describe(name)[0] for name in found.question)
     line = (
         f"{scene}: {found.title}: fine. It asks for {asked}. "
         f"{len(found.evidence())} items of evidence, "
-        f"{len(found.inputs())} inputs, {uncertain} of them uncertain"
+        f"{len(found.stated())} inputs, {uncertain} of them uncertain"
     )
     typer.echo(printable(line))
     if assumed := assumed_approach(found):

@@ -94,7 +94,7 @@ def input_rows(outcome: Outcome) -> tuple[InputRow, ...]:
     """
     rows = []
     kinds: tuple[tuple[Literal["input", "evidence"], str, dict[str, Measured]], ...] = (
-        ("input", "posterior", outcome.scene.inputs()),
+        ("input", "posterior", outcome.scene.stated()),
         ("evidence", "posterior_predictive", outcome.scene.evidence()),
     )
     for kind, group, items in kinds:

@@ -103,7 +103,7 @@ def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tu
 
     Raises:
         ValueError: no rung or method has that name, or the method has no chains to go on with.
-        Unanswerable: the rung is no model of an impact with a barrier.
+        Unanswerable: the rung is no model of an impact with a barrier, or needs what is not written.
     """
     for what, name, known in (
         ("model", options.model, RUNGS), ("method", options.method, METHODS)
@@ -121,7 +121,7 @@ def planned(scene: Scene, options: RunOptions, resume: Path | None = None) -> tu
             f"the method {options.method} has no likelihood to which a term of your own could be added; "
             "write nuts, importance, smc or laplace"
         )
-    if scene.barrier and (unfit := RUNGS[options.model].refusal(scene)):
+    if unfit := RUNGS[options.model].lacks(scene):
         raise Unanswerable(f"the model {options.model} {unfit}")
     return ways(options.method, scene)
 

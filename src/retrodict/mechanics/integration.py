@@ -14,10 +14,12 @@ from retrodict.constants import GRAVITY
 from retrodict.mechanics.motion import (
     Car,
     Ground,
+    Joined,
     State,
     generalised_speed,
     vector_field,
     wheel_places,
+    yaw_arm2,
 )
 from retrodict.mechanics.rotation import cos_sin
 from retrodict.mechanics.tyre import SLIP, SLOW
@@ -91,7 +93,7 @@ def _levels(
 
 
 def closing_share(
-    steps: int | Steps | Paced | None, start: State, car: Car, ground: Ground
+    steps: int | Steps | Paced | None, start: State, car: Car | Joined, ground: Ground
 ) -> Float[Array, ""] | float:
     """Share of W from which a run-out is closed."""
     creeps = ground.incline is not None and car.wheels is not None
@@ -111,7 +113,7 @@ def closing_share(
 
 def by_fixed_steps(
     start: State,
-    car: Car,
+    car: Car | Joined,
     ground: Ground,
     steps: int | Steps,
     last: Float[Array, ""] | float,
@@ -168,7 +170,7 @@ def by_fixed_steps(
 
 
 def by_adaptive_steps(
-    start: State, car: Car, ground: Ground, last: Float[Array, ""] | float, rows: int
+    start: State, car: Car | Joined, ground: Ground, last: Float[Array, ""] | float, rows: int
 ) -> State:
     """States at the ends of the fixed steps, by adaptive steps of order eight."""
     import diffrax  # takes a second to import; inference does not need it
@@ -204,7 +206,7 @@ def by_adaptive_steps(
 
 
 def by_paced_steps(
-    start: State, car: Car, ground: Ground, steps: Paced, rows: int
+    start: State, car: Car | Joined, ground: Ground, steps: Paced, rows: int
 ) -> tuple[State, State]:
     """Runge-Kutta steps of order four in time, each as long as the motion at its start allows.
 
@@ -253,7 +255,7 @@ def by_paced_steps(
     return states, tuple(jnp.where(count < _MOST_PACED, v, jnp.nan) for v in halt)
 
 
-def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
+def _longest_step(car: Car | Joined, ground: Ground) -> Callable[[State, Array], Array]:
     """Largest time step at a state with this dW/dt, s."""
     wheel_u, wheel_v = wheel_places(car)
     assert car.wheels is not None, "only where a wheel rolls do steps have to be paced"
@@ -261,7 +263,7 @@ def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
     # friction times how much of it a rolling wheel has for sideways forces; in yaw it acts on k²
     grip = GRAVITY * jnp.asarray(ground.coefficients).max()
     grip *= jnp.sqrt(jnp.clip(1 - drag**2, 0.0))
-    grip *= jnp.maximum(1.0, car.front_axle * car.rear_axle / car.k2)
+    grip *= jnp.maximum(1.0, yaw_arm2(car) / car.k2)
 
     def longest(state: State, dW: Array) -> Array:
         _, _, heading, Vx, Vy, Omega, _ = state
@@ -280,7 +282,7 @@ def _longest_step(car: Car, ground: Ground) -> Callable[[State, Array], Array]:
 
 
 def at_rest(
-    end: State, start: State, car: Car, ground: Ground, last: Float[Array, ""] | float
+    end: State, start: State, car: Car | Joined, ground: Ground, last: Float[Array, ""] | float
 ) -> State:
     """State at rest: the last of the motion keeps its direction while W falls linearly to zero."""
     left = [last * k for k in _slope_of_loss(start, car, ground)(end)]
@@ -288,7 +290,7 @@ def at_rest(
     return (*moved, *(jnp.zeros_like(end[0]),) * 3, end[6] + left[6])
 
 
-def _slope_of_loss(start: State, car: Car, ground: Ground) -> Callable[[State], State]:
+def _slope_of_loss(start: State, car: Car | Joined, ground: Ground) -> Callable[[State], State]:
     """d(state)/d(lost share of W)."""
     rate, W_0 = vector_field(car, ground), generalised_speed(start[3:6], car.k2)
     return lambda state: tuple(-W_0 * k for k in rate(state))

@@ -54,6 +54,26 @@ class Car(NamedTuple):
     height: Float[Array, ""] | float | None = None
 
 
+class Joined(NamedTuple):
+    """Several vehicles joined to one body, on the wheels of all.
+
+    Args:
+        k2: yaw inertia over mass, m².
+        ahead: place of each wheel ahead of the common centre of gravity, m.
+        left: and to the left of it, m.
+        load: static load of each wheel over the body's weight, times the grip of its tyre.
+        wheels: drag and steer of the wheels; None where all are locked.
+        height: None: loads are static.
+    """
+
+    k2: Float[Array, ""] | float
+    ahead: Float[Array, " wheels"]
+    left: Float[Array, " wheels"]
+    load: Float[Array, " wheels"]
+    wheels: Wheels | None = None
+    height: None = None
+
+
 class Incline(NamedTuple):
     """A constant slope of the whole ground; places and headings are counted in its plane.
 
@@ -101,7 +121,7 @@ def generalised_speed(
     return jnp.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + k2 * velocity[2] ** 2)
 
 
-def vector_field(car: Car, ground: Ground) -> Callable[[State], State]:
+def vector_field(car: Car | Joined, ground: Ground) -> Callable[[State], State]:
     """d(x, y, heading, Vx, Vy, Omega, time)/dW as a function of these.
 
     W has to fall, for all is divided by dW/dt; on a slope of angle theta it does where friction takes
@@ -156,28 +176,39 @@ def _gravity(incline: Incline | None) -> tuple[Array | float, Array | float, Arr
     return -normal * incline.grade * c, -normal * incline.grade * s, normal
 
 
-def wheel_loads(car: Car) -> Float[Array, "4"]:
+def wheel_loads(car: Car | Joined) -> Float[Array, " wheels"]:
     """Static load of each wheel over the vehicle's weight."""
+    if isinstance(car, Joined):
+        return car.load
     wheelbase = car.front_axle + car.rear_axle
     front, rear = car.rear_axle / wheelbase / 2, car.front_axle / wheelbase / 2
     return jnp.stack([front, front, rear, rear])
 
 
-def wheel_places(car: Car) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
+def wheel_places(car: Car | Joined) -> tuple[Float[Array, " wheels"], Float[Array, " wheels"]]:
     """Wheel positions ahead and to the left of the centre of gravity, m."""
+    if isinstance(car, Joined):
+        return car.ahead, car.left
     ahead = jnp.stack([car.front_axle, car.front_axle, -car.rear_axle, -car.rear_axle])
     return ahead, jnp.array([0.5, -0.5, 0.5, -0.5]) * car.track
+
+
+def yaw_arm2(car: Car | Joined) -> Float[Array, ""] | float:
+    """Square of the lever with which tyres turn the vehicle, m²."""
+    if isinstance(car, Joined):
+        return jnp.max(car.ahead**2 + car.left**2)
+    return car.front_axle * car.rear_axle
 
 
 def _moved(
     load: Float[Array, "4"],
     share: Float[Array, "4"],
-    car: Car,
+    car: Car | Joined,
     along: Float[Array, "4"],
     across: Float[Array, "4"],
 ) -> Float[Array, "4"]:
     """Wheel loads with load transfer: two linear equations in the deceleration."""
-    assert car.height is not None
+    assert isinstance(car, Car) and car.height is not None, "joined bodies have static loads"
     by_u = car.height / (car.front_axle + car.rear_axle) / 2 * jnp.array([-1.0, -1.0, 1.0, 1.0])
     by_v = 2 * car.height / car.track * share * jnp.array([-1.0, 1.0, -1.0, 1.0])
     a, b, c = (along * load).sum(), (along * by_u).sum(), (along * by_v).sum()

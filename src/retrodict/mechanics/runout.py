@@ -24,7 +24,7 @@ from retrodict.mechanics.integration import (
     by_paced_steps,
     closing_share,
 )
-from retrodict.mechanics.motion import Car, Ground, Pose, State, ThreeNumbers, wheel_places
+from retrodict.mechanics.motion import Car, Ground, Joined, Pose, State, ThreeNumbers, wheel_places
 from retrodict.mechanics.rotation import cos_sin
 
 ROWS = 96  # rows of a path, at steps as the run-out takes them
@@ -45,7 +45,7 @@ class Path(NamedTuple):
 def rest(
     pose: ThreeNumbers,
     velocity: ThreeNumbers,
-    car: Car,
+    car: Car | Joined,
     ground: Ground,
     steps: int | Steps | Paced | None = None,
 ) -> Pose:
@@ -108,7 +108,7 @@ def step_error(
 def run_out(
     pose: ThreeNumbers,
     velocity: ThreeNumbers,
-    car: Car,
+    car: Car | Joined,
     ground: Ground,
     steps: int | Paced | None = None,
 ) -> Path:

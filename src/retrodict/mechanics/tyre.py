@@ -25,13 +25,13 @@ class Wheels(NamedTuple):
         steer: angle of each wheel from the vehicle's heading, counter-clockwise, rad.
     """
 
-    drag: Float[Array | np.ndarray, "4"]
-    steer: Float[Array | np.ndarray, "4"]
+    drag: Float[Array | np.ndarray, " wheels"]
+    steer: Float[Array | np.ndarray, " wheels"]
 
 
 def force(
-    slip: Float[Array, "2 4"], patch2: Float[Array, ""], wheels: Wheels
-) -> Float[Array, "2 4"]:
+    slip: Float[Array, "2 wheels"], patch2: Float[Array, ""], wheels: Wheels
+) -> Float[Array, "2 wheels"]:
     """Force of each wheel over friction times load.
 
     Along the wheel it is -drag cos(alpha). Across, it rises with the slip angle alpha to the rest of the
@@ -43,7 +43,7 @@ def force(
         wheels: drag and steer.
 
     Returns:
-        Components along and across the vehicle, shape (2, 4); each wheel's resultant is at most 1.
+        Components along and across the vehicle, shape (2, wheels); each wheel's resultant is at most 1.
     """
     drag, steer = jnp.asarray(wheels.drag), jnp.asarray(wheels.steer)
     c, s = jnp.cos(steer), jnp.sin(steer)

@@ -27,7 +27,7 @@ def scene_html(scene: Scene, units: Units = "si") -> str:
         A fragment; every text of the scene is escaped.
     """
     rows = []
-    for name, m in (scene.inputs() | scene.evidence()).items():
+    for name, m in (scene.stated() | scene.evidence()).items():
         row = InputRow(name, "input", m)
         of_model = f" (a run-out misses {row.format_model(units)})" if m.model_sd else ""
         measured = f"{row.format_measured(units)}{of_model}"

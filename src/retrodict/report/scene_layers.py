@@ -140,11 +140,12 @@ def _contact(scene: Scene) -> Layer:
     at = (contact.x.value, contact.y.value)
     half = 0.45 * max(vehicle.length for vehicle in scene.vehicles.values())
     along = half * np.array([-math.sin(contact.Gamma.value), math.cos(contact.Gamma.value)])
-    shapes = (
+    shapes: tuple[Shape, ...] = (
         Point(at),
         *_within(at, contact.x.sd, contact.y.sd),
-        Line(at + np.array([-along, along])),
     )
+    if "impact.contact_line" not in scene.unwritten:
+        shapes += (Line(at + np.array([-along, along])),)
     return Layer("IMPACT-POINT", drawing.INK, shapes)
 
 

@@ -96,7 +96,9 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
         ],
         "barrier": plan.barrier(scene),
         "impact": ellipse(contact.x.value, contact.y.value, contact.x.sd, contact.y.sd),
-        "line": plan.at(np.array([centre - along, centre + along])),
+        "line": plan.at(np.array([centre - along, centre + along]))
+        if "impact.contact_line" not in scene.unwritten
+        else None,
         "bar": plan.scale_bar(units),
     }
     return template("scene.svg.j2").render(content)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -26,7 +27,16 @@ from retrodict.scene.estimates import (
     run_out_error,
     wheels_of,
 )
-from retrodict.scene.fields import APPROACH, COEFFICIENTS, IMPACT, SLOPE, SURFACE, VEHICLE, Field
+from retrodict.scene.fields import (
+    APPROACH,
+    COEFFICIENTS,
+    FROM_IMPACT,
+    IMPACT,
+    SLOPE,
+    SURFACE,
+    VEHICLE,
+    Field,
+)
 from retrodict.scene.priors import FIXED, Prior, default_priors, fixed_of, of_family, overridden
 from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.questions import questions_of
@@ -51,6 +61,12 @@ from retrodict.scene.units import ANGLE, GRADE
 from retrodict.scene.vehicle_library import find
 
 _SLIDES = math.radians(15)  # off its heading a vehicle slides: tyres that roll slip by some 10 deg
+_STANDS_IN = "stands in for drawing; no model that applies uses it"
+_LIKE = "intermediate car"  # of which wheelbase and track stand in
+_ALIKE = 0.3  # length of the difference of two unit vectors along nearly the same way
+_POINT = 'point = ["0 ± 0.3 m", "0 ± 0.3 m"]'
+_CENTRE = 'impact_centre = { distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }'
+_LINE = 'contact_line = "-8.9 ± 3 deg"'
 _SURE = 2  # standard deviations by which friction has to exceed a slope
 
 
@@ -76,23 +92,33 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     )
     surfaces = tuple(_surface(*item) for item in in_order)
     priors = _priors(entry, complain)
+    unwritten = _unwritten(entry, complain)
     scene = Scene(
         title=entry.title,
         name=name,
         text=text,
-        vehicles={v.lower(): _vehicle(v, entries[v], surfaces[0], complain) for v in entries},
+        vehicles={
+            v.lower(): _vehicle(v, entries[v], _other_side(v, entries), surfaces[0], complain)
+            for v in entries
+        },
         approach={
             v.lower(): _approach(each.approach, each.impact.heading) for v, each in entries.items()
         },
         rest={
             v.lower(): _rest(v, each.rest, each.impact.heading.value, complain)
             for v, each in entries.items()
-            if each.rest
+            if each.rest and each.rest.position
+        },
+        from_impact={
+            v.lower(): {key: m for key in FROM_IMPACT if (m := getattr(each.rest, key))}
+            for v, each in entries.items()
+            if each.rest and each.rest.distance
         },
         contact=_contact(entry.impact),
         surfaces=surfaces,
         notes=tuple(entry.notes),
-        question=_question(entry, priors, complain),
+        question=_question(entry, priors, unwritten, complain),
+        unwritten=unwritten,
         priors=priors,
         departure={
             v.lower(): {name: measured for name, measured in each.departure if measured}
@@ -150,8 +176,92 @@ def _barrier(entry: BarrierEntry) -> Barrier:
     return Barrier(entry.kind, entry.name or entry.kind, diameter)
 
 
-def _vehicle(letter: str, entry: VehicleEntry, road: Surface, complain: Complain) -> Vehicle:
+def _unwritten(entry: SceneEntry, complain: Complain) -> tuple[str, ...]:
+    """Paths of the keys that only some models need and the file does not have."""
+    entries, impact = entry.vehicles.by_letter, entry.impact
+    found = [f"vehicles.{v}.{key}" for v, each in entries.items() for key in each.unwritten]
+    if impact.contact_line is None:
+        found.append("impact.contact_line")
+    if impact.point is None:
+        found.append("impact.point")
+        places = [s for s in entry.surfaces.values() if s.edge or s.outline]
+        places += [
+            v
+            for v in entries.values()
+            if v.marks or v.end_of_rotation or (v.rest and v.rest.position)
+        ]
+        if places or entry.barrier:
+            complain("impact.point", f"missing; write {_POINT}")
+    if entry.barrier and impact.together:
+        complain("impact.together", "a barrier does not go on with the vehicle; leave it out")
+    for path in found if entry.barrier else ():
+        fix = {"impact_centre": _CENTRE, "contact_line": _LINE}.get(path.rpartition(".")[2])
+        if fix:
+            complain(path, f"missing; write {fix}: a crash into a barrier cannot do without")
+    return tuple(found)
+
+
+def _other_side(letter: str, entries: Mapping[str, VehicleEntry]) -> complex | None:
+    """Direction of a vehicle as the other one sees it move; None where there is none to see it."""
+    other = next((each for v, each in entries.items() if v != letter), None)
+    if other is None:
+        return None
+    own, its = (cmath.rect(1, each.impact.heading.value) for each in (entries[letter], other))
+    return own - its
+
+
+def _impact_centre(
+    letter: str, entry: VehicleEntry, size: float, towards: complex | None, complain: Complain
+) -> tuple[Measured, Measured]:
+    """Distance and angle of the impact centre: as written, or on the side from which the other came."""
+    if entry.impact_centre:
+        return entry.impact_centre.distance, entry.impact_centre.angle
+    reach, side = DEFAULTS["impact_reach"], DEFAULTS["impact_side"]
+    if towards is None or abs(towards) < _ALIKE:
+        if towards is not None:
+            who = "both vehicles head the same way, so that it tells which was in front"
+            complain(f"vehicles.{letter}.impact_centre", f"missing; write {_CENTRE}: {who}")
+        towards = cmath.rect(1, entry.impact.heading.value)
+    angle = math.remainder(cmath.phase(towards) - entry.impact.heading.value, math.tau)
+    distance = size / 4
+    return (
+        Measured(distance, reach.amount(distance), "lognormal", f"assumed: ± {reach}", "value"),
+        Measured(angle, side.amount(angle), source=f"assumed: ± {side}", assumed="value"),
+    )
+
+
+def _with_stand_ins(entry: VehicleEntry) -> VehicleEntry:
+    """The entry with a car's wheelbase and track, exact, where the file has none."""
+    like = find(_LIKE)
+    assert like is not None, "the library has it"
+    size = {
+        key: Measured(getattr(like, key).value, source=_STANDS_IN, assumed="stand-in")
+        for key in ("wheelbase", "track")
+        if key in entry.unwritten
+    }
+    if "wheelbase" not in size:
+        return entry.model_copy(update=size)
+    base = size["wheelbase"].value
+    share = DEFAULTS["cg_to_front_axle"].amount(base)
+    axles = {
+        "cg_to_front_axle": replace(size["wheelbase"], value=share),
+        "cg_to_rear_axle": replace(size["wheelbase"], value=base - share),
+    }
+    inertia = entry.mass.value * DEFAULTS["yaw_radius"].amount(base) ** 2
+    stand_in = replace(size["wheelbase"], value=inertia)
+    return entry.model_copy(update={"yaw_inertia": entry.yaw_inertia or stand_in} | axles | size)
+
+
+def _vehicle(
+    letter: str,
+    entry: VehicleEntry,
+    towards: complex | None,
+    road: Surface,
+    complain: Complain,
+) -> Vehicle:
     known = find(entry.kind) if entry.kind else None
+    entry = _with_stand_ins(entry)
+    assert entry.track is not None, "it stands in where it is missing"
     front, rear = axle_distances(letter, entry, known, complain)
     base = entry.wheelbase or Measured(front.value + rear.value, math.hypot(front.sd, rear.sd))
     wheelbase = base.value
@@ -165,7 +275,8 @@ def _vehicle(letter: str, entry: VehicleEntry, road: Surface, complain: Complain
             wheelbase,
         )
     reach = math.hypot(length, width) / 2 + 0.5
-    if entry.impact_centre.distance.value > reach:
+    distance, angle = _impact_centre(letter, entry, length + width, towards, complain)
+    if entry.impact_centre and distance.value > reach:
         complain(
             f"vehicles.{letter}.impact_centre.distance",
             "outside the vehicle; write a distance from its centre of gravity of at most {amount} "
@@ -181,8 +292,8 @@ def _vehicle(letter: str, entry: VehicleEntry, road: Surface, complain: Complain
         front_axle=front,
         rear_axle=rear,
         track=entry.track,
-        impact_distance=entry.impact_centre.distance,
-        impact_angle=entry.impact_centre.angle,
+        impact_distance=distance,
+        impact_angle=angle,
         heading=entry.impact.heading,
         length=length,
         width=width,
@@ -272,6 +383,7 @@ def _mark(entry: MarkEntry) -> Mark:
 
 
 def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -> Rest:
+    assert entry.position, "asked where there is one"
     x, y = entry.position
     if entry.heading is None:
         return Rest(x, y, None, turns_known=False)
@@ -299,12 +411,17 @@ def _contradicts(entry: RestEntry, at_impact: float) -> bool:
 
 
 def _contact(entry: ImpactEntry) -> Contact:
-    x, y = entry.point
-    return Contact(x=x, y=y, interlocked=entry.interlocked, **_kept(entry, IMPACT))
+    stand_in = Measured(0.0, source=_STANDS_IN, assumed="stand-in")
+    x, y = entry.point or (stand_in, stand_in)
+    kept = {name: measured or stand_in for name, measured in _kept(entry, IMPACT).items()}
+    return Contact(x=x, y=y, interlocked=entry.interlocked, together=entry.together, **kept)
 
 
 def _question(
-    entry: SceneEntry, priors: Mapping[str, Prior], complain: Complain
+    entry: SceneEntry,
+    priors: Mapping[str, Prior],
+    unwritten: tuple[str, ...],
+    complain: Complain,
 ) -> tuple[str, ...]:
     """The unknowns that a scene asks for: those that its file names, or all that are unknown."""
     fixed = fixed_of(priors)
@@ -315,6 +432,18 @@ def _question(
     of_a = entry.vehicles.A.approach
     speed_is_known = bool(of_a.speed or of_a.speed_record)
     not_asked = {"speed_a" if speed_is_known else "", "speed_b" if entry.barrier else "", *fixed}
+    fixes = {"contact_line": _LINE, "impact_centre": _CENTRE}
+    lacks = [key for key in unwritten if key.rpartition(".")[2] in fixes]
+    if lacks and (wrong := [name for name in entry.question if name in COEFFICIENTS]):
+        for key in lacks:
+            fix = fixes[key.rpartition(".")[2]]
+            complain(key, f"missing; write {fix}, without which {wrong[0]} has no meaning")
+    if entry.impact.together and (
+        wrong := [name for name in entry.question if name in COEFFICIENTS]
+    ):
+        why = f"vehicles that go on together leave no {wrong[0]} to ask for"
+        complain("question", f"{why}; leave it out, or impact.together")
+    not_asked |= set(COEFFICIENTS) if lacks or entry.impact.together else set()
     asked = entry.question or tuple(name for name in UNKNOWNS if name not in not_asked)
     if not asked:
         complain(

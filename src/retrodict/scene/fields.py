@@ -175,6 +175,19 @@ DEPARTURE: dict[str, Field] = {
         meaning="likewise its component to the left of the heading",
     ),
 }  # fmt: skip
+# where a vehicle came to rest as seen from where it was struck, in place of a position
+FROM_IMPACT: dict[str, Field] = {
+    "distance": Field(
+        units.LENGTH, 0.05, 500, "12 ± 0.5 m", default=DEFAULTS["run_out"],
+        label="distance of {} from impact to rest", flat="run_out_distance",
+        meaning="in place of the position: how far the vehicle came, in a straight line",
+    ),
+    "direction": Field(
+        units.ANGLE, -360, 360, "35 ± 3 deg", default=DEFAULTS["run_out_direction"],
+        label="direction of {} from impact to rest", flat="run_out_direction",
+        meaning="and in which direction; left out where nobody knows",
+    ),
+}  # fmt: skip
 END_OF_ROTATION: dict[str, Field] = {
     "x": Field(
         units.LENGTH, -1000, 1000, "3 ± 0.5 m", uncertainty="required",
@@ -191,8 +204,9 @@ END_OF_ROTATION: dict[str, Field] = {
 }  # fmt: skip
 IMPACT: dict[str, Field] = {
     "contact_line": Field(
-        units.ANGLE, -180, 180, "-8.9 ± 3 deg", uncertainty="required", required=True,
-        label="contact line Γ from the y axis", name="Gamma", meaning="Γ, from the y axis",
+        units.ANGLE, -180, 180, "-8.9 ± 3 deg", uncertainty="required",
+        label="contact line Γ from the y axis", name="Gamma",
+        meaning="Γ, from the y axis; without it momentum alone answers",
     ),
 }  # fmt: skip
 # coefficients of the impact that were measured: items of evidence; exact ones are priors (`build`)
@@ -244,6 +258,7 @@ OF_VEHICLES: dict[str, Mapping[str, Field]] = {
     "approach.": APPROACH,
     "departure.": DEPARTURE,
     "end_of_rotation.": END_OF_ROTATION,
+    "rest.": FROM_IMPACT,
 }
 
 

@@ -22,7 +22,8 @@ class Measured:
             sd / (value (1 - value)), by the delta method, so value is the median, and sd the
             standard deviation to first order. A share without an uncertainty may be exactly 0 or 1.
         source: author and method of the measurement, or source of an assumed uncertainty.
-        assumed: "sd" where the uncertainty is a default, "value" where the value is one too.
+        assumed: "sd" where the uncertainty is a default, "value" where the value is one too, "stand-in"
+            where nothing is known of the quantity and no model that applies uses it.
         model_sd: part of `sd` that is the error of the model which predicts the quantity, not of the
             measurement; same unit.
     """
@@ -31,7 +32,7 @@ class Measured:
     sd: float = 0.0
     law: Law = "normal"
     source: str = ""
-    assumed: Literal["", "sd", "value"] = ""
+    assumed: Literal["", "sd", "value", "stand-in"] = ""
     model_sd: float = 0.0
 
     @property

@@ -6,10 +6,11 @@ from functools import cache
 from typing import NamedTuple
 
 from retrodict.scene.energy import ENERGY
-from retrodict.scene.fields import COEFFICIENTS
+from retrodict.scene.fields import COEFFICIENTS, FROM_IMPACT
 
 _ON_WAY = ("mark", "mark_speed", "mark_course", "end_x", "end_y", "end_heading")
 _AT_REST = ("rest_x", "rest_y", "rest_heading")
+_FROM_IMPACT = tuple(own.flat for own in FROM_IMPACT.values())
 _OF_BOTH = tuple(f"impact_{key}" for key in (*ENERGY, *COEFFICIENTS))
 
 
@@ -33,8 +34,8 @@ class Name(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the quantity is a component of a rest pose."""
-        return self.kind in _AT_REST
+        """Whether the quantity is measured at rest: a component of a rest pose, or how far off it is."""
+        return self.kind in _AT_REST or self.kind in _FROM_IMPACT
 
 
 _VELOCITIES = {f"{V}{v}{axis}": v for V in "vV" for v in "ab" for axis in "xy"}

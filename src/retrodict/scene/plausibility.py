@@ -14,6 +14,7 @@ _ACROSS = 1 / 3
 # a measuring error that is smaller than the run-out model's by this factor adds less than 2 % to it
 _SHARPER = 5
 _HEADINGS = "vehicles.A.impact.heading, vehicles.B.impact.heading"
+_OF_CONTACT = ("impact_centre", "contact_line")
 _NAMED = 3  # slips in one warning
 # kg/m²: mass over the square of the wheelbase, of passenger cars from the lightest to the heaviest;
 # longer wheelbases are lorries', loaded or not
@@ -38,16 +39,28 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
         A line each: the key, what is odd and what to look at.
     """
     # one wrong value may cause several of these: only the most specific is given
-    wrong = [*_masses(scene), *_inertias(scene), *_courses(scene)] or _slips(scene)
-    wrong = wrong or _sides(scene) or _beyond_the_wall(scene) or _pushes(scene)
+    wrong = [*_masses(scene), *_inertias(scene), *_courses(scene)]
+    if placed := not any(key.rpartition(".")[2] in _OF_CONTACT for key in scene.unwritten):
+        wrong = wrong or _slips(scene)
+        wrong = wrong or _sides(scene) or _beyond_the_wall(scene) or _pushes(scene)
     return (
         *wrong,
+        *(() if placed else _momentum_alone(scene)),
         *_sizes(scene),
         *_lifts(scene),
         *_rolls(scene),
         *_frictions(scene),
         *_energies(scene),
     )
+
+
+def _momentum_alone(scene: Scene) -> list[str]:
+    """What is missing for the models with coefficients of the impact."""
+    missing = [key for key in scene.unwritten if key.rpartition(".")[2] in _OF_CONTACT]
+    return [
+        f"{', '.join(missing)}: not written, so that momentum alone answers, and only how fast the "
+        "vehicles were; e, e_m and μ, and what evidence on the contact says, need them"
+    ]
 
 
 def _slips(scene: Scene) -> list[str]:
@@ -171,6 +184,8 @@ def _masses(scene: Scene) -> list[str]:
     """Masses that no car of this wheelbase has, with a note where they would fit in the other unit."""
     found = []
     for v, vehicle in scene.vehicles.items():
+        if f"vehicles.{v.upper()}.wheelbase" in scene.unwritten:
+            continue
         wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
         mass, (least, most) = vehicle.mass.value, (bound * wheelbase**2 for bound in _MASSES)
         if wheelbase > _LONGEST or least <= mass <= most:
@@ -189,6 +204,8 @@ def _sizes(scene: Scene) -> list[str]:
     """Tracks that do not suit the wheelbase, and wheelbases that may be the length of the vehicle."""
     found = []
     for v, vehicle in scene.vehicles.items():
+        if f"vehicles.{v.upper()}.wheelbase" in scene.unwritten:
+            continue
         wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
         mass, track = vehicle.mass.value, vehicle.track.value
         if wheelbase > _LONGEST and mass < _LIGHTEST * wheelbase**2:
@@ -249,6 +266,8 @@ def _pushes(scene: Scene) -> list[str]:
 def _inertias(scene: Scene) -> list[str]:
     found = []
     for v, vehicle in scene.vehicles.items():
+        if f"vehicles.{v.upper()}.wheelbase" in scene.unwritten:
+            continue
         wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
         radius = math.sqrt(vehicle.yaw_inertia.value / vehicle.mass.value) / wheelbase
         if not _RADIUS[0] <= radius <= _RADIUS[1]:

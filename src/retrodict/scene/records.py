@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from retrodict.scene import discrepancy
 from retrodict.scene.asked import Questions
 from retrodict.scene.energy import ENERGY
-from retrodict.scene.fields import APPROACH, COEFFICIENTS, DEPARTURE
+from retrodict.scene.fields import APPROACH, COEFFICIENTS, DEPARTURE, FROM_IMPACT
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
 from retrodict.scene.names import vehicle_of
@@ -125,6 +125,8 @@ class Approach:
 
 # motion of a vehicle just after the impact, by name in `fields.DEPARTURE`
 Departure = dict[str, Measured]
+# where a vehicle came to rest as seen from the impact, by name in `fields.FROM_IMPACT`
+FromImpact = dict[str, Measured]
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,13 +180,14 @@ class Contact:
     """Impact centre in the road plane (m) and Gamma (rad), the contact line's angle from the y axis.
 
     `interlocked` says that parts of the vehicles hooked into each other, so that sliding may have been
-    reversed.
+    reversed; `together` that they went on as one from there to rest.
     """
 
     x: Measured
     y: Measured
     Gamma: Measured
     interlocked: bool = False
+    together: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,6 +288,10 @@ class Scene:
         energy_lost: stated kinetic energy lost in the impact, J, by key in `ENERGY`.
         slope: slope of the whole ground; None where it is level.
         coefficients: measured coefficients of the impact, by key in `fields.COEFFICIENTS`.
+        from_impact: distance and direction from impact to rest, where no rest pose was measured, keyed
+            as `rest` is.
+        unwritten: paths of the file's keys that some models need and the file does not have; the
+            records hold stand-ins in their places.
         extra: log likelihood terms of the user's own, by name: functions, None once stored.
     """
 
@@ -309,6 +316,8 @@ class Scene:
     energy_lost: dict[str, Measured] = field(default_factory=dict)
     slope: Slope | None = None
     coefficients: dict[str, Measured] = field(default_factory=dict)
+    from_impact: dict[str, FromImpact] = field(default_factory=dict)
+    unwritten: tuple[str, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)
 
     if TYPE_CHECKING:
@@ -350,6 +359,10 @@ class Scene:
                 flat[f"edge_{surface.name}"] = end.offset
         return flat | dict(_measured(self.slope)) | self.approximations
 
+    def stated(self) -> dict[str, Measured]:
+        """The inputs that were measured or assumed: without those that only stand in."""
+        return {name: m for name, m in self.inputs().items() if m.assumed != "stand-in"}
+
     def evidence(self) -> dict[str, Measured]:
         """Items of evidence for the likelihood, by flat name: rest_x_a, departure_speed_b, mark_1_a, …
 
@@ -366,6 +379,12 @@ class Scene:
             flat[f"rest_y_{v}"] = rest.y.with_model_sd(missed.of_position(way))
             if rest.heading is not None:
                 flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(way))
+        for v, seen in self.from_impact.items():
+            missed = self.vehicles[v].run_out_error.of_position(seen["distance"].value)
+            for name in FROM_IMPACT:
+                if (measured := seen.get(name)) is not None:
+                    off = missed if name == "distance" else missed / seen["distance"].value
+                    flat[f"run_out_{name}_{v}"] = measured.with_model_sd(off)
         for v in self.vehicles:
             departure, missed = self.departure.get(v, {}), self.vehicles[v].run_out_error
             # programs do not depend on the order written
@@ -430,7 +449,7 @@ class Scene:
         return tuple(name for name in REPORTED if name not in left_out)
 
     def __repr__(self) -> str:
-        counted = f"{len(self.inputs())} inputs, {len(self.evidence())} items of evidence"
+        counted = f"{len(self.stated())} inputs, {len(self.evidence())} items of evidence"
         return f"<Scene {self.name!r}: {self.title!r}, {counted}>"
 
 

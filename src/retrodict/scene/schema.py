@@ -58,7 +58,8 @@ class SceneEntry(Table):
     vehicles: VehiclesEntry = Field(examples=["{ A = { … }, B = { … } }"])
     barrier: BarrierEntry | None = Field(None, examples=['{ kind = "wall" }'])
     impact: ImpactEntry = Field(
-        examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }']
+        ImpactEntry(),
+        examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }'],
     )
     surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_end)] = Field(
         {}, max_length=20, examples=[_ROAD]

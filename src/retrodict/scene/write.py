@@ -23,6 +23,8 @@ _MADE = "# Made from "
 _SOURCE = 200  # characters that a source may have
 _LINE = 100  # characters, beyond which a list has a line for each of its items
 _NAMED = ("vehicles", "surfaces", "priors")  # tables of tables
+# what is estimated from a wheelbase, and stands in with it
+_BY_WHEELBASE = ("cg_to_front_axle", "cg_to_rear_axle", "yaw_inertia")
 _LARGEST = 1e-9  # relative difference of two numbers that are the same but for rounding
 _OF_AVOIDANCE = {
     "reaction": "s",
@@ -118,9 +120,14 @@ def scene_toml(scene: Scene) -> str:
     lines += [
         "",
         "[impact]",
-        f"point = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}",
-        *_fields(scene.contact, fields.IMPACT),
+        *(
+            [f"point = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}"]
+            if "impact.point" not in scene.unwritten
+            else []
+        ),
+        *_fields(scene.contact, _written(fields.IMPACT, "impact", scene)),
         f"interlocked = {str(scene.contact.interlocked).lower()}",
+        *(["together = true"] if scene.contact.together else []),
         *(_line(key, stated, "J") for key, stated in scene.energy_lost.items()),
         *(_line(key, measured) for key, measured in scene.coefficients.items()),
     ]
@@ -184,10 +191,10 @@ def _value(value: Any) -> str:
 
 
 def _vehicle(scene: Scene, v: str) -> Iterator[str]:
-    vehicle = scene.vehicles[v]
-    yield f"[vehicles.{v.upper()}]"
+    vehicle, above = scene.vehicles[v], f"vehicles.{v.upper()}"
+    yield f"[{above}]"
     yield f"name = {_quoted(vehicle.name)}"
-    yield from _fields(vehicle, fields.VEHICLE)
+    yield from _fields(vehicle, _written(fields.VEHICLE, above, scene))
     yield f'length = "{float(vehicle.length)!r} m"'
     yield f'width = "{float(vehicle.width)!r} m"'
     yield from _wheels(vehicle)
@@ -196,7 +203,8 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
         "run_out_error.position", replace(missed.position, value=100 * missed.position.value), "%"
     )
     yield _line("run_out_error.heading", missed.heading, "rad")
-    yield from _fields(vehicle, fields.IMPACT_CENTRE, "impact_centre.")
+    if f"{above}.impact_centre" not in scene.unwritten:
+        yield from _fields(vehicle, fields.IMPACT_CENTRE, "impact_centre.")
     yield from _fields(vehicle, fields.POSE_AT_IMPACT, "impact.")
     approach = scene.approach[v]
     if approach.record is not None and approach.speed is not None:
@@ -214,8 +222,20 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
         yield "]"
     if end := scene.end_of_rotation.get(v):
         yield from _fields(end, fields.END_OF_ROTATION, "end_of_rotation.")
+    for name, measured in scene.from_impact.get(v, {}).items():
+        yield _line(f"rest.{name}", measured, fields.FROM_IMPACT[name].dimension.stored)
     if rest := scene.rest.get(v):
         yield from _rest(rest, vehicle.heading.value)
+
+
+def _written(
+    table: Mapping[str, fields.Field], above: str, scene: Scene
+) -> dict[str, fields.Field]:
+    """The quantities of a table that do not stand in for what the scene's file does not have."""
+    left_out = {path for path in scene.unwritten if path.startswith(f"{above}.")}
+    if f"{above}.wheelbase" in left_out:
+        left_out |= {f"{above}.{key}" for key in _BY_WHEELBASE}
+    return {key: field for key, field in table.items() if f"{above}.{key}" not in left_out}
 
 
 def _fields(record: object, table: Mapping[str, fields.Field], above: str = "") -> Iterator[str]:

@@ -29,7 +29,7 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
-from retrodict.scene.fields import DEPARTURE
+from retrodict.scene.fields import DEPARTURE, FROM_IMPACT
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import RunOutError, Scene
@@ -338,6 +338,7 @@ def _measured(
 ) -> Scene:
     """The design with the rest poses of a crash and the motion before them, read off with errors."""
     rest, departure, evidence = dict(scene.rest), dict(scene.departure), scene.evidence()
+    from_impact = dict(scene.from_impact)
     for name in structure.evidence:
         kind, v, _ = parsed(name)
         part, item = kind.removeprefix("rest_"), kind.removeprefix("departure_")
@@ -347,11 +348,17 @@ def _measured(
             m = replace(departure[v][item], value=value)
             departure[v] = departure[v] | {item: m}
             continue
+        if (item := kind.removeprefix("run_out_")) in FROM_IMPACT:
+            m = replace(from_impact[v][item], value=value)
+            from_impact[v] = from_impact[v] | {item: m}
+            continue
         m = replace(getattr(rest[v], part), value=value, sd=sd)
         rest[v] = replace(rest[v], **{part: m}, turns_known=True)
     # the design's errors stand, however far a crash's way is: the run-out's is in them by now
     vehicles = {v: replace(own, run_out_error=RunOutError()) for v, own in scene.vehicles.items()}
-    return replace(scene, rest=rest, departure=departure, vehicles=vehicles)
+    return replace(
+        scene, rest=rest, departure=departure, from_impact=from_impact, vehicles=vehicles
+    )
 
 
 def _ranked(

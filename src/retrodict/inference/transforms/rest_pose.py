@@ -100,7 +100,9 @@ def unknowns_of(
     x: parts.Values,
 ) -> tuple[parts.Values, Float[Array, ""]]:
     """A value for each of the model's sample sites, and log |d sites / d separation|."""
-    sites, log_det = RUNGS[structure.rung].impact.unknowns(separation, x)
+    unknowns = RUNGS[structure.rung].impact.unknowns
+    assert unknowns is not None, "else the structure is not in rest poses"
+    sites, log_det = unknowns(separation, x)
     v_bx, v_by = sites.pop("velocity_b")
     direction = jnp.arctan2(v_by, v_bx)
     if "direction_b" in structure.known_of_b:

@@ -402,8 +402,12 @@ def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     size = [4 * m.sd / worth for m in (scene.contact.x, scene.contact.y)]
     if min(size) > 0:
         axes.add_patch(Ellipse((x, y), *size, fc=(1, 1, 1, 0.45), ec=drawing.INK, lw=1.1, zorder=8))
-    line, normal = (ends / worth for ends in _contact_lines(scene))
     ink = drawing.INK
+    axes.plot(x, y, "*", color="white", mec=ink, ms=10, mew=0.9, zorder=9)
+    star = Line2D([], [], ls="", marker="*", color="white", mec=ink, ms=10, label="impact centre")
+    if "impact.contact_line" in scene.unwritten:
+        return [star]
+    line, normal = (ends / worth for ends in _contact_lines(scene))
     axes.plot(*line.T, "-.", color=ink, lw=1.0, zorder=8)
     axes.add_patch(
         FancyArrowPatch(
@@ -417,11 +421,8 @@ def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
             zorder=8,
         )
     )
-    axes.plot(x, y, "*", color="white", mec=ink, ms=10, mew=0.9, zorder=9)
-    return [
-        Line2D([], [], ls="", marker="*", color="white", mec=ink, ms=10, label="impact centre"),
-        Line2D([], [], ls="-.", color=ink, lw=1.0, label="contact line (Γ), arrow: normal"),
-    ]
+    label = "contact line (Γ), arrow: normal"
+    return [star, Line2D([], [], ls="-.", color=ink, lw=1.0, label=label)]
 
 
 def _plain(text: str) -> str:

@@ -107,10 +107,12 @@ class BarrierEntry(Table):
 class ImpactEntry(Table):
     """`[impact]`: where and along which line the vehicles touched, what was measured of the impact."""
 
-    point: tuple[ImpactCoordinate, ImpactCoordinate] = Field(
-        examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
+    point: tuple[ImpactCoordinate, ImpactCoordinate] | None = Field(
+        None, examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
     )
+    contact_line: Annotated[Measured, IMPACT["contact_line"]] | None = None
     interlocked: bool = Field(default=False, strict=True, examples=["true"])
+    together: bool = Field(default=False, strict=True, examples=["true"])
     energy_lost: EnergyLost | None = None
     energy_lost_at_least: EnergyLost | None = None
     energy_lost_at_most: EnergyLost | None = None

@@ -30,6 +30,7 @@ from retrodict.scene.fields import (
     APPROACH,
     DEPARTURE,
     END_OF_ROTATION,
+    FROM_IMPACT,
     IMPACT_CENTRE,
     POSE_AT_IMPACT,
     VEHICLE,
@@ -45,6 +46,7 @@ _WHEELS = (
     'rear_left = "rolling", rear_right = "0.3 ± 0.1" }'
 )
 _REST = '{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 deg" }'
+_IMPACT_CENTRE = '{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }'
 _END = '{ x = "3 ± 0.5 m", y = "1 ± 0.5 m", heading = "20 ± 5 deg" }'
 
 _MARK = "that of the mark goes into its key uncertainty"
@@ -297,14 +299,31 @@ class EndOfRotationEntry(Table):
         return self
 
 
+@with_fields(FROM_IMPACT)
 class RestEntry(Table):
-    """`[vehicles.A.rest]`: where the vehicle came to rest."""
+    """`[vehicles.A.rest]`: where the vehicle came to rest, as a position or from the impact."""
 
-    position: tuple[RestCoordinate, RestCoordinate] = Field(
-        examples=['["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]']
+    position: tuple[RestCoordinate, RestCoordinate] | None = Field(
+        None, examples=['["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]']
     )
+    distance: Annotated[Measured, FROM_IMPACT["distance"]] | None = None
+    direction: Annotated[Measured, FROM_IMPACT["direction"]] | None = None
     heading: RestHeading | None = None
     rotation: Rotation | None = None
+
+    @model_validator(mode="after")
+    def _is_somewhere(self) -> RestEntry:
+        if self.position is not None and (self.distance or self.direction):
+            raise fault("the same twice; keep it, or distance and direction", "position")
+        if self.position is None and self.distance is None:
+            raise fault(
+                'missing; write position = ["-5.1 m", "1.9 m"], or distance = "12 ± 0.5 m" from the '
+                "impact",
+                "position",
+            )
+        if self.position is None and self.heading is not None:
+            raise fault("it needs a position; leave it out, or write position", "heading")
+        return self
 
     @model_validator(mode="after")
     def _what_turned_has_a_heading(self) -> RestEntry:
@@ -344,7 +363,7 @@ class VehicleEntry(Table):
     wheelbase: Annotated[Measured, _WHEELBASE] | None = None
     cg_to_front_axle: Annotated[Measured, VEHICLE["cg_to_front_axle"]] | None = None
     cg_to_rear_axle: Annotated[Measured, VEHICLE["cg_to_rear_axle"]] | None = None
-    track: Annotated[Measured, VEHICLE["track"]]
+    track: Annotated[Measured, VEHICLE["track"]] | None = None
     length: OutlineLength | None = None
     width: OutlineWidth | None = None
     wheels: Annotated[WheelsEntry | None, BeforeValidator(_by_wheel)] = None
@@ -353,9 +372,7 @@ class VehicleEntry(Table):
     run_out_error: RunOutErrorEntry = Field(
         RunOutErrorEntry(), examples=['{ position = "4 %", heading = "8 deg" }']
     )
-    impact_centre: ImpactCentreEntry = Field(
-        examples=['{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }']
-    )
+    impact_centre: ImpactCentreEntry | None = Field(None, examples=[_IMPACT_CENTRE])
     impact: ImpactPoseEntry = Field(examples=['{ heading = "180 ± 2 deg" }'])
     approach: ApproachEntry = Field(ApproachEntry(), examples=['{ speed = "45 ± 2 mph" }'])
     departure: DepartureEntry | None = Field(None, examples=['{ delta_v = "12 ± 1 m/s" }'])
@@ -387,11 +404,31 @@ class VehicleEntry(Table):
 
     @model_validator(mode="after")
     def _axles_are_known(self) -> VehicleEntry:
-        if self.wheelbase is None:
-            for key in ("cg_to_front_axle", "cg_to_rear_axle"):
-                if getattr(self, key) is None:
-                    raise fault(f'missing; write {key} = "1.35 m", or the wheelbase', key)
+        axles = ("cg_to_front_axle", "cg_to_rear_axle")
+        written = [key for key in axles if getattr(self, key) is not None]
+        if self.wheelbase is None and len(written) == 1:
+            (key,) = set(axles) - set(written)
+            raise fault(f'missing; write {key} = "1.35 m", or the wheelbase', key)
         return self
+
+    @model_validator(mode="after")
+    def _what_is_said_of_wheels_has_their_places(self) -> VehicleEntry:
+        said = [key for key in ("wheels", "cg_height") if getattr(self, key) is not None]
+        for key, example in (("wheelbase", "2.85 m"), ("track", "1.54 m")):
+            if said and key in self.unwritten:
+                raise fault(f'missing; write {key} = "{example}", which {said[0]} needs', key)
+        return self
+
+    @property
+    def unwritten(self) -> tuple[str, ...]:
+        """Keys that only some of the models need, and that the file does not have."""
+        lacks_axles = self.wheelbase is None and self.cg_to_front_axle is None
+        lacks = {
+            "impact_centre": self.impact_centre is None,
+            "wheelbase": lacks_axles,
+            "track": self.track is None,
+        }
+        return tuple(key for key, missing in lacks.items() if missing)
 
     @model_validator(mode="after")
     def _what_steers_rolls(self) -> VehicleEntry:
