@@ -1,4 +1,4 @@
-"""Vehicles that go on together after the impact, as points or as one rigid body: no coefficient is left."""
+"""Vehicles that go on together, as points or as one rigid body: no coefficient of the impact is left."""
 
 from __future__ import annotations
 

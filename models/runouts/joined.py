@@ -1,4 +1,4 @@
-"""The run-outs of vehicles that go on together: as one point that slides, or as one body on all wheels."""
+"""The run-outs of vehicles that go on together: one point that slides, or one body on all wheels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Vehicles that go on together: conservation, the limit of the planar impact, the joined run-out by SciPy."""
+"""Vehicles that go on together: conserved momenta, the planar impact's limit, the run-out by SciPy."""
 
 import jax.numpy as jnp
 import numpy as np

@@ -176,7 +176,6 @@ def test_keywords_are_refused_as_keys_of_a_file_are() -> None:
     lines = str(refused.value).split("\n")
     assert 'mine: surface = {}: unknown key; did you mean "surfaces"?' in lines
     assert 'mine: vehicles.A: missing; write A = { mass = "1857 ± 37 kg", … }' in lines
-    assert any(line.startswith("mine: impact: missing; write impact = ") for line in lines)
 
 
 def test_what_could_not_be_read_again_is_refused() -> None:

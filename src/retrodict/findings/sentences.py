@@ -201,11 +201,8 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
     found = list(outcome.description.ignores)
     if along := assumed_approach(scene):
         found.append(along)
-    locked = [
-        v.upper()
-        for v in scene.vehicles
-        if v not in scene.rolling and v in scene.rest | scene.from_impact
-    ]
+    slid = {*scene.rest, *scene.from_impact}
+    locked = [v.upper() for v in scene.vehicles if v not in scene.rolling and v in slid]
     if locked:
         found.append(
             f"All wheels of {_and(locked)} are taken as locked after the impact, as none was written to "

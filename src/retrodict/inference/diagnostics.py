@@ -215,12 +215,10 @@ def _odd_physics(posterior: Mapping[Any, Any]) -> Iterator[str]:
                 f"in {reversed_:.0%} of the draws μ exceeds its critical value, at which sliding along "
                 "the contact line ends: the impulse reverses the sliding (SAE 770014, caution at eq 23)"
             )
-    if "normal_impulse" in posterior:
-        if (pulled := share(draws("normal_impulse") < 0)) > _OFTEN:
-            yield (
-                f"in {pulled:.0%} of the draws the normal impulse holds the vehicles together, as no "
-                "contact can"
-            )
-    if "energy_lost" in posterior:
-        if (gained := share(draws("energy_lost") < 0)) > _OFTEN:
-            yield f"in {gained:.0%} of the draws the impact gains kinetic energy"
+    if "normal_impulse" in posterior and (pulled := share(draws("normal_impulse") < 0)) > _OFTEN:
+        yield (
+            f"in {pulled:.0%} of the draws the normal impulse holds the vehicles together, as no "
+            "contact can"
+        )
+    if "energy_lost" in posterior and (gained := share(draws("energy_lost") < 0)) > _OFTEN:
+        yield f"in {gained:.0%} of the draws the impact gains kinetic energy"

@@ -208,7 +208,8 @@ def _moved(
     across: Float[Array, "4"],
 ) -> Float[Array, "4"]:
     """Wheel loads with load transfer: two linear equations in the deceleration."""
-    assert isinstance(car, Car) and car.height is not None, "joined bodies have static loads"
+    assert isinstance(car, Car), "joined bodies have static loads"
+    assert car.height is not None
     by_u = car.height / (car.front_axle + car.rear_axle) / 2 * jnp.array([-1.0, -1.0, 1.0, 1.0])
     by_v = 2 * car.height / car.track * share * jnp.array([-1.0, 1.0, -1.0, 1.0])
     a, b, c = (along * load).sum(), (along * by_u).sum(), (along * by_v).sum()

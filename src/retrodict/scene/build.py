@@ -65,7 +65,7 @@ _STANDS_IN = "stands in for drawing; no model that applies uses it"
 _LIKE = "intermediate car"  # of which wheelbase and track stand in
 _ALIKE = 0.3  # length of the difference of two unit vectors along nearly the same way
 _POINT = 'point = ["0 ± 0.3 m", "0 ± 0.3 m"]'
-_CENTRE = 'impact_centre = { distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }'
+_CENTRE = 'impact_centre = {{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }}'
 _LINE = 'contact_line = "-8.9 ± 3 deg"'
 _SURE = 2  # standard deviations by which friction has to exceed a slope
 

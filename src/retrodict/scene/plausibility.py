@@ -40,12 +40,13 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     """
     # one wrong value may cause several of these: only the most specific is given
     wrong = [*_masses(scene), *_inertias(scene), *_courses(scene)]
-    if placed := not any(key.rpartition(".")[2] in _OF_CONTACT for key in scene.unwritten):
+    missing = [key for key in scene.unwritten if key.rpartition(".")[2] in _OF_CONTACT]
+    if placed := not missing:
         wrong = wrong or _slips(scene)
         wrong = wrong or _sides(scene) or _beyond_the_wall(scene) or _pushes(scene)
     return (
         *wrong,
-        *(() if placed else _momentum_alone(scene)),
+        *(() if placed or scene.contact.together else [_momentum_alone(missing)]),
         *_sizes(scene),
         *_lifts(scene),
         *_rolls(scene),
@@ -54,13 +55,12 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def _momentum_alone(scene: Scene) -> list[str]:
+def _momentum_alone(missing: list[str]) -> str:
     """What is missing for the models with coefficients of the impact."""
-    missing = [key for key in scene.unwritten if key.rpartition(".")[2] in _OF_CONTACT]
-    return [
+    return (
         f"{', '.join(missing)}: not written, so that momentum alone answers, and only how fast the "
         "vehicles were; e, e_m and μ, and what evidence on the contact says, need them"
-    ]
+    )
 
 
 def _slips(scene: Scene) -> list[str]:
