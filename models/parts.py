@@ -11,8 +11,6 @@ import numpyro
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
-from retrodict.models import priors
-from retrodict.models.arrays import Data, Structure
 
 from retrodict.constants import GRAVITY
 from retrodict.mechanics import (
@@ -26,6 +24,8 @@ from retrodict.mechanics import (
     against_barrier,
     lever_arms,
 )
+from retrodict.models import priors
+from retrodict.models.arrays import Data, Structure
 from retrodict.scene.priors import FIXED
 from retrodict.scene.records import VEHICLES, WHEELS
 
@@ -167,8 +167,8 @@ def cars(structure: Structure, x: Values) -> Car:
 def drag_factors(structure: Structure, x: Values) -> Float[Array, " vehicles"]:
     """Drag factors of the vehicles on the first surface: mean over the wheels, by static load."""
     car = cars(structure, x)
-    grip = jnp.stack([x[f"grip_{v}"] for v in vehicles(x)])
-    grip = grip * x[f"friction_{structure.surfaces[0]}"]
+    friction = x[f"friction_{structure.surfaces[0]}"]
+    grip = jnp.stack([held(v, x, friction) for v in vehicles(x)])
     if car.wheels is None:
         return grip
     front = car.rear_axle / (car.front_axle + car.rear_axle)
@@ -199,13 +199,26 @@ def ground(structure: Structure, data: Data, x: Values) -> Ground:
     dependence = [x[f"speed_dependence_{s}"] for s in structure.surfaces]
     friction = jnp.stack([x[f"friction_{s}"] for s in structure.surfaces])
     return Ground(
-        coefficients=jnp.stack([x[f"grip_{v}"] for v in vehicles(x)])[:, None] * friction,
+        coefficients=jnp.stack([held(v, x, friction) for v in vehicles(x)]),
         speed_dependence=None if structure.constant_friction else jnp.stack(dependence),
         zones=Zone(data.edges.point + shift, inward),
         polygons=data.outlines,
         insets=jnp.stack(around) if around else 0.0,
         incline=Incline(x["grade"], x["uphill"]) if "grade" in x else None,
     )
+
+
+def held(v: str, x: Values, friction: Float[Array, "*any"]) -> Float[Array, "*any"]:
+    """Friction that a vehicle's tyres have; the drag factor of one that slides without wheels.
+
+    Args:
+        v: vehicle, "a" or "b".
+        x: measured inputs by name.
+        friction: friction of the surfaces.
+    """
+    if f"slides_{v}" in x:
+        return jnp.broadcast_to(x[f"slides_{v}"], friction.shape)
+    return x[f"grip_{v}"] * friction
 
 
 def each_vehicle[T](function: Callable[..., T], *arguments: Array, car: Car, on: Ground) -> T:
@@ -279,9 +292,9 @@ def record_skids(structure: Structure, x: Values, after: Float[Array, " separati
             upward = normal * x["grade"] * jnp.cos(course - x["uphill"])
         for _ in range(1 if structure.constant_friction else 8):
             slowing = jnp.exp(-x[f"speed_dependence_{road}"] * (initial + speed) / 2)
-            friction = x[f"friction_{road}"] * x[f"grip_{v}"] * slowing
-            held = braking * friction * normal + upward
-            initial = jnp.sqrt(square + 2 * GRAVITY * held * x[f"skid_{v}"])
+            friction = held(v, x, x[f"friction_{road}"] * slowing)
+            slowed = braking * friction * normal + upward
+            initial = jnp.sqrt(square + 2 * GRAVITY * slowed * x[f"skid_{v}"])
         numpyro.deterministic(f"travelling_speed_{v}", initial)
 
 

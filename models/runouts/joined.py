@@ -24,19 +24,19 @@ def slid(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
 ) -> Float[Array, "2 2"]:
     """Rest positions of both vehicles: as far as one point of their weight slides."""
-    return slide.rest_poses(structure, data, _of_one_grip(x), after)
+    return slide.slid(x, after, _mean_friction(structure, data, x))
 
 
 def slid_along(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]) -> Path:
     """Straight paths of both vehicles to rest, stacked."""
-    return slide.paths(structure, data, _of_one_grip(x), after)
+    return slide.slid_along(x, after, _mean_friction(structure, data, x))
 
 
-def _of_one_grip(x: parts.Values) -> parts.Values:
-    """The inputs with the mean grip, by weight, for the tyres of both."""
+def _mean_friction(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "2"]:
+    """The mean of both vehicles' friction by weight, for each of them."""
     mass = masses(x).mass
-    mean = mass @ jnp.stack([x["grip_a"], x["grip_b"]]) / mass.sum()
-    return x | {"grip_a": mean, "grip_b": mean}
+    mean = mass @ slide.friction(structure, data, x) / mass.sum()
+    return jnp.stack([mean, mean])
 
 
 def rest_poses(

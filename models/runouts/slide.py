@@ -5,41 +5,53 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
+
+from retrodict.constants import GRAVITY
+from retrodict.mechanics import Path
+from retrodict.mechanics.runout import ROWS
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
 from retrodict.models.runouts import spin
 
-from retrodict.constants import GRAVITY
-from retrodict.mechanics import Path
-from retrodict.mechanics.runout import ROWS
-
 
 def rest_poses(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
 ) -> Float[Array, "2 2"]:
     """Rest positions of both vehicles for velocities after the impact."""
-    return parts.each_vehicle(
-        lambda start, velocity, car, on: (
-            start
-            + velocity * jnp.hypot(*velocity) / (2 * GRAVITY * jnp.asarray(on.coefficients)[0])
-        ),
-        *(parts.impact_poses(x)[:, :2], after.reshape(2, 2)),
-        car=parts.cars(structure, x),
-        on=parts.ground(structure, data, x),
-    )
+    return slid(x, after, friction(structure, data, x))
 
 
 def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]) -> Path:
     """Straight paths of both vehicles to rest, v² = v0² (1 − s / d), stacked."""
+    return slid_along(x, after, friction(structure, data, x))
+
+
+def friction(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "2"]:
+    """Friction of both vehicles on the road."""
+    return jnp.asarray(parts.ground(structure, data, x).coefficients)[:, 0]
+
+
+def slid(
+    x: parts.Values, after: Float[Array, "4"], friction: Float[Array, "2"]
+) -> Float[Array, "2 2"]:
+    """Rest positions of both vehicles that slide on this friction, v² = 2 mu g d."""
+    V = after.reshape(2, 2)
+    size = jnp.hypot(*V.T)
+    way = V * (size / (2 * GRAVITY * friction))[:, None]
+    return parts.impact_poses(x)[:, :2] + way
+
+
+def slid_along(x: parts.Values, after: Float[Array, "4"], friction: Float[Array, "2"]) -> Path:
+    """Straight paths of both vehicles that slide to rest on this friction, stacked."""
     start, V = parts.impact_poses(x), after.reshape(2, 2)
-    end = rest_poses(structure, data, x, after)
+    end = slid(x, after, friction)
     share = jnp.linspace(0.0, 1.0, ROWS)  # of the way
     left = jnp.sqrt(1 - share)  # of the speed
     between = jax.vmap(lambda a, b: a + share[:, None] * (b - a))(start[:, :2], end)
     heading = jnp.broadcast_to(start[:, None, 2:], (2, ROWS, 1))
-    braking = GRAVITY * jnp.asarray(parts.ground(structure, data, x).coefficients)[:, 0]
+    braking = GRAVITY * friction
     velocity = left[:, None] * V[:, None]
     return Path(
         pose=jnp.concatenate([between, heading], axis=-1),

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from scipy import special
 
 from retrodict.scene import parse_scene
-from retrodict.scene.defaults import DEFAULTS, FRICTION
+from retrodict.scene.defaults import DEFAULTS, FRICTION, SLIDING
 from retrodict.scene.entries.vehicle import MarkEntry, VehicleEntry
 from retrodict.scene.kinds import Kind
 from retrodict.scene.priors import default_priors
@@ -78,7 +78,7 @@ def test_every_example_in_the_schema_is_itself_accepted():
 
 
 def test_every_friction_and_prior_is_documented_with_grade_and_source():
-    for kind, friction in FRICTION.items():
+    for kind, friction in (FRICTION | SLIDING).items():
         row = f"{friction.value:g} ± {friction.sd:g} | {friction.grade} | {friction.source}"
         assert f'| `"{kind}"` | {row} |' in PAGE
     for name, prior in default_priors().items():

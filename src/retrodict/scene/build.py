@@ -62,6 +62,8 @@ from retrodict.scene.vehicle_library import find
 
 _SLIDES = math.radians(15)  # off its heading a vehicle slides: tyres that roll slip by some 10 deg
 _STANDS_IN = "stands in for drawing; no model that applies uses it"
+# what slides is drawn as large as a motorcycle, m: that and what lies around it
+_OF_SLIDING, _AROUND_SLIDING = {"wheelbase": 1.4, "track": 0.5}, (0.8, 0.3)
 _LIKE = "intermediate car"  # of which wheelbase and track stand in
 _ALIKE = 0.3  # length of the difference of two unit vectors along nearly the same way
 _POINT = 'point = ["0 ± 0.3 m", "0 ± 0.3 m"]'
@@ -101,11 +103,9 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
             v.lower(): _vehicle(v, entries[v], _other_side(v, entries), surfaces[0], complain)
             for v in entries
         },
-        approach={
-            v.lower(): _approach(each.approach, each.impact.heading) for v, each in entries.items()
-        },
+        approach={v.lower(): _approach(each.approach, each.heading) for v, each in entries.items()},
         rest={
-            v.lower(): _rest(v, each.rest, each.impact.heading.value, complain)
+            v.lower(): _rest(v, each.rest, each.heading.value, complain)
             for v, each in entries.items()
             if each.rest and each.rest.position
         },
@@ -206,7 +206,7 @@ def _other_side(letter: str, entries: Mapping[str, VehicleEntry]) -> complex | N
     other = next((each for v, each in entries.items() if v != letter), None)
     if other is None:
         return None
-    own, its = (cmath.rect(1, each.impact.heading.value) for each in (entries[letter], other))
+    own, its = (cmath.rect(1, each.heading.value) for each in (entries[letter], other))
     return own - its
 
 
@@ -221,8 +221,8 @@ def _impact_centre(
         if towards is not None:
             who = "both vehicles head the same way, so that it tells which was in front"
             complain(f"vehicles.{letter}.impact_centre", f"missing; write {_CENTRE}: {who}")
-        towards = cmath.rect(1, entry.impact.heading.value)
-    angle = math.remainder(cmath.phase(towards) - entry.impact.heading.value, math.tau)
+        towards = cmath.rect(1, entry.heading.value)
+    angle = math.remainder(cmath.phase(towards) - entry.heading.value, math.tau)
     distance = size / 4
     return (
         Measured(distance, reach.amount(distance), "lognormal", f"assumed: ± {reach}", "value"),
@@ -231,12 +231,13 @@ def _impact_centre(
 
 
 def _with_stand_ins(entry: VehicleEntry) -> VehicleEntry:
-    """The entry with a car's wheelbase and track, exact, where the file has none."""
+    """The entry with a wheelbase and track, exact, where the file has none."""
     like = find(_LIKE)
     assert like is not None, "the library has it"
+    sizes = {key: getattr(like, key).value for key in _OF_SLIDING}
     size = {
-        key: Measured(getattr(like, key).value, source=_STANDS_IN, assumed="stand-in")
-        for key in ("wheelbase", "track")
+        key: Measured(value, source=_STANDS_IN, assumed="stand-in")
+        for key, value in (_OF_SLIDING if entry.slides else sizes).items()
         if key in entry.unwritten
     }
     if "wheelbase" not in size:
@@ -266,6 +267,8 @@ def _vehicle(
     base = entry.wheelbase or Measured(front.value + rear.value, math.hypot(front.sd, rear.sd))
     wheelbase = base.value
     overhang, margin = DEFAULTS["length"].value, DEFAULTS["width"].value
+    if entry.slides:
+        overhang, margin = _AROUND_SLIDING
     length = entry.length.value if entry.length else front.value + rear.value + overhang
     width = entry.width.value if entry.width else entry.track.value + margin
     if length < wheelbase:
@@ -294,7 +297,7 @@ def _vehicle(
         track=entry.track,
         impact_distance=distance,
         impact_angle=angle,
-        heading=entry.impact.heading,
+        heading=entry.heading,
         length=length,
         width=width,
         wheels=wheels,
@@ -474,7 +477,7 @@ def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:
 
     def contradiction(of: str, rest_of: str) -> bool:
         rest = entries[rest_of].rest
-        return rest is None or _contradicts(rest, entries[of].impact.heading.value)
+        return rest is None or _contradicts(rest, entries[of].heading.value)
 
     a, b = entries
     as_written = contradiction(a, a) or contradiction(b, b)

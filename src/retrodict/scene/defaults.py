@@ -52,7 +52,7 @@ class Default:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceFriction:
-    """Assumed friction of a kind of surface.
+    """Assumed friction of a kind of surface, or drag factor of a kind of body.
 
     Args:
         value: mean sliding friction of a car's tyres.
@@ -340,6 +340,16 @@ DEFAULTS: dict[str, Default] = {
     ),
 }
 
+# drag factors of bodies without wheels, by what slides
+SLIDING: dict[str, SurfaceFriction] = {
+    "motorcycle on its side": SurfaceFriction(
+        0.42,
+        0.12,
+        "B",
+        "on pavement 0.45 to 0.58 of two without fairings (Day and Smith 1984), 0.26 to 0.33 of one "
+        "with and without (Raftery 1995), as quoted by axiomforensic.com, 2020",
+    ),
+}
 FRICTION: dict[str, SurfaceFriction] = {
     "dry asphalt": SurfaceFriction(
         0.75,

@@ -82,6 +82,13 @@ VEHICLE: dict[str, Field] = {
         meaning="centre of gravity above the road, by which deceleration moves load between the wheels "
         "([below](#load-transfer)); else loads are static",
     ),
+    "slides": Field(
+        units.NUMBER, 0.05, 1.5, "0.45 ± 0.1", "lognormal", uncertainty="required",
+        advice="0.1 suits a published range",
+        label="drag factor of {}, which slides without wheels",
+        meaning="drag factor of a body [without wheels](#bodies-without-wheels), whatever it slides on, "
+        'or `"motorcycle on its side"`',
+    ),
     "grip": Field(
         units.NUMBER, 0.2, 2, "1 ± 0.05", "lognormal",
         default=DEFAULTS["grip"], label="grip of {}'s tyres, a factor of the friction", assumed=1.0,

@@ -84,6 +84,7 @@ class Vehicle:
     is None where all were locked after the impact. `kind` names the entry of the library of vehicles
     whose figures stand where the scene file has none; it is empty where the file names no class.
     `cg_height` is the height of the centre of gravity above the road; None where loads are static.
+    `slides` is the drag factor of a body without wheels; None for a vehicle on its wheels.
     """
 
     name: str
@@ -102,6 +103,7 @@ class Vehicle:
     run_out_error: RunOutError = RunOutError()
     kind: str = ""
     cg_height: Measured | None = None
+    slides: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)

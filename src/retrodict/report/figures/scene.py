@@ -101,6 +101,7 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     handles += _vehicles(axes, scene, unit.worth)
     _skids(axes, scene, unit.worth)
     handles += _directions(axes, scene, unit.worth)
+    handles += _from_impact(axes, scene, unit.worth)
     _marks(axes, scene, unit.worth)
     handles += _rotations(axes, scene, unit.worth)
     handles += _contact(axes, scene, unit.worth)
@@ -135,6 +136,7 @@ def _view(
 ) -> tuple[float, float, float, float]:
     points = [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in scene.vehicles]
     points += [_rest_points(scene, v) / worth for v in scene.rest]
+    points += [_rests_from_impact(scene, v) / worth for v in scene.from_impact]
     points += [np.array([[m.x, m.y] for m in marks]) / worth for marks in scene.marks.values()]
     points += [np.array([[x, y]]) / worth for _, x, y, _ in _ends_of_rotation(scene)]
     points += [each / worth for each in _contact_lines(scene)]
@@ -352,6 +354,29 @@ def _directions(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
         drawn.append(v)
     handle = Patch(color=drawing.INK, label="direction of travel ± 2 sd", **look)
     return [handle] if drawn else []
+
+
+def _rests_from_impact(scene: Scene, v: str) -> np.ndarray:
+    """Where a vehicle may have come to rest by its distance and direction ± 2 sd: an arc, m."""
+    seen = scene.from_impact[v]
+    direction = seen.get("direction")
+    turn = np.linspace(-np.pi, np.pi, 60)
+    if direction is not None:
+        turn = direction.value + min(2 * direction.sd, np.pi) / np.pi * turn
+    around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return impact_pose(scene, v)[:2] + seen["distance"].value * around
+
+
+def _from_impact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
+    """The rests that were measured from the impact."""
+    look: dict[str, Any] = {"lw": 2.5, "alpha": 0.6}
+    for v in scene.from_impact:
+        arc = _rests_from_impact(scene, v) / worth
+        axes.plot(*arc.T, color=drawing.OF_VEHICLE[v], zorder=3, **look)
+        middle = arc[len(arc) // 2]
+        _name(axes, middle, f"{v.upper()} came to rest here", drawing.OF_VEHICLE[v])
+    label = "rest by its distance, direction ± 2 sd"
+    return [Line2D([], [], color=drawing.INK, label=label, **look)] if scene.from_impact else []
 
 
 def _marks(axes: Axes, scene: Scene, worth: float) -> None:

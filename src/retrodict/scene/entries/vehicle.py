@@ -16,7 +16,7 @@ from pydantic import (
 )
 
 from retrodict.scene import units
-from retrodict.scene.defaults import DEFAULTS
+from retrodict.scene.defaults import DEFAULTS, SLIDING
 from retrodict.scene.entries.table import (
     FOR_DRAWING,
     FROM_ORIGIN,
@@ -39,6 +39,10 @@ from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.measured import UNKNOWN, Measured
 from retrodict.scene.vehicle_library import find, near
 
+_OF_WHEELS = (
+    "wheelbase", "cg_to_front_axle", "cg_to_rear_axle", "track", "cg_height", "wheels", "drag_factor",
+    "steer",
+)  # fmt: skip
 _MARKS = 50  # for a vehicle
 _RECORDED = 200  # speeds of a record
 _WHEELS = (
@@ -173,6 +177,17 @@ Wheel = Annotated[
     WrapValidator(_wheel),
     Field(examples=['"locked"']),
 ]
+
+
+def _sliding(raw: object, read: ValidatorFunctionWrapHandler) -> Measured:
+    if isinstance(raw, str) and not any(c.isdigit() for c in raw):
+        if (known := SLIDING.get(raw)) is None:
+            words = ", ".join(f'"{word}"' for word in SLIDING)
+            raise fault(f'no drag factor is known for it; write {words}, or one like "0.45 ± 0.1"')
+        source = f"assumed of a {raw}: {known}"
+        return Measured(known.value, known.sd, "lognormal", source, "value")
+    measured: Measured = read(raw)
+    return measured
 
 
 def _few(raw: object) -> object:
@@ -373,7 +388,10 @@ class VehicleEntry(Table):
         RunOutErrorEntry(), examples=['{ position = "4 %", heading = "8 deg" }']
     )
     impact_centre: ImpactCentreEntry | None = Field(None, examples=[_IMPACT_CENTRE])
-    impact: ImpactPoseEntry = Field(examples=['{ heading = "180 ± 2 deg" }'])
+    slides: Annotated[Measured, VEHICLE["slides"], WrapValidator(_sliding)] | None = None
+    impact: ImpactPoseEntry | None = Field(
+        None, validate_default=True, examples=['{ heading = "180 ± 2 deg" }']
+    )
     approach: ApproachEntry = Field(ApproachEntry(), examples=['{ speed = "45 ± 2 mph" }'])
     departure: DepartureEntry | None = Field(None, examples=['{ delta_v = "12 ± 1 m/s" }'])
     marks: Annotated[list[MarkEntry], BeforeValidator(_few)] = Field(
@@ -418,6 +436,34 @@ class VehicleEntry(Table):
             if said and key in self.unwritten:
                 raise fault(f'missing; write {key} = "{example}", which {said[0]} needs', key)
         return self
+
+    @model_validator(mode="after")
+    def _what_slides_has_no_wheels(self) -> VehicleEntry:
+        if self.slides is None:
+            return self
+        for key in (*_OF_WHEELS, "yaw_inertia", "end_of_rotation"):
+            if getattr(self, key):
+                raise fault(
+                    "what slides has no wheels and does not yaw; leave it out, or slides", key
+                )
+        if any(mark.of != "centre" for mark in self.marks):
+            raise fault("what slides has no wheels; leave of out, or slides", "marks")
+        return self
+
+    @model_validator(mode="after")
+    def _stands_some_way(self) -> VehicleEntry:
+        goes = isinstance(self.approach.direction, Measured)
+        if self.impact is None and not (self.slides and goes):
+            raise fault('missing; write impact = { heading = "180 ± 2 deg" }', "impact")
+        return self
+
+    @property
+    def heading(self) -> Measured:
+        """Heading at impact; of what slides the direction in which it came, where it has none."""
+        if self.impact is not None:
+            return self.impact.heading
+        assert isinstance(self.approach.direction, Measured), "the schema sees to it"
+        return self.approach.direction
 
     @property
     def unwritten(self) -> tuple[str, ...]:
