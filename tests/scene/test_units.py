@@ -154,6 +154,28 @@ def test_a_table_keeps_its_source():
     assert read_quantity(raw, units.NUMBER, "") == units.Reading(0.5, 0.03, "skid tests")
 
 
+@pytest.mark.parametrize(
+    ("text", "angle", "sd"),
+    [
+        ("N 45° E", 45, None),
+        ("N 30 E ± 2 deg", 60, 2),
+        ("N 30° W", 120, None),
+        ("s 30 deg e", -60, None),
+        ("S30W", -120, None),
+        ("SW", -135, None),
+        ("due north ± 3 deg", 90, 3),
+        ("West", 180, None),
+        ("bearing 135°", -45, None),
+        ("bearing 350 deg ± 5 deg", 100, 5),
+        ("45 ± 2 deg", 45, 2),
+    ],
+)
+def test_directions_may_be_compass_bearings_where_y_is_north(text, angle, sd):
+    reading = read_quantity(text, units.DIRECTION, "")
+    assert reading.value == pytest.approx(math.radians(angle))
+    assert reading.sd == (None if sd is None else pytest.approx(math.radians(sd)))
+
+
 REFUSED = [
     ("45", units.SPEED, 'write "45 m/s"'),
     ("45 ± 2", units.SPEED, 'write "45 ± 2 m/s"'),
@@ -166,16 +188,10 @@ REFUSED = [
     ("45 mph ± 2 kg", units.SPEED, '"kg" does not measure a speed'),
     ("45 - 2 mph", units.SPEED, "a range begins with its smaller end"),
     ("45 mph - 2", units.SPEED, "a range begins with its smaller end"),
-    (
-        "N 45° E",
-        units.ANGLE,
-        "a compass bearing, and angles are counted counter-clockwise from the x axis",
-    ),
-    ("N 30 E", units.ANGLE, 'write "60 deg"'),
-    ("N 30° W", units.ANGLE, 'write "120 deg"'),
-    ("s 30 deg e", units.ANGLE, 'write "-60 deg"'),
-    ("S30W", units.ANGLE, 'write "-120 deg"'),
-    ("SW", units.ANGLE, 'write "-135 deg"'),
+    ("N 45° E", units.ANGLE, "a compass bearing, where an angle counter-clockwise from something"),
+    ("N 95 E", units.DIRECTION, "at most 90 deg from north or south"),
+    ("bearing of 90 deg", units.DIRECTION, "not a quantity"),
+    ("north-east", units.DIRECTION, "not a quantity"),
     ("NE", units.SPEED, "not a quantity"),
     ("at most 40 mph", units.SPEED, 'a bound; write it as a range, like "0 to 40 mph"'),
     ("> 40 mph", units.SPEED, "a range with its upper end"),

@@ -22,6 +22,7 @@ from retrodict.scene.records import Measured, Scene
 from retrodict.scene.schema import validated
 from retrodict.scene.units import (
     ANGLE,
+    DIRECTION,
     LENGTH,
     QuantityError,
     factor,
@@ -38,7 +39,11 @@ _NOT_MOVED = ("length", "width", "rotation", "corners")
 _REACH = 4.0  # standard deviations to either side
 _STEPS = 160  # of a slider
 _SHARE = 0.2  # of a positive value without an uncertainty, to either side
-_WITHOUT = {LENGTH: 1.0, ANGLE: math.radians(5)}  # of a coordinate or direction without one: m, rad
+_WITHOUT = {
+    LENGTH: 1.0,
+    ANGLE: math.radians(5),
+    DIRECTION: math.radians(5),
+}  # of a coordinate or direction without one: m, rad
 _CHANGED = "changed on the page of retrodict explore"  # the source of a prior
 _OCTAVES = 2.0  # a factor of four to either side, for an uncertainty or the scale of a prior
 

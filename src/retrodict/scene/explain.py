@@ -13,6 +13,7 @@ from retrodict.scene.kinds import Kind
 from retrodict.scene.schema import SceneEntry
 
 # what people call a key that has another name here
+_ALIKE = 0.75  # of two keys: below it the same key in another table is likelier
 _OTHER_NAMES = {
     "direction": "course",
     "drag": "friction",
@@ -72,13 +73,14 @@ def _unknown_key(parts: list[Any], root: type[BaseModel]) -> str:
         return f"given twice; keep either {key.upper()} or {key}"
     keys = [k for k in keys if k.upper() not in keys or k.isupper()]  # A, not also a
     near = [_OTHER_NAMES[key]] if _OTHER_NAMES.get(key) in keys else []
+    near = near or difflib.get_close_matches(key, keys, 1, _ALIKE)
+    known = f"known here: {', '.join(keys)}"
+    if not near and (places := _places(root, key)):
+        where = " or ".join(places[:3])
+        return f"unknown key here; it belongs in {where} ({known})"
     near = near or difflib.get_close_matches(key, keys, 1)
     if near:
         return f'unknown key; did you mean "{near[0]}"?'
-    known = f"known here: {', '.join(keys)}"
-    if places := _places(root, key):
-        where = " or ".join(places[:3])
-        return f"unknown key here; it belongs in {where} ({known})"
     return f"unknown key; leave it out ({known})"
 
 

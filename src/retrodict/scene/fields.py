@@ -108,7 +108,7 @@ IMPACT_CENTRE: dict[str, Field] = {
 }  # fmt: skip
 POSE_AT_IMPACT: dict[str, Field] = {
     "heading": Field(
-        units.ANGLE, -360, 360, "180 ± 2 deg", default=DEFAULTS["heading"],
+        units.DIRECTION, -360, 360, "180 ± 2 deg", default=DEFAULTS["heading"],
         label="heading of {} at impact", computed=True,
     ),
 }  # fmt: skip
@@ -118,7 +118,7 @@ APPROACH: dict[str, Field] = {
         label="impact speed of {}", computed=True,
     ),
     "direction": Field(
-        units.ANGLE, -360, 360, "180 ± 2 deg", default=DEFAULTS["direction"],
+        units.DIRECTION, -360, 360, "180 ± 2 deg", default=DEFAULTS["direction"],
         label="direction of travel of {} before impact", computed=True,
     ),
     "yaw_rate": Field(
@@ -140,7 +140,7 @@ APPROACH: dict[str, Field] = {
 # what may be measured of a vehicle's motion just after the impact; models/evidence.py predicts each
 DEPARTURE: dict[str, Field] = {
     "direction": Field(
-        units.ANGLE, -360, 360, "35 ± 8 deg", default=DEFAULTS["departure_direction"],
+        units.DIRECTION, -360, 360, "35 ± 8 deg", default=DEFAULTS["departure_direction"],
         label="direction of travel of {} after impact", meaning="direction of travel",
     ),
     "speed": Field(
@@ -190,7 +190,7 @@ FROM_IMPACT: dict[str, Field] = {
         meaning="in place of the position: how far the vehicle came, in a straight line",
     ),
     "direction": Field(
-        units.ANGLE, -360, 360, "35 ± 3 deg", default=DEFAULTS["run_out_direction"],
+        units.DIRECTION, -360, 360, "35 ± 3 deg", default=DEFAULTS["run_out_direction"],
         label="direction of {} from impact to rest", flat="run_out_direction",
         meaning="and in which direction; left out where nobody knows",
     ),
@@ -205,7 +205,7 @@ END_OF_ROTATION: dict[str, Field] = {
         label="end of rotation of {}, y", flat="end_y", meaning="of the centre of gravity",
     ),
     "heading": Field(
-        units.ANGLE, -360, 360, "20 ± 5 deg", uncertainty="required",
+        units.DIRECTION, -360, 360, "20 ± 5 deg", uncertainty="required",
         label="end of rotation of {}, heading", flat="end_heading", meaning="whole turns do not matter",
     ),
 }  # fmt: skip
@@ -252,7 +252,7 @@ SLOPE: dict[str, Field] = {
         label="grade of the road", meaning="rise over run",
     ),
     "uphill": Field(
-        units.ANGLE, -360, 360, "90 ± 5 deg", default=DEFAULTS["uphill"], required=True,
+        units.DIRECTION, -360, 360, "90 ± 5 deg", default=DEFAULTS["uphill"], required=True,
         label="direction in which the road rises", meaning="direction in which the ground rises",
     ),
 }  # fmt: skip

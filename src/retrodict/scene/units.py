@@ -44,6 +44,7 @@ INERTIA = Dimension("inertia", "a yaw inertia", ("kg m^2", "lb ft s^2", "slug ft
 LENGTH = Dimension("length", "a length", ("m", "ft", "in"))
 SPEED = Dimension("speed", "a speed", ("m/s", "km/h", "mph", "ft/s"))
 ANGLE = Dimension("angle", "an angle", ("deg", "rad"))
+DIRECTION = Dimension("angle", "a direction", ("deg", "rad"))  # on the ground: bearings are read
 YAW_RATE = Dimension("yaw rate", "a yaw rate", ("deg/s", "rad/s"))
 INVERSE_SPEED = Dimension("inverse speed", "an inverse speed", ("s/m", "1/mph"))
 TIME = Dimension("time", "a time", ("s",))
@@ -138,9 +139,16 @@ _RANGE = re.compile(rf"{_NUMBER} ?{_UNIT} ?(?:to|–|—) ?{_NUMBER} ?{_UNIT}")
 _HYPHEN = re.compile(
     rf"{_NUMBER}()-{_NUMBER} ?{_UNIT}|{_NUMBER} ?([A-Za-z/%°]*) - {_NUMBER} ?{_UNIT}"
 )
-_BEARING = re.compile(
+# N 45° E, SW, due north, bearing 135 deg: where +y is north
+_QUADRANT = re.compile(
     r"(?P<from>[NSns]) ?(?:(?P<angle>[0-9]+(?:\.[0-9]*)?) ?(?:°|deg)? ?)?(?P<to>[EeWw])"
+    r"(?P<rest> ?±.*)?"
 )
+_BEARING = re.compile(
+    r"bearing (?P<angle>[0-9]+(?:\.[0-9]*)?) ?(?:°|deg(?:rees?)?)?(?P<rest> ?±.*)?", re.IGNORECASE
+)
+_COMPASS = re.compile(r"(?:due )?(?P<point>north|east|south|west)(?P<rest> ?±.*)?", re.IGNORECASE)
+_POINTS = {"north": 90.0, "east": 0.0, "south": -90.0, "west": 180.0}
 _BOUND = re.compile(rf"(?P<words>[A-Za-z ]{{2,20}}|[<>~≤≥≈]) ?(?P<rest>{_NUMBER}.*)")
 _SPELLINGS = ((r"°", "deg"), (r"²", "^2"), (r"³", "^3"), (r"[·⋅]", "*"))
 _HINTS = {"lbf": ' (pounds of mass are "lb")', "kgf": ' (kilograms of mass are "kg")'}
@@ -249,6 +257,9 @@ def _parsed(raw: str) -> tuple[str, re.Match[str] | None]:
 
 
 def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
+    if dimension is DIRECTION and (angle := _from_bearing(" ".join(raw[:_TEXT_LENGTH].split()))):
+        reading = _read_text(angle, ANGLE, example)
+        return Reading(reading.value, reading.sd, f"{raw.strip()}, where +y is north")
     text, match = _parsed(raw)
     if ends := _RANGE.fullmatch(text) or _HYPHEN.fullmatch(text):
         return _read_range(ends, dimension)
@@ -271,14 +282,11 @@ def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
 
 
 def _refuse_words(text: str, dimension: Dimension) -> None:
-    """Refuse a bearing and a bound, each with the way to write it."""
-    if dimension is ANGLE and (found := _BEARING.fullmatch(text)):
-        off = float(found["angle"] or 45)  # from north or south, towards east or west
-        north, east = found["from"] in "Nn", found["to"] in "Ee"
-        angle = (90 - off if east else 90 + off) if north else (off - 90 if east else -90 - off)
+    """Refuse a bearing where none is meant, and a bound, each with the way to write it."""
+    if dimension is ANGLE and _from_bearing(text):
         raise QuantityError(
-            "a compass bearing, and angles are counted counter-clockwise from the x axis; where +y is "
-            f'north, write "{angle:.12g} deg"'
+            "a compass bearing, where an angle counter-clockwise from something else is meant; write it "
+            "in deg"
         )
     if found := _BOUND.fullmatch(text):
         words, rest = found["words"].strip().lower(), found["rest"]
@@ -292,6 +300,23 @@ def _refuse_words(text: str, dimension: Dimension) -> None:
             raise QuantityError(
                 f'write how far off it may be, one standard deviation: "{rest} ± …"'
             )
+
+
+def _from_bearing(text: str) -> str:
+    """The angle from the x axis, as text, of a compass bearing; empty for what is none."""
+    if found := _COMPASS.fullmatch(text):
+        angle = _POINTS[found["point"].lower()]
+    elif found := _BEARING.fullmatch(text):
+        angle = math.remainder(90 - float(found["angle"]), 360)
+    elif found := _QUADRANT.fullmatch(text):
+        off = float(found["angle"] or 45)  # from north or south, towards east or west
+        north, east = found["from"] in "Nn", found["to"] in "Ee"
+        angle = (90 - off if east else 90 + off) if north else (off - 90 if east else -90 - off)
+        if off > 90:
+            raise QuantityError("a bearing within a quadrant is at most 90 deg from north or south")
+    else:
+        return ""
+    return f"{angle:.12g} deg{found['rest'] or ''}"
 
 
 def _read_range(found: re.Match[str], dimension: Dimension) -> Reading:

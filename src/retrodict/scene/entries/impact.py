@@ -50,7 +50,7 @@ EdgeCoordinate = Annotated[
 ]
 EdgeDirection = Annotated[
     Measured,
-    Kind(units.ANGLE, -360, 360, "0 deg", uncertainty="refused", advice=_EDGE),
+    Kind(units.DIRECTION, -360, 360, "0 deg", uncertainty="refused", advice=_EDGE),
 ]
 OutlineCoordinate = Annotated[
     Measured,

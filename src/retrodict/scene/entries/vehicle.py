@@ -100,7 +100,7 @@ RestCoordinate = Annotated[
 RestHeading = Annotated[
     Measured,
     Kind(
-        units.ANGLE,
+        units.DIRECTION,
         -360,
         360,
         "215 ± 3 deg",
