@@ -30,6 +30,7 @@ class SecondContact:
         motions: number of recorded motions.
         first, last: times of the earliest and the latest second contact after the impact, s.
         closing: median speed at which the outlines then close, m/s.
+        places: x and y of the middle between the vehicles there, in each of these motions, m.
     """
 
     share: float
@@ -37,6 +38,7 @@ class SecondContact:
     first: float
     last: float
     closing: float
+    places: tuple[tuple[float, float], ...] = ()
 
     @property
     def sentence(self) -> str:
@@ -64,20 +66,21 @@ def second_contact(outcome: Outcome) -> SecondContact | None:
     found = [again for each in every if (again := touched_again(outcome.scene, each)) is not None]
     if not found or len(found) < _WORTH_SAYING * len(every):
         return None
-    times, closing = zip(*found, strict=True)
-    share = len(found) / len(every)
-    return SecondContact(share, len(every), min(times), max(times), float(np.median(closing)))
+    times, closing, places = zip(*found, strict=True)
+    share, typical = len(found) / len(every), float(np.median(closing))
+    return SecondContact(share, len(every), min(times), max(times), typical, places)
 
 
-def touched_again(scene: Scene, motion: Motion) -> tuple[float, float] | None:
-    """When the outlines of A and B, having moved apart, overlap again, and how fast they then close.
+def touched_again(scene: Scene, motion: Motion) -> tuple[float, float, tuple[float, float]] | None:
+    """When and where the outlines of A and B, having moved apart, overlap again, and how fast they close.
 
     Args:
         scene: scene with the dimensions of both vehicles.
         motion: motion after the impact.
 
     Returns:
-        The time after the impact, s, and the closing speed, m/s; None where they do not.
+        The time after the impact, s, the closing speed, m/s, and the middle between the vehicles, m;
+        None where they do not.
     """
     time = np.arange(0.0, motion.lasts, _BETWEEN)
     if time.size < 2:
@@ -87,7 +90,8 @@ def touched_again(scene: Scene, motion: Motion) -> tuple[float, float] | None:
     if not again.any():
         return None
     i = int(np.argmax(again))
-    return float(time[i]), float((apart[i - 1] - apart[i]) / _BETWEEN)
+    x, y = np.mean([motion.pose_at(v, float(time[i]))[:2] for v in VEHICLES], axis=0).tolist()
+    return float(time[i]), float((apart[i - 1] - apart[i]) / _BETWEEN), (x, y)
 
 
 def gap(

@@ -98,6 +98,7 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     # what has a name beside it needs no entry in the legend
     handles = _run_outs(axes, scene, paths, unit.worth)
     handles += _one_motion(axes, scene, outcome, unit.worth) if outcome else []
+    handles += _second_contact(axes, outcome, unit.worth) if outcome else []
     handles += _vehicles(axes, scene, unit.worth)
     _skids(axes, scene, unit.worth)
     handles += _directions(axes, scene, unit.worth)
@@ -377,6 +378,18 @@ def _from_impact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
         _name(axes, middle, f"{v.upper()} came to rest here", drawing.OF_VEHICLE[v])
     label = "rest by its distance, direction ± 2 sd"
     return [Line2D([], [], color=drawing.INK, label=label, **look)] if scene.from_impact else []
+
+
+def _second_contact(axes: Axes, outcome: Outcome, worth: float) -> list[Artist]:
+    """Where the vehicles touch again in the recorded motions."""
+    from retrodict.findings.second_contact import second_contact  # a plan does not wait for it
+
+    if (again := second_contact(outcome)) is None:
+        return []
+    look: dict[str, Any] = {"ls": "", "marker": "X", "ms": 7, "color": drawing.INK, "alpha": 0.45}
+    axes.plot(*np.transpose(again.places) / worth, mew=0, zorder=8, **look)
+    label = f"second contact, in {again.share:.0%} of the motions"
+    return [Line2D([], [], label=label, **look)]
 
 
 def _marks(axes: Axes, scene: Scene, worth: float) -> None:
