@@ -72,7 +72,7 @@ def second_contact(outcome: Outcome) -> SecondContact | None:
 
 
 def touched_again(scene: Scene, motion: Motion) -> tuple[float, float, tuple[float, float]] | None:
-    """When and where the outlines of A and B, having moved apart, overlap again, and how fast they close.
+    """When and where the outlines of A and B, having moved apart, overlap again, and how fast they do.
 
     Args:
         scene: scene with the dimensions of both vehicles.
