@@ -90,8 +90,8 @@ class Structure:
         return bool(self.own) or any(not isinstance(own, str) for _, own in self.families)
 
     @property
-    def barrier(self) -> bool:
-        """Whether A struck a barrier, which neither moves nor runs out."""
+    def single(self) -> bool:
+        """Whether A is the only vehicle: a barrier neither moves nor runs out."""
         return "b" not in self.vehicles
 
     @property

@@ -74,6 +74,7 @@ class Impact:
         evidence: names of the items of evidence that its forward model observes.
         needs: keys of a scene file that it needs and other impact models do without.
         together: whether the vehicles go on as one.
+        alone: whether there is no impact: one vehicle runs out.
     """
 
     description: Description
@@ -87,6 +88,7 @@ class Impact:
     evidence: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     together: bool = False
+    alone: bool = False
 
 
 SHORT = "the impact is short: vehicles do not move and tyres do nothing while it lasts"

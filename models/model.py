@@ -15,7 +15,7 @@ from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import Impact
-from retrodict.models.impacts import joined, momentum, planar
+from retrodict.models.impacts import joined, momentum, none, planar
 from retrodict.models.of_scene import of_scene
 from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import joined as joined_run_outs
@@ -58,6 +58,8 @@ class Rung:
 
     def lacks(self, scene: Scene) -> str:
         """What the rung cannot do without and a scene does not have; empty where it has all."""
+        if scene.alone != self.impact.alone:
+            return _ALONE if scene.alone else _STRUCK
         if scene.barrier and self.impact.against_barrier is None:
             return _NO_MOMENTUM
         needed = (*self.impact.needs, *self.run_out.needs)
@@ -73,7 +75,7 @@ class Rung:
         priors = [
             (describe(name)[0], p.text, f"{p.reason} ({p.source})")
             for name in self.impact.priors
-            if name not in known and not (scene.barrier and vehicle_of(name) == "b")
+            if name not in known and not (scene.single and vehicle_of(name) == "b")
             for p in [scene.priors[name]]
         ]
         priors += [
@@ -148,7 +150,7 @@ class Rung:
         elif structure.rested:
             rests = self.run_out.rest_poses(structure, data, *at)
         evidence.observe(structure, data, x, after, rests, paths, surrogate)
-        parts.record_skids(structure, x, after)
+        parts.record_skids(structure, x, after, self.impact.alone)
 
 
 def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
@@ -163,6 +165,8 @@ def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
         yield "The model takes the ground as level: it leaves out the slope."
 
 
+_ALONE = "is of an impact, and the vehicle struck nothing"
+_STRUCK = "is of a vehicle that struck nothing"
 _TOGETHER = "lets the vehicles part, and the scene says that they went on together"
 _APART = "takes the vehicles as going on together, which the scene does not say"
 _NO_MOMENTUM = "uses conservation of momentum only, which a fixed barrier does not obey"
@@ -179,4 +183,7 @@ _PARTING = [
 _JOINED = [
     Rung(joined.AS_POINTS, joined_run_outs.AS_POINTS), Rung(joined.AS_BODY, joined_run_outs.AS_BODY)
 ]  # fmt: skip
-RUNGS: dict[str, Rung] = {rung.name: rung for rung in (*_JOINED, *_PARTING)}
+_ALONE_RUNGS = [
+    Rung(none.IMPACT, run_out) for run_out in (slide.RUN_OUT, spin.RUN_OUT, wheels.RUN_OUT)
+]
+RUNGS: dict[str, Rung] = {rung.name: rung for rung in (*_ALONE_RUNGS, *_JOINED, *_PARTING)}

@@ -271,16 +271,26 @@ def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "vehi
     return jnp.stack([of_a, -x["mass_a"] / x["mass_b"] * of_a])
 
 
-def record_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> None:
+def record_skids(
+    structure: Structure, x: Values, after: Float[Array, " separation"], alone: bool
+) -> None:
     """Record each vehicle's speed before its skid to the impact.
 
     v0² = v² + 2 g (n f exp(−c v̄) cos θ + sin θ cos φ) s, v̄ the mean of v0 and v; n is the share of the
     friction that braked, θ the angle of the slope and φ that between the direction of travel and uphill.
+
+    Args:
+        structure: static structure of the scene.
+        x: measured inputs by name.
+        after: velocities after the impact.
+        alone: whether there was no impact: the speed is then recorded without a skid too.
     """
     road = structure.surfaces[0]
     before = after.reshape(len(structure.vehicles), -1)[:, :2] - delta_v(x, after)
     for i, v in enumerate(structure.vehicles):
         if f"skid_{v}" not in x:
+            if alone:
+                numpyro.deterministic(f"travelling_speed_{v}", jnp.hypot(*before[i]))
             continue
         square = jnp.sum(before[i] ** 2)
         speed = initial = jnp.sqrt(square)

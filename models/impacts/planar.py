@@ -64,7 +64,7 @@ def forward_model(
         (3,), A's alone, where A struck a barrier, which keeps still.
     """
     bodies = parts.bodies(x)
-    of_b = jnp.zeros(3) if structure.barrier else approach_of_b(structure, data)
+    of_b = jnp.zeros(3) if structure.single else approach_of_b(structure, data)
     before = jnp.concatenate([parts.approach_of_a(x), of_b])
 
     # coefficient of restitution: lower at higher closing speeds

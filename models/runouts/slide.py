@@ -17,40 +17,44 @@ from retrodict.models.runouts import spin
 
 
 def rest_poses(
-    structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]
-) -> Float[Array, "2 2"]:
-    """Rest positions of both vehicles for velocities after the impact."""
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+) -> Float[Array, "vehicles 2"]:
+    """Rest positions of the vehicles for velocities after the impact."""
     return slid(x, after, friction(structure, data, x))
 
 
-def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "4"]) -> Path:
-    """Straight paths of both vehicles to rest, v² = v0² (1 − s / d), stacked."""
+def paths(
+    structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
+) -> Path:
+    """Straight paths of the vehicles to rest, v² = v0² (1 − s / d), stacked."""
     return slid_along(x, after, friction(structure, data, x))
 
 
-def friction(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "2"]:
-    """Friction of both vehicles on the road."""
+def friction(structure: Structure, data: Data, x: parts.Values) -> Float[Array, " vehicles"]:
+    """Friction of the vehicles on the road."""
     return jnp.asarray(parts.ground(structure, data, x).coefficients)[:, 0]
 
 
 def slid(
-    x: parts.Values, after: Float[Array, "4"], friction: Float[Array, "2"]
-) -> Float[Array, "2 2"]:
-    """Rest positions of both vehicles that slide on this friction, v² = 2 mu g d."""
-    V = after.reshape(2, 2)
+    x: parts.Values, after: Float[Array, " separation"], friction: Float[Array, " vehicles"]
+) -> Float[Array, "vehicles 2"]:
+    """Rest positions of the vehicles that slide on this friction, v² = 2 mu g d."""
+    V = after.reshape(-1, 2)
     size = jnp.hypot(*V.T)
     way = V * (size / (2 * GRAVITY * friction))[:, None]
     return parts.impact_poses(x)[:, :2] + way
 
 
-def slid_along(x: parts.Values, after: Float[Array, "4"], friction: Float[Array, "2"]) -> Path:
-    """Straight paths of both vehicles that slide to rest on this friction, stacked."""
-    start, V = parts.impact_poses(x), after.reshape(2, 2)
+def slid_along(
+    x: parts.Values, after: Float[Array, " separation"], friction: Float[Array, " vehicles"]
+) -> Path:
+    """Straight paths of the vehicles that slide to rest on this friction, stacked."""
+    start, V = parts.impact_poses(x), after.reshape(-1, 2)
     end = slid(x, after, friction)
     share = jnp.linspace(0.0, 1.0, ROWS)  # of the way
     left = jnp.sqrt(1 - share)  # of the speed
     between = jax.vmap(lambda a, b: a + share[:, None] * (b - a))(start[:, :2], end)
-    heading = jnp.broadcast_to(start[:, None, 2:], (2, ROWS, 1))
+    heading = jnp.broadcast_to(start[:, None, 2:], (len(start), ROWS, 1))
     braking = GRAVITY * friction
     velocity = left[:, None] * V[:, None]
     return Path(

@@ -93,7 +93,7 @@ ASKED = 'reaction = "1 s", deceleration = "7 m/s^2", seen_time = "2 s"'
             "[impact]",
             '[questions]\navoidable = [{ vehicle = "A", limit = "9 m/s", clear = "3 m", '
             f"{ASKED} }}]\n[impact]",
-            "questions.avoidable: a barrier never clears the way; leave clear out",
+            "questions.avoidable: nothing clears the way; leave clear out",
         ),
     ],
 )  # fmt: skip

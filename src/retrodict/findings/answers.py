@@ -208,7 +208,7 @@ def answer_avoidability(
 ) -> Answered:
     """The question answered by what would have been at the speed limit."""
     v = asked.vehicle.upper()
-    barrier = outcome.scene.barrier
+    single = outcome.scene.single
     other = "B" if v == "A" else "A"
     if asked.seen_time or asked.seen_distance:
         where = "when or where the question says"
@@ -219,7 +219,7 @@ def answer_avoidability(
         f"of impact in {of_draws(found.stopped)}"
     )
     meanwhile = ""
-    if not barrier:
+    if not single:
         avoided += (
             f"; it would not, but {other} would have been out of the way in {of_draws(found.passed)}; "
             f"the impact would have been avoided in {of_draws(found.avoided)}"
@@ -237,7 +237,7 @@ def answer_avoidability(
         ),
         quantile_row("distance to stop at the limit", found.stopping, "length", units),
     ]
-    if not barrier:
+    if not single:
         way = f"distance that {other} still had to travel to be clear"
         rows.append(quantile_row(way, found.clear, "length", units))
     if found.speed:

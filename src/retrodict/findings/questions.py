@@ -75,7 +75,7 @@ def answers_to(
         found.append(_answer(outcome, quantities, blanks, study, words))
 
     for written in questions.comparisons:
-        comparison = written.meant(outcome.scene.skidded)
+        comparison = written.meant(outcome.scene.travelled)
         name = comparison.first.name
         title = f"Likelihood ratio of two propositions about the {describe(name)[0]}"
         answer(
@@ -93,7 +93,7 @@ def answers_to(
             partial(answer_avoidability, outcome, asked),
         )
     if questions.time_distance is not None:
-        of_both = "" if outcome.scene.barrier else " of both vehicles"
+        of_both = "" if outcome.scene.single else " of both vehicles"
         title = f"Times and distances{of_both} before the impact"
         study = partial(time_distance, outcome, questions.time_distance)
         answer("time_distance", _same(title), study, answer_time_distance, figure="timeline")
@@ -112,7 +112,7 @@ def answers_to(
                 quantity=name,
                 figure="tornado",
             )
-    if questions.checks:
+    if questions.checks and not outcome.scene.alone:
         title = "Named checks: measured against predicted"
         answer("checks", _same(title), partial(named_checks, outcome, left_out), answer_checks)
     return tuple(found)
@@ -130,7 +130,7 @@ def _avoidability_title(asked: Avoidance, units: Units) -> str:
 
 def _follows(outcome: Outcome, name: str) -> bool:
     """Whether a speed is that at the impact of a vehicle whose speed before its skid is asked."""
-    return name in [f"speed_{v}" for v in outcome.scene.skidded]
+    return name in [f"speed_{v}" for v in outcome.scene.travelled]
 
 
 def probability_of(
@@ -146,10 +146,11 @@ def probability_of(
     Returns:
         The answer, or why there is none; `numbers` is a `Probability`.
     """
-    meant = proposition.meant(outcome.scene.skidded)
+    meant = proposition.meant(outcome.scene.travelled)
     study = partial(probability, outcome, meant)
     found = _answer(outcome, quantities, _of_probability(meant), study, answer_probability)
-    if found.numbers is None or meant.name != f"travelling_{proposition.name}":
+    asks_before = meant.name == f"travelling_{proposition.name}"
+    if found.numbers is None or not asks_before or outcome.scene.alone:
         return found
     return _with_impact_speed(found, proposition, probability(outcome, proposition))
 
@@ -188,7 +189,7 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
     Returns:
         The answer, as from `probability_of`.
     """
-    meant = proposition.meant(estimate.scene.skidded)
+    meant = proposition.meant(estimate.scene.travelled)
     blanks = _of_probability(meant)
     if not estimate.checks.passed:
         return in_both_units(blanks, lambda blank, _: with_sentences(blank, WITHHELD))
@@ -203,6 +204,7 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
     if (
         meant.name != f"travelling_{proposition.name}"
         or proposition.name not in estimate.quantities
+        or estimate.scene.alone
     ):
         return answered
     return _with_impact_speed(answered, proposition, _share_of_points(estimate, proposition))

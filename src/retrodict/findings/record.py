@@ -135,7 +135,8 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
     Returns:
         The record; each statistic in it was computed once.
     """
-    names, derived = reported(outcome), reported(outcome, DERIVED)
+    names = reported(outcome)
+    derived = () if outcome.scene.alone else reported(outcome, DERIVED)
     found = statistics(outcome, dict.fromkeys((*names, *derived)))
     quantities, left_out = {name: found[name] for name in names}, conflicts(outcome)
     posterior = posterior_of(outcome)

@@ -47,9 +47,8 @@ def question(outcome: Outcome) -> str:
     impact = [words for name, words in _ASKED.items() if name in asked]
     parts = []
     if speeds:
-        parts.append(
-            f"How fast did {_and(f'vehicle {v}' for v in speeds)} travel before the impact?"
-        )
+        before = "" if outcome.scene.alone else " before the impact"
+        parts.append(f"How fast did {_and(f'vehicle {v}' for v in speeds)} travel{before}?")
     if impact:
         parts.append(f"What {'was' if len(impact) == 1 else 'were'} {_and(impact)}?")
     return " ".join((*parts, "The answer rests on what was measured, as listed below."))
@@ -91,7 +90,7 @@ def _answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units, 
     who = f"Vehicle {v.upper()} ({outcome.scene.vehicles[v].name})"
     given = "given the model and the inputs below, with 95 % probability between"
     impact = _in_units(outcome, quantities.get(f"speed_{v}"), units)
-    if v not in outcome.scene.skidded:
+    if v not in outcome.scene.travelled:
         if impact is None:
             return (
                 f"{who}: its speed before impact is {WITHHELD}, because checks of the draws failed."
@@ -105,6 +104,8 @@ def _answer(outcome: Outcome, quantities: Mapping[str, Quantity], units: Units, 
         )
     about, between = travelling
     said = f"{who} was travelling at about {about} before it skidded; {given} {between}."
+    if outcome.scene.alone:
+        return said
     if impact is not None and f"speed_{v}" in outcome.scene.reported():
         about, between = impact
         said += f" It struck at about {about}, with 95 % probability between {between}."
@@ -205,8 +206,8 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
     locked = [v.upper() for v in scene.vehicles if v not in scene.rolling and v in slid]
     if locked:
         found.append(
-            f"All wheels of {_and(locked)} are taken as locked after the impact, as none was written to "
-            "roll."
+            f"All wheels of {_and(locked)} are taken as locked on the way to rest, as none was written "
+            "to roll."
         )
     if again := second_contact(outcome):
         found.append(again.sentence)

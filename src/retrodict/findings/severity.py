@@ -30,6 +30,8 @@ def pdof(posterior: xr.Dataset, scene: Scene) -> dict[str, xr.DataArray]:
         known = xr.DataArray(measured.value if measured else np.nan)
         return posterior.data_vars.get(name, known)
 
+    if scene.alone:
+        return {}
     if scene.barrier and {"Vax", "Vay"} <= set(posterior.data_vars):
         speed = drawn("speed_a", scene.approach["a"].speed)
         course = drawn("direction_a", scene.approach["a"].direction)

@@ -96,7 +96,8 @@ def _labelled(values: dict[str, np.ndarray], dims: tuple[str, ...]) -> xr.Datase
     for name, value in values.items():
         label, dimension = describe(name)
         variables[name] = (dims, value, {"unit": si_symbol(dimension), "label": label})
-    coords = {d: np.arange(np.shape(next(iter(values.values())))[i]) for i, d in enumerate(dims)}
+    shape = np.shape(next(iter(values.values()))) if values else ()
+    coords = {d: np.arange(size) for d, size in zip(dims, shape, strict=False)}
     return xr.Dataset(variables, coords=coords)
 
 

@@ -181,7 +181,7 @@ def flags(
                 f"below {_CENTRAL * np.median(scale):.2f}): the measurements may not belong to one "
                 "impact, or one of them is wrong"
             )
-    if weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
+    if not scene.alone and weights.any() and (kept := effective(weights) / weights.size) > _LITTLE:
         found.append(
             f"the post-impact measurements are weakly informative: they leave {kept:.0%} of crashes "
             "drawn from the priors and inputs, so that the answer is mostly what these assume"

@@ -135,8 +135,8 @@ def _prior(scene: Scene, name: str, law: Any) -> Prior:
         raise ValueError(f"priors: {name!r} is none of {', '.join(SUPPORT)}")
     if name.startswith("speed_") and scene.inputs().get(name) is not None:
         raise ValueError(f'priors["{name}"]: the scene measures it; leave the prior out')
-    if scene.barrier and name == "speed_b":
-        raise ValueError('priors["speed_b"]: a scene with a barrier has no vehicle B')
+    if scene.single and name == "speed_b":
+        raise ValueError('priors["speed_b"]: the scene has no vehicle B')
     if not isinstance(law, dist.Distribution) or law.batch_shape or law.event_shape:
         raise ValueError(
             f'priors["{name}"] is no distribution of one number; write one of NumPyro, such as '

@@ -190,7 +190,7 @@ def _unwritten(entry: SceneEntry, complain: Complain) -> tuple[str, ...]:
             for v in entries.values()
             if v.marks or v.end_of_rotation or (v.rest and v.rest.position)
         ]
-        if places or entry.barrier:
+        if (places and not entry.alone) or entry.barrier:
             complain("impact.point", f"missing; write {_POINT}")
     if entry.barrier and impact.together:
         complain("impact.together", "a barrier does not go on with the vehicle; leave it out")
@@ -216,12 +216,13 @@ def _impact_centre(
     """Distance and angle of the impact centre: as written, or on the side from which the other came."""
     if entry.impact_centre:
         return entry.impact_centre.distance, entry.impact_centre.angle
+    if towards is None:  # it struck no vehicle: places are counted from where its marks begin
+        nowhere = Measured(0.0, source=_STANDS_IN, assumed="stand-in")
+        return nowhere, nowhere
     reach, side = DEFAULTS["impact_reach"], DEFAULTS["impact_side"]
-    if towards is None or abs(towards) < _ALIKE:
-        if towards is not None:
-            who = "both vehicles head the same way, so that it tells which was in front"
-            complain(f"vehicles.{letter}.impact_centre", f"missing; write {_CENTRE}: {who}")
-        towards = cmath.rect(1, entry.heading.value)
+    if abs(towards) < _ALIKE:
+        who = "both vehicles head the same way, so that it tells which was in front"
+        complain(f"vehicles.{letter}.impact_centre", f"missing; write {_CENTRE}: {who}")
     angle = math.remainder(cmath.phase(towards) - entry.heading.value, math.tau)
     distance = size / 4
     return (
@@ -434,7 +435,10 @@ def _question(
         )
     of_a = entry.vehicles.A.approach
     speed_is_known = bool(of_a.speed or of_a.speed_record)
-    not_asked = {"speed_a" if speed_is_known else "", "speed_b" if entry.barrier else "", *fixed}
+    if entry.alone:
+        return ("speed_a",)
+    not_asked = {"speed_a" if speed_is_known else "", *fixed}
+    not_asked |= {"speed_b"} if entry.vehicles.B is None else set()
     fixes = {"contact_line": _LINE, "impact_centre": _CENTRE}
     lacks = [key for key in unwritten if key.rpartition(".")[2] in fixes]
     if lacks and (wrong := [name for name in entry.question if name in COEFFICIENTS]):

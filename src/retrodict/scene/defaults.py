@@ -16,7 +16,7 @@ class Default:
     Args:
         quantity: name of the quantity that the figure is for, in words.
         value: the figure: one standard deviation, unless `quantity` says otherwise.
-        unit: "%", "m", "deg", "deg/s", "wheelbases", "of the friction", or "of the load".
+        unit: "%", "m", "m/s", "deg", "deg/s", "wheelbases", "of the friction", or "of the load".
         grade: A, read in a source; B, derived from figures read; C, judgement.
         source: source of the figure, and the reason for it.
     """
@@ -43,6 +43,7 @@ class Default:
             "%": abs(value) / 100,
             "wheelbases": value,
             "m": 1.0,
+            "m/s": 1.0,
             "deg": radians(1),
             "deg/s": radians(1),
             "of the friction": 1.0,
@@ -190,6 +191,13 @@ DEFAULTS: dict[str, Default] = {
         "deg",
         "C",
         "judgement: read from the outline of a vehicle at rest; no published figure known",
+    ),
+    "standing": Default(
+        "speed of a vehicle that stood, where 0 is written without an uncertainty",
+        0.2,
+        "m/s",
+        "C",
+        "judgement: a vehicle that nobody saw move",
     ),
     "run_out": Default(
         "distance from impact to rest, where given in place of a position",

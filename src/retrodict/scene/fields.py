@@ -114,7 +114,7 @@ POSE_AT_IMPACT: dict[str, Field] = {
 }  # fmt: skip
 APPROACH: dict[str, Field] = {
     "speed": Field(
-        units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required",
+        units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required", at_zero=DEFAULTS["standing"],
         label="impact speed of {}", computed=True,
     ),
     "direction": Field(
@@ -144,7 +144,7 @@ DEPARTURE: dict[str, Field] = {
         label="direction of travel of {} after impact", meaning="direction of travel",
     ),
     "speed": Field(
-        units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required",
+        units.SPEED, 0, 150, "45 ± 2 mph", uncertainty="required", at_zero=DEFAULTS["standing"],
         label="speed of {} after impact", meaning="speed of the centre of gravity",
     ),
     "yaw_rate": Field(

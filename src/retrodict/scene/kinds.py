@@ -33,6 +33,7 @@ class Kind:
         law: error law.
         uncertainty: "optional" (exact without one, or the default's), "required" or "refused".
         default: uncertainty where none is written.
+        at_zero: uncertainty of a 0 that is written without one; None where it needs one as others do.
         advice: text added to a complaint about the uncertainty or, where that is optional, the bounds.
     """
 
@@ -44,6 +45,7 @@ class Kind:
     uncertainty: Literal["optional", "required", "refused"] = "optional"
     default: Default | None = None
     advice: str = ""
+    at_zero: Default | None = None
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -84,13 +86,14 @@ class Kind:
             raise fault(
                 f'no uncertainty is used here; write it like "{self.example}"{self._advice}'
             )
-        if self.uncertainty == "required" and reading.sd is None:
+        default = self.default if reading.value or self.default else self.at_zero
+        if self.uncertainty == "required" and reading.sd is None and default is None:
             raise fault(
                 "needs an uncertainty (one standard deviation); "
                 f'write it like "{self.example}"{self._advice}'
             )
         sd, source, assumed = reading.sd, reading.source, False
-        if sd is None and (default := self.default):
+        if sd is None and default:
             sd, assumed = default.amount(reading.value), True
             source = "; ".join(s for s in (source, f"uncertainty assumed: {default}") if s)
         if sd is not None and not 1e-9 * span <= sd <= span:

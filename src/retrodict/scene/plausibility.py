@@ -46,7 +46,7 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
         wrong = wrong or _sides(scene) or _beyond_the_wall(scene) or _pushes(scene)
     return (
         *wrong,
-        *(() if placed or scene.contact.together else [_momentum_alone(missing)]),
+        *(() if placed or scene.contact.together or scene.alone else [_momentum_alone(missing)]),
         *_sizes(scene),
         *_lifts(scene),
         *_rolls(scene),
@@ -65,7 +65,7 @@ def _momentum_alone(missing: list[str]) -> str:
 
 def _slips(scene: Scene) -> list[str]:
     """Vehicles that do not fit one another or their motion, with the slips that would explain it."""
-    if scene.barrier:
+    if scene.single:
         return []
     from retrodict.scene import slips  # NumPy: scenes are read without
 
@@ -104,6 +104,8 @@ def _sides(scene: Scene) -> list[str]:
         angle = vehicle.heading.value + vehicle.impact_angle.value - scene.contact.Gamma.value
         return -cmath.rect(vehicle.impact_distance.value, angle)
 
+    if scene.alone:
+        return []
     if scene.barrier:
         off = beyond("a")
         if abs(off.real) >= _ACROSS * abs(off):
@@ -136,7 +138,7 @@ def _sides(scene: Scene) -> list[str]:
 
 def _overlaps(scene: Scene) -> list[str]:
     """Vehicles that stand within each other at impact, deeper than any crush."""
-    if scene.barrier:
+    if scene.single:
         return []
     a, b = scene.vehicles.values()
     between = complex(*scene.at_impact("b")) - complex(*scene.at_impact("a"))
@@ -307,7 +309,7 @@ def assumed_approach(scene: Scene) -> str:
         for v, own in scene.approach.items()
         if own.direction is not None and own.direction.assumed == "value"
     ]
-    if not along:
+    if scene.alone or not along:
         return ""
     several = len(along) > 1
     who = f"{' and '.join(along)} {'are' if several else 'is'}"

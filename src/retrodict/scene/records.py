@@ -270,7 +270,7 @@ class Scene:
         title: title of the scene, a single line.
         name: short identifier, used to name output.
         text: the scene file as it was written, for the record.
-        vehicles: vehicles by the keys "a" and "b"; "a" alone where it struck a barrier.
+        vehicles: vehicles by the keys "a" and "b"; "a" alone where it struck a barrier or nothing.
         approach: motion of each vehicle before impact, by the same keys.
         rest: rest pose of each vehicle, by the same keys; without poses that were not measured.
         contact: impact centre and contact line.
@@ -286,7 +286,7 @@ class Scene:
         approximations: errors of a model relative to a more detailed one, by flat name, which the
             model adds to the inputs of its scene.
         questions: questions asked of the reconstruction.
-        barrier: barrier that A struck in place of a vehicle B; None where A struck a vehicle.
+        barrier: barrier that A struck in place of a vehicle B; None where it struck B, or nothing.
         energy_lost: stated kinetic energy lost in the impact, J, by key in `ENERGY`.
         slope: slope of the whole ground; None where it is level.
         coefficients: measured coefficients of the impact, by key in `fields.COEFFICIENTS`.
@@ -344,7 +344,7 @@ class Scene:
         """The impact speed that studies follow: of those asked, one that was not measured; B's first."""
         fixed = fixed_of(self.priors)
         known = {v for v, own in self.approach.items() if own.speed or f"speed_{v}" in fixed}
-        if self.barrier or ("speed_a" in self.question and "a" not in known and "b" in known):
+        if self.single or ("speed_a" in self.question and "a" not in known and "b" in known):
             return "speed_a"
         return "speed_b"
 
@@ -437,6 +437,21 @@ class Scene:
         )
 
     @property
+    def single(self) -> bool:
+        """Whether A is the only vehicle: it struck a barrier, or nothing."""
+        return "b" not in self.vehicles
+
+    @property
+    def alone(self) -> bool:
+        """Whether a vehicle skidded, or ran out, and struck nothing."""
+        return self.single and self.barrier is None
+
+    @property
+    def travelled(self) -> tuple[str, ...]:
+        """Vehicles whose speed before their marks is asked first: those that skidded, or are alone."""
+        return tuple(v for v in self.vehicles if self.alone or v in self.skidded)
+
+    @property
     def skidded(self) -> tuple[str, ...]:
         """Vehicles with a measured skid up to the impact."""
         return tuple(v for v in self.vehicles if self.approach[v].skid is not None)
@@ -445,8 +460,9 @@ class Scene:
         """Names in `REPORTED` of the quantities in the scene's results, where the model knows them."""
         known = self.approach["a"].speed is not None and "speed_a" not in self.question
         left_out = fixed_of(self.priors) | ({"speed_a"} if known else set())
-        left_out |= {f"travelling_speed_{v}" for v in self.vehicles if v not in self.skidded}
-        if self.barrier:
+        left_out |= {f"travelling_speed_{v}" for v in self.vehicles if v not in self.travelled}
+        left_out |= {"speed_a"} if self.alone else set()
+        if self.single:
             left_out |= {name for name in REPORTED if vehicle_of(name) == "b"}
         return tuple(name for name in REPORTED if name not in left_out)
 

@@ -57,6 +57,7 @@ class SceneEntry(Table):
     errors: Literal["normal", "robust"] = Field("normal", examples=['"robust", or "normal"'])
     vehicles: VehiclesEntry = Field(examples=["{ A = { … }, B = { … } }"])
     barrier: BarrierEntry | None = Field(None, examples=['{ kind = "wall" }'])
+    alone: bool = Field(default=False, strict=True, examples=["true"])
     impact: ImpactEntry = Field(
         ImpactEntry(),
         examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }'],
@@ -83,10 +84,26 @@ class SceneEntry(Table):
         return self
 
     @model_validator(mode="after")
-    def _a_barrier_is_asked_nothing(self) -> SceneEntry:
-        if self.barrier is None:
+    def _one_alone_strikes_nothing(self) -> SceneEntry:
+        if not self.alone:
             return self
-        still = "a scene with a barrier has no vehicle B"
+        if self.barrier:
+            raise fault("the vehicle struck a barrier, or nothing; leave one of them out", "alone")
+        if "impact" in self.model_fields_set:
+            raise fault("a vehicle that struck nothing has none; leave it out, or alone", "impact")
+        own = self.vehicles.A
+        if own.departure or own.impact_centre:
+            key = "departure" if own.departure else "impact_centre"
+            raise fault("there was no impact; leave it out, or alone", f"vehicles.A.{key}")
+        if wrong := [name for name in self.question if name != "speed_a"]:
+            raise fault(f'{wrong[0]} has no meaning; write question = ["speed_a"]', "question")
+        return self
+
+    @model_validator(mode="after")
+    def _a_barrier_is_asked_nothing(self) -> SceneEntry:
+        if self.vehicles.B is not None:
+            return self
+        still = f"a scene with {'a barrier' if self.barrier else 'one vehicle'} has no vehicle B"
         if "speed_b" in self.question:
             raise fault(f'{still}; write question = ["speed_a"]', "question")
         for prior in ("speed_b", "omega_b"):
@@ -103,9 +120,9 @@ class SceneEntry(Table):
         if any(each.vehicle == "B" for each in asked.avoidable):
             raise fault(f'{still}; write vehicle = "A"', "questions.avoidable")
         if any(each.clear for each in asked.avoidable):
-            raise fault("a barrier never clears the way; leave clear out", "questions.avoidable")
+            raise fault("nothing clears the way; leave clear out", "questions.avoidable")
         if asked.corners:
-            fix = "the corner range is of B's speed, and a scene with a barrier has no B; leave it out"
+            fix = f"the corner range is of B's speed, and {still}; leave it out"
             raise fault(fix, "questions.corners")
         return self
 
@@ -120,5 +137,9 @@ def validated(document: Mapping[str, Any]) -> SceneEntry:
         ValidationError: something in it is wrong.
     """
     return SceneEntry.model_validate(
-        document, context={"barrier": document.get("barrier") is not None}
+        document,
+        context={
+            "barrier": document.get("barrier") is not None,
+            "alone": document.get("alone") is True,
+        },
     )

@@ -111,26 +111,13 @@ def scene_toml(scene: Scene) -> str:
         f"question = [{', '.join(map(_quoted, scene.question))}]",
         f'errors = "{"robust" if scene.robust else "normal"}"',
     ]
+    lines += ["alone = true"] if scene.alone else []
     for v in scene.vehicles:
         lines += ["", *_vehicle(scene, v)]
     if barrier := scene.barrier:
         lines += ["", "[barrier]", f'kind = "{barrier.kind}"', f"name = {_quoted(barrier.name)}"]
         lines += [f'diameter = "{float(barrier.diameter)!r} m"'] if barrier.diameter else []
-    x, y = scene.contact.x, scene.contact.y
-    lines += [
-        "",
-        "[impact]",
-        *(
-            [f"point = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}"]
-            if "impact.point" not in scene.unwritten
-            else []
-        ),
-        *_fields(scene.contact, _written(fields.IMPACT, "impact", scene)),
-        f"interlocked = {str(scene.contact.interlocked).lower()}",
-        *(["together = true"] if scene.contact.together else []),
-        *(_line(key, stated, "J") for key, stated in scene.energy_lost.items()),
-        *(_line(key, measured) for key, measured in scene.coefficients.items()),
-    ]
+    lines += [] if scene.alone else ["", *_impact(scene)]
     for surface in scene.surfaces:
         lines += ["", f"[surfaces.{surface.name}]", *_fields(surface, fields.SURFACE)]
         lines += _edge(surface.edge) if surface.edge else []
@@ -188,6 +175,19 @@ def _value(value: Any) -> str:
         case bool():
             return str(value).lower()
     return repr(value)
+
+
+def _impact(scene: Scene) -> Iterator[str]:
+    x, y = scene.contact.x, scene.contact.y
+    yield "[impact]"
+    if "impact.point" not in scene.unwritten:
+        yield f"point = [{_quantity(x, 'm')}, {_quantity(y, 'm')}]{_assumed(x, y)}"
+    yield from _fields(scene.contact, _written(fields.IMPACT, "impact", scene))
+    yield f"interlocked = {str(scene.contact.interlocked).lower()}"
+    if scene.contact.together:
+        yield "together = true"
+    yield from (_line(key, stated, "J") for key, stated in scene.energy_lost.items())
+    yield from (_line(key, measured) for key, measured in scene.coefficients.items())
 
 
 def _vehicle(scene: Scene, v: str) -> Iterator[str]:

@@ -115,7 +115,7 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
     speed = np.minimum(motion.initial, asked.limit)
     late, impact = map(np.asarray, arrival(distance, speed, reaction, deceleration))
     stopped = np.isinf(late)
-    if outcome.scene.barrier:
+    if outcome.scene.single:
         clear, passed = np.full(shape, np.inf), np.zeros(shape, bool)
     else:
         other = "b" if v == "a" else "a"

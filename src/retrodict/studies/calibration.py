@@ -294,7 +294,7 @@ def plausible(
     known = sites | quantities
     good = _closing_speeds(structure, data, sites, quantities) > CLOSING
     none = np.zeros(len(good))
-    driven = "speed_a" if structure.barrier else "speed_b"
+    driven = "speed_a" if structure.single else "speed_b"
     good &= np.asarray(known.get(driven, none + np.inf)) > DRIVING
     good &= np.asarray(known.get("energy_lost", none + 1)) > 0
     good &= np.asarray(known.get(f"condition/{parts.CLOSE_IN}", none)) == 0

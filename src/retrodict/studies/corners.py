@@ -71,8 +71,8 @@ def _posterior(outcome: Outcome) -> Posterior:
     name = outcome.description.name
     if name not in RUNGS:
         raise NotAnswered(f"the model {name} is not one of this version")
-    if outcome.scene.barrier:
-        raise NotAnswered("corners are of the speed of a vehicle B, and A struck a barrier")
+    if outcome.scene.single:
+        raise NotAnswered("corners are of the speed of a vehicle B, and the scene has none")
     structure, _ = RUNGS[name].of_scene(outcome.scene)
     if structure.unmeasured or structure.paced or ("speed_a", "halfnormal") in structure.uncertain:
         raise NotAnswered(

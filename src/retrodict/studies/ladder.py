@@ -226,7 +226,7 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
         mute = [REPORTED[q][0] for q in question if q not in rung.answers]
         if mute:
             why[name] = f"does not answer {', '.join(mute)}"
-        elif not any(map(rung.explains, scene.evidence())):
+        elif not (any(map(rung.explains, scene.evidence())) or scene.alone):
             why[name] = "explains nothing of what was measured"
         elif unfit := rung.refusal(scene):
             why[name] = unfit

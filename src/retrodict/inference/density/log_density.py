@@ -138,7 +138,7 @@ class Target:
         log_likelihood = sum((s["fn"].log_prob(s["value"]) for s in observed), jnp.zeros(()))
         unknowns = {k: s["value"] for k, s in samples.items() if not s["is_observed"]}
         quantities = unknowns | _recorded(trace)
-        levels = () if self.structure.barrier else layout.levels_of(self.structure)
+        levels = () if self.structure.single else layout.levels_of(self.structure)
         if levels:
             names = (name for of_one in parts.AFTER for name in of_one if name in quantities)
             after = jnp.stack([quantities[name] for name in names])

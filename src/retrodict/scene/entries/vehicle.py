@@ -486,11 +486,16 @@ class VehicleEntry(Table):
 
 def _a_vehicle_or_a_barrier(raw: object, info: ValidationInfo) -> object:
     """Check that A struck one of the two; the context says whether the file has a barrier."""
-    barrier = bool(info.context and info.context["barrier"])
-    if raw is None and not barrier:
-        raise fault('missing; write B = { mass = "1778 ± 36 kg", … }, or what A struck: [barrier]')
-    if raw is not None and barrier:
-        raise fault("A struck a vehicle or a barrier; leave out one, vehicles.B or barrier")
+    context = info.context or {}
+    barrier, alone = context.get("barrier", False), context.get("alone", False)
+    if raw is None and not (barrier or alone):
+        raise fault(
+            'missing; write B = { mass = "1778 ± 36 kg", … }, or what A struck: [barrier], or above all '
+            "tables alone = true"
+        )
+    if raw is not None and (barrier or alone):
+        key, what = ("barrier", "a barrier") if barrier else ("alone", "nothing")
+        raise fault(f"A struck a vehicle or {what}; leave out one, vehicles.B or {key}")
     return raw
 
 
@@ -510,6 +515,8 @@ class VehiclesEntry(Table):
     @model_validator(mode="after")
     def _something_is_known_after_impact(self) -> VehiclesEntry:
         vehicles = self.by_letter.values()
+        if self.B is None and self.A.approach.skid and self.A.approach.speed:
+            return self  # a skid up to a known speed says all
         if not any(v.rest or v.departure or v.marks or v.end_of_rotation for v in vehicles):
             whose = ("either", " of one") if self.B else ("the vehicle", "")
             raise fault(
