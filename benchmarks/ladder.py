@@ -18,7 +18,8 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
-from retrodict.models import RUNGS, parts
+from retrodict.models import RUNGS as OF_ALL_KINDS
+from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 
 from benchmarks import page
@@ -32,6 +33,8 @@ from retrodict.studies.engine import engine
 from retrodict.studies.fit import Fit, Summary
 from retrodict.studies.ladder import blank, chosen, run_rung
 from tests.shared import random_scenes
+
+RUNGS = {name: rung for name, rung in OF_ALL_KINDS.items() if rung.impact.kind == "impact"}
 
 NUMBER = 220
 BATCH = 11  # scenes of a process at a time

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from retrodict.models.model import RUNGS, Rung
+    from retrodict.models.model import RUNGS, Rung, rungs_for
 
-__all__ = ["RUNGS", "Rung"]
+__all__ = ["RUNGS", "Rung", "rungs_for"]
 
 
 def __getattr__(name: str) -> Any:

@@ -13,6 +13,7 @@ from retrodict.mechanics import undo
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
+from retrodict.scene.records import SceneKind
 
 Separation = Float[Array, " separation"]
 ForwardModel = Callable[[Structure, Data, parts.Values], Separation]
@@ -73,8 +74,7 @@ class Impact:
         against_barrier: the model in words where A strikes a barrier; None where it does not apply.
         evidence: names of the items of evidence that its forward model observes.
         needs: keys of a scene file that it needs and other impact models do without.
-        together: whether the vehicles go on as one.
-        alone: whether there is no impact: one vehicle runs out.
+        kind: kind of scene that it is a model of, as `Scene.kind`.
     """
 
     description: Description
@@ -87,8 +87,7 @@ class Impact:
     against_barrier: Description | None = None
     evidence: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
-    together: bool = False
-    alone: bool = False
+    kind: SceneKind = "impact"
 
 
 SHORT = "the impact is short: vehicles do not move and tyres do nothing while it lasts"

@@ -46,19 +46,19 @@ class Rung:
 
     def nests(self, other: Rung) -> bool:
         """Whether another model is nested in this one, which models all that the other does and more."""
+        if self.impact.kind != other.impact.kind:
+            return False
         mine = (self.impact.nesting, self.run_out.nesting)
         theirs = (other.impact.nesting, other.run_out.nesting)
         return mine != theirs and all(a >= b for a, b in zip(mine, theirs, strict=True))
 
     def refusal(self, scene: Scene) -> str:
         """Reason why the rung does not apply to a scene; empty where it does."""
-        if self.impact.together != scene.contact.together:
-            return _TOGETHER if scene.contact.together else _APART
         return self.lacks(scene) or self.run_out.refusal(scene)
 
     def lacks(self, scene: Scene) -> str:
         """What the rung cannot do without and a scene does not have; empty where it has all."""
-        if scene.alone != self.impact.alone:
+        if scene.kind != self.impact.kind and "alone" in (scene.kind, self.impact.kind):
             return _ALONE if scene.alone else _STRUCK
         if scene.barrier and self.impact.against_barrier is None:
             return _NO_MOMENTUM
@@ -150,7 +150,7 @@ class Rung:
         elif structure.rested:
             rests = self.run_out.rest_poses(structure, data, *at)
         evidence.observe(structure, data, x, after, rests, paths, surrogate)
-        parts.record_skids(structure, x, after, self.impact.alone)
+        parts.record_skids(structure, x, after, self.impact.kind == "alone")
 
 
 def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
@@ -167,8 +167,6 @@ def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
 
 _ALONE = "is of an impact, and the vehicle struck nothing"
 _STRUCK = "is of a vehicle that struck nothing"
-_TOGETHER = "lets the vehicles part, and the scene says that they went on together"
-_APART = "takes the vehicles as going on together, which the scene does not say"
 _NO_MOMENTUM = "uses conservation of momentum only, which a fixed barrier does not obey"
 _IMPACTS = (momentum.IMPACT, *planar.IMPACTS)
 _RUN_OUTS = (slide.RUN_OUT, spin.RUN_OUT, roll.RUN_OUT, wheels.RUN_OUT)
@@ -187,3 +185,12 @@ _ALONE_RUNGS = [
     Rung(none.IMPACT, run_out) for run_out in (slide.RUN_OUT, spin.RUN_OUT, wheels.RUN_OUT)
 ]
 RUNGS: dict[str, Rung] = {rung.name: rung for rung in (*_ALONE_RUNGS, *_JOINED, *_PARTING)}
+
+
+def rungs_for(scene: Scene) -> dict[str, Rung]:
+    """The models of what happened in a scene, from the simplest to the most detailed.
+
+    Args:
+        scene: measured scene.
+    """
+    return {name: rung for name, rung in RUNGS.items() if rung.impact.kind == scene.kind}

@@ -97,7 +97,7 @@ AS_POINTS = Impact(
     priors=("speed_a", "speed_b"),
     nesting=frozenset({"together"}),
     evidence=evidence.of_impact("energy_lost"),
-    together=True,
+    kind="together",
 )
 AS_BODY = Impact(
     description=_joined("joined-body", "vehicles that go on together as one body", _ANGULAR),
@@ -109,5 +109,5 @@ AS_BODY = Impact(
     nesting=frozenset({"together", "yaw"}),
     evidence=evidence.of_impact("energy_lost"),
     needs=("impact_centre",),
-    together=True,
+    kind="together",
 )

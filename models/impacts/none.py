@@ -35,5 +35,5 @@ IMPACT = Impact(
     unknowns=None,
     priors=("speed_a", "omega_a"),
     nesting=frozenset(),
-    alone=True,
+    kind="alone",
 )

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from numpyro import handlers
 from numpyro.infer.util import log_density
-from retrodict.models import RUNGS, parts
 from scipy import stats
 
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
+from retrodict.models import RUNGS, parts, rungs_for
 from retrodict.options import RunOptions
 from retrodict.scene.records import Approach, Barrier, Contact, Departure, Measured, Scene
 from tests.models.test_friction import density
@@ -133,7 +133,7 @@ def test_the_speed_of_a_central_impact_by_quadrature() -> None:
 
 def test_momentum_alone_is_no_model_of_a_barrier() -> None:
     scene = against_wall()
-    for name, rung in RUNGS.items():
+    for name, rung in rungs_for(scene).items():
         if name.startswith("momentum"):
             assert rung.refusal(scene).startswith("uses conservation of momentum only")
             assert not rung.refusal(collision()).startswith("goes by momentum")

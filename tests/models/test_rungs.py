@@ -9,13 +9,13 @@ import pytest
 from jax.flatten_util import ravel_pytree
 from numpyro import handlers
 from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
-from retrodict.models import RUNGS
 from scipy import stats
 
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
+from retrodict.models import RUNGS, rungs_for
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
 from tests.models.closed_form import everything_exact, momentum_and_slide
 from tests.shared.scenes import collision, rolls
@@ -54,7 +54,10 @@ def test_momentum_and_slide_by_quadrature() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in RUNGS],
+    [
+        name if name in QUICK else pytest.param(name, marks=pytest.mark.slow)
+        for name in rungs_for(SCENE)
+    ],
 )
 def test_rung_agrees_with_weights_in_its_own_unknowns(name: str) -> None:
     agrees(rolled() if name.endswith("+roll") else SCENE, name)
@@ -216,6 +219,7 @@ def test_rungs_stand_above_those_they_contain() -> None:
     for i, name in enumerate(names):
         assert not RUNGS[name].nests(RUNGS[name])
         assert not any(RUNGS[lower].nests(RUNGS[name]) for lower in names[:i])
-    fullest = RUNGS[names[-1]]
-    assert all(fullest.nests(RUNGS[name]) for name in names[:-1])
+    for kind in ("alone", "together", "impact"):
+        own = [name for name in names if RUNGS[name].impact.kind == kind]
+        assert all(RUNGS[own[-1]].nests(RUNGS[name]) for name in own[:-1])
     assert not RUNGS["planar+spin"].nests(RUNGS["planar-moment-common+spin"])

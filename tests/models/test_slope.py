@@ -10,12 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro import handlers
-from retrodict.models import RUNGS, parts
-from retrodict.models.arrays import Data, Structure
 
 import retrodict as rd
 from retrodict.constants import GRAVITY
 from retrodict.mechanics import Ground, Incline, rest
+from retrodict.models import RUNGS, parts, rungs_for
+from retrodict.models.arrays import Data, Structure
 from retrodict.scene.records import Measured, Scene, Slope
 from tests.shared.scenes import at_rest, collision, positive, rolls
 
@@ -55,7 +55,9 @@ def test_it_is_two_inputs_of_the_run_outs() -> None:
         np.testing.assert_allclose(ends[i], alone, rtol=0, atol=1e-9, err_msg=v)
 
 
-@pytest.mark.parametrize("name", [n for n in RUNGS if n.endswith(("+slide", "+spin", "+roll"))])
+@pytest.mark.parametrize(
+    "name", [n for n in rungs_for(SCENE) if n.endswith(("+slide", "+spin", "+roll"))]
+)
 def test_simpler_run_outs_neglect_it(name: str) -> None:
     rung = RUNGS[name]
     (on_slope, its), (level, own) = map(rung.of_scene, (ON_SLOPE, SCENE))

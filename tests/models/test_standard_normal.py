@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 from numpyro import handlers
-from retrodict.models import RUNGS, parts
+from scipy import integrate, stats
+
+from retrodict.models import RUNGS, parts, rungs_for
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.friction import Friction
 from retrodict.models.standard_normal import AtDeviates, DeviatesOf, sizes
-from scipy import integrate, stats
-
 from retrodict.scene.records import Scene
 from tests.models.test_barrier import against_wall
 from tests.models.test_friction import CRITICAL, friction
@@ -25,7 +25,10 @@ Unknowns = dict[str, np.ndarray]
 
 DRAWS = 500
 FULL = "planar-moment+spin"
-STRUCTURES: dict[str, tuple[Scene, str]] = {name: (collision(), name) for name in RUNGS}
+JOINED = replace(collision(), contact=replace(collision().contact, together=True))
+STRUCTURES: dict[str, tuple[Scene, str]] = {
+    name: (scene, name) for scene in (collision(), JOINED) for name in rungs_for(scene)
+}
 STRUCTURES |= {
     f"{name} against a wall": (against_wall(), f"{name}+spin")
     for name in ("planar-common", "planar-moment-common", "planar", "planar-moment")

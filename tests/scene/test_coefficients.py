@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from retrodict.models import RUNGS
 
 from retrodict.explore.controls import controls
+from retrodict.models import rungs_for
 from retrodict.scene import SceneError, parse_scene
 from retrodict.scene.priors import default_priors
 from retrodict.scene.records import Measured
@@ -39,7 +39,7 @@ def test_a_measured_coefficient_is_evidence_and_is_written_again() -> None:
 def test_rungs_that_have_a_coefficient_explain_it_and_no_others() -> None:
     lines = ('e = "0.1 ± 0.05"', 'e_m = "0.8 ± 0.1"', 'mu = "0.5 ± 0.1"')
     scene = parse_scene(stated(*lines), "bend")
-    for name, rung in RUNGS.items():
+    for name, rung in rungs_for(scene).items():
         for coefficient in ("e", "e_m", "mu"):
             has = coefficient in rung.answers
             assert rung.explains(f"impact_{coefficient}") == has, name

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from retrodict.models import RUNGS
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.psis import log_mean
+from retrodict.models import rungs_for
 from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
 from retrodict.studies.comparison import FACTOR, SHARE
@@ -135,7 +135,9 @@ def test_rungs_that_a_scene_cannot_distinguish_are_skipped() -> None:
     assert refused["planar+wheels"] == "of this scene the same model as planar+spin"
     assert not refused["planar+spin"]
     left = {name: why for name, why in refusals(berm, ASKED).items() if why}
-    assert left == dict.fromkeys((n for n in RUNGS if n.endswith("roll")), "no wheel rolls")
+    assert left == dict.fromkeys(
+        (n for n in rungs_for(berm) if n.endswith("roll")), "no wheel rolls"
+    )
 
 
 def test_where_wheels_roll_three_rungs_stand_for_all() -> None:
@@ -240,7 +242,7 @@ def test_where_wheels_roll_the_fullest_comes_first_and_others_where_it_fails(mon
     assert asked == ["planar-moment+wheels"]
     assert found.choice == "planar-moment+wheels"
     assert "can be relied on" in found.step("momentum+roll").verdict
-    assert [s.name for s in found.steps] == list(RUNGS)
+    assert [s.name for s in found.steps] == list(rungs_for(found.scene))
 
     asked.clear()
     failing = ("planar-moment+wheels",)

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from retrodict.scene.quantities import Units
 
 VEHICLES = ("a", "b")
+# an impact after which vehicles part, or one with a barrier; going on together; striking nothing
+SceneKind = Literal["impact", "together", "alone"]
 FREEDOM = 4.0
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
@@ -445,6 +447,11 @@ class Scene:
     def alone(self) -> bool:
         """Whether a vehicle skidded, or ran out, and struck nothing."""
         return self.single and self.barrier is None
+
+    @property
+    def kind(self) -> SceneKind:
+        """What happened: each kind has models of its own."""
+        return "alone" if self.alone else "together" if self.contact.together else "impact"
 
     @property
     def travelled(self) -> tuple[str, ...]:
