@@ -272,7 +272,7 @@ def delta_v(x: Values, after: Float[Array, " separation"]) -> Float[Array, "vehi
 
 
 def record_skids(
-    structure: Structure, x: Values, after: Float[Array, " separation"], alone: bool
+    structure: Structure, x: Values, after: Float[Array, " separation"], alone: bool = False
 ) -> None:
     """Record each vehicle's speed before its skid to the impact.
 

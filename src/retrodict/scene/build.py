@@ -417,7 +417,8 @@ def _contradicts(entry: RestEntry, at_impact: float) -> bool:
 def _contact(entry: ImpactEntry) -> Contact:
     stand_in = Measured(0.0, source=_STANDS_IN, assumed="stand-in")
     x, y = entry.point or (stand_in, stand_in)
-    kept = {name: measured or stand_in for name, measured in _kept(entry, IMPACT).items()}
+    kept = _kept(entry, IMPACT)
+    kept["Gamma"] = kept["Gamma"] or stand_in
     return Contact(x=x, y=y, interlocked=entry.interlocked, together=entry.together, **kept)
 
 

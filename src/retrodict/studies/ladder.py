@@ -15,7 +15,7 @@ from retrodict.inference.modes import ModeSearch
 from retrodict.inference.reconstruct import compile_search, reconstruct
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.choice import transform_of
-from retrodict.models import RUNGS, Rung, rungs_for
+from retrodict.models import RUNGS, Rung
 from retrodict.models.arrays import Structure
 from retrodict.models.runouts import roll
 from retrodict.options import RunOptions
@@ -222,7 +222,9 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
         A reason for each rung of what happened in the scene, from simplest to fullest.
     """
     why = {}
-    for name, rung in rungs_for(scene).items():
+    for name, rung in RUNGS.items():
+        if rung.impact.kind != scene.kind:
+            continue
         mute = [REPORTED[q][0] for q in question if q not in rung.answers]
         if mute:
             why[name] = f"does not answer {', '.join(mute)}"
