@@ -61,9 +61,8 @@ def test_regressions_lead_to_what_was_measured_and_are_velocities_elsewhere(whic
         assert np.median(np.abs(missed)) < 0.5, name
 
 
-@pytest.mark.parametrize(
-    ("steps", "few"), [pytest.param(3, True, marks=pytest.mark.slow), (48, False)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
 def test_steps_too_few_for_a_mark_are_seen_beside_rest_poses(steps: int, few: bool) -> None:
     scene = replace(collision(berm=False), marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
     found = prepare(scene, "planar-common+spin")
