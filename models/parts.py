@@ -11,6 +11,8 @@ import numpyro
 from jax.scipy.special import ndtr, ndtri
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
+from retrodict.models import priors
+from retrodict.models.arrays import Data, Structure
 
 from retrodict.constants import GRAVITY
 from retrodict.mechanics import (
@@ -24,8 +26,6 @@ from retrodict.mechanics import (
     against_barrier,
     lever_arms,
 )
-from retrodict.models import priors
-from retrodict.models.arrays import Data, Structure
 from retrodict.scene.priors import FIXED
 from retrodict.scene.records import VEHICLES, WHEELS
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 from numpyro import handlers
-from scipy import integrate, stats
-
 from retrodict.models import RUNGS, parts, rungs_for
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.friction import Friction
 from retrodict.models.standard_normal import AtDeviates, DeviatesOf, sizes
+from scipy import integrate, stats
+
 from retrodict.scene.records import Scene
 from tests.models.test_barrier import against_wall
 from tests.models.test_friction import CRITICAL, friction
