@@ -1,7 +1,7 @@
 """Crashes that people published, with no more written than they wrote: the answers by hand are found.
 
-Numbers of textbook and forum questions, as in benchmarks/users; places, contact lines and sizes that nobody
-gave are left out.
+Numbers of textbook and forum questions, as in benchmarks/users; places, contact lines and sizes that
+nobody gave are left out.
 """
 
 import cmath
