@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -145,18 +146,44 @@ class SurveyColumns(_Table):
         return self
 
 
-Separator = Literal[",", ";", "\t"] | None
-_SEPARATOR: Any = Field(None, examples=['";"'])
-Decimal = Literal[".", ","]
-_DECIMAL: Any = Field(".", examples=['","'])
+BLANKS = (" ", "  ")  # one or more, or two or more
 
 
-class SurveyEntry(FrameEntry):
+def _only(raw: object) -> object:
+    """What cells of a column must be, by the column; a number is written as text or as a number."""
+    if not isinstance(raw, dict) or not 0 < len(raw) <= 10:
+        raise fault('write a column and the cell that its rows have: { Event = "1" }')
+    return {_name(column): _name(cell) for column, cell in raw.items()}
+
+
+class TableEntry(_Table):
+    """What `[survey]` and `[recorder]` say of a table in a text file."""
+
+    encoding: (
+        Literal[
+            "utf-8", "utf-16", "utf-16-le", "cp1252", "latin-1", "cp1250", "cp1251", "cp1253",
+            "cp1254", "cp437", "cp850", "mac-roman", "shift_jis", "gb18030", "euc_kr", "big5",
+        ] | None
+    ) = Field(None, examples=['"cp1252"'])  # fmt: skip
+    separator: Literal[",", ";", "\t", "|", " ", "  "] | None = Field(None, examples=['";"'])
+    decimal: Literal[".", ","] = Field(".", examples=['","'])
+    below: Name | None = Field(None, examples=['"Event Record 2" (a line above the table)'])
+    only: Annotated[dict[str, str], BeforeValidator(_only)] = Field(
+        {}, examples=['{ Event = "1" } (the cell that all rows have in this column)']
+    )
+
+    @model_validator(mode="after")
+    def _only_as_columns(self) -> TableEntry:
+        by_number = any(isinstance(each, int) for _, each in getattr(self, "columns", ()))
+        if by_number and not all(re.fullmatch("[1-9][0-9]{0,2}", column) for column in self.only):
+            raise fault('write numbers of columns, as in columns: { 1 = "2" }', "only")
+        return self
+
+
+class SurveyEntry(FrameEntry, TableEntry):
     """`[survey]`: points as CSV."""
 
     columns: SurveyColumns = Field(examples=['{ id = "Point", x = "Easting", y = "Northing" }'])
-    separator: Separator = _SEPARATOR
-    decimal: Decimal = _DECIMAL
     angle_unit: Annotated[float | None, _a_unit(units.ANGLE)] = Field(None, examples=['"deg"'])
 
     @model_validator(mode="after")
@@ -341,7 +368,7 @@ def _known_units(raw: object) -> object:
     return found
 
 
-class RecorderEntry(_Table):
+class RecorderEntry(TableEntry):
     """`[recorder]`: the table of an event data recorder as CSV."""
 
     vehicle: Literal["A", "B"] = Field(examples=['"A" or "B"'])
@@ -349,8 +376,6 @@ class RecorderEntry(_Table):
     units: Annotated[dict[str, float], BeforeValidator(_known_units)] = Field(
         examples=['{ time = "s", speed = "mph" }']
     )
-    separator: Separator = _SEPARATOR
-    decimal: Decimal = _DECIMAL
     speed: RecordedSpeedEntry | None = Field(
         None, examples=['{ impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }']
     )

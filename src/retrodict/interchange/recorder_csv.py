@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from retrodict.interchange.column_map import RECORDED, RecordedSpeedEntry, RecorderEntry
-from retrodict.interchange.source_file import NoNumber, Row, SourceFile, number, table_rows
-from retrodict.interchange.survey_csv import columns_of
+from retrodict.interchange.source_file import SourceFile
+from retrodict.interchange.table_in import NoNumber, number, read_table
 from retrodict.interchange.taken import Taken, quantity, replaced, rounded
 from retrodict.scene.errors import shown
 from retrodict.scene.load import value_at
@@ -51,9 +51,9 @@ class _Recorder:
 
     def __init__(self, file: SourceFile, entry: RecorderEntry, document: dict[str, Any]) -> None:
         self.file, self.entry, self.document = file, entry, document
-        rows = table_rows(file, entry.separator or "")
         wanted = {key: column for key, column in entry.columns if column is not None}
-        self.places, self.rows, self.left = columns_of(file, rows, wanted, "recorder")
+        table = read_table(file, entry, wanted, "recorder")
+        self.places, self.rows, self.left = table.places, table.rows, table.left
         for key, column in wanted.items():
             self._in_its_unit(key, column)
         self.curves = {c: self._curve(c) for c in self.places if c != "time"}
@@ -169,7 +169,7 @@ class _Recorder:
         """A column over time; a row without a number is left, with a line unless its cell is empty."""
         curve = Curve([], [], [])
         for row in self.rows:
-            cells = {key: _cell(row, self.places[key]) for key in ("time", column)}
+            cells = {key: row.cell(self.places[key]) for key in ("time", column)}
             if not cells[column]:
                 continue
             try:
@@ -202,10 +202,6 @@ _DELTA_V = (  # column, key of the scene file, sign
     ("delta_v_left", "delta_v_left", 1.0),
     ("delta_v_right", "delta_v_left", -1.0),
 )
-
-
-def _cell(row: Row, place: int) -> str:
-    return row.cells[place] if place < len(row.cells) else ""
 
 
 def _rows(curve: Curve) -> str:
