@@ -277,9 +277,24 @@ RECORDED = {
     "delta_v_forward": units.SPEED,
     "delta_v_left": units.SPEED,
     "delta_v_right": units.SPEED,
+    "acceleration_forward": units.DECELERATION,
+    "acceleration_left": units.DECELERATION,
+    "acceleration_right": units.DECELERATION,
     "yaw_rate": units.YAW_RATE,
     "yaw_rate_clockwise": units.YAW_RATE,
 }
+_SAME = (
+    ("delta_v_forward", "acceleration_forward"),
+    ("delta_v_left", "delta_v_right", "acceleration_left", "acceleration_right"),
+    ("yaw_rate", "yaw_rate_clockwise"),
+)
+
+
+def taken_as(column: str) -> str:
+    """The key of `[recorder]` that takes a column: speed, delta_v or yaw_rate."""
+    if column.startswith("acceleration"):
+        return "delta_v"
+    return next((key for key in ("speed", "delta_v", "yaw_rate") if column.startswith(key)), "")
 
 
 class RecorderColumns(_Table):
@@ -291,6 +306,9 @@ class RecorderColumns(_Table):
     delta_v_forward: Column | None = Field(None, examples=['"Longitudinal delta-v"'])
     delta_v_left: Column | None = Field(None, examples=['"Lateral delta-v"'])
     delta_v_right: Column | None = Field(None, examples=['"Lateral delta-v"'])
+    acceleration_forward: Column | None = Field(None, examples=['"Longitudinal acceleration"'])
+    acceleration_left: Column | None = Field(None, examples=['"Lateral acceleration"'])
+    acceleration_right: Column | None = Field(None, examples=['"Lateral acceleration"'])
     yaw_rate: Column | None = Field(None, examples=['"Yaw rate"'])
     yaw_rate_clockwise: Column | None = Field(None, examples=['"Yaw rate"'])
 
@@ -298,9 +316,10 @@ class RecorderColumns(_Table):
     def _each_once(self) -> RecorderColumns:
         if len({type(each) for _, each in self if each is not None}) > 1:
             raise fault("write all columns by name, or all by number where there is no header")
-        for key, other in (("delta_v_left", "delta_v_right"), ("yaw_rate", "yaw_rate_clockwise")):
-            if getattr(self, key) is not None and getattr(self, other) is not None:
-                raise fault(f"the same twice; keep it, or {other}", key)
+        for group in _SAME:
+            first, *others = [key for key in group if getattr(self, key) is not None] or [""]
+            if others:
+                raise fault(f"the same twice; keep it, or {others[0]}", first)
         return self
 
 
@@ -330,15 +349,27 @@ def _at(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
     return None if raw == "last" else read(raw)
 
 
+def _at_or_end(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
+    return raw if raw == "end" else _at(raw, read)
+
+
 _Moment = Annotated[RecordTime | None, WrapValidator(_at)]
 
 
 class RecordedDeltaVEntry(_Table):
     """`[recorder.delta_v]`."""
 
-    at: _Moment = _AT
+    at: Annotated[RecordTime | Literal["end"] | None, WrapValidator(_at_or_end)] = Field(
+        examples=['"last", "end" (of the pulse), or "0.15 s"']
+    )
     ended: Literal["early", "after the impact"] = Field(examples=['"early" or "after the impact"'])
     uncertainty: _SpeedSD
+
+    @model_validator(mode="after")
+    def _end_is_recorded(self) -> RecordedDeltaVEntry:
+        if self.at == "end" and self.ended == "early":
+            raise fault('a record that ended early does not have it; write "last"', "at")
+        return self
 
 
 class RecordedYawRateEntry(_Table):
@@ -368,6 +399,14 @@ def _known_units(raw: object) -> object:
     return found
 
 
+class LongEntry(_Table):
+    """`[recorder.long]`: a table with a row for each value, whose columns have these names."""
+
+    parameter: Name = Field(examples=['"Signal"'])
+    value: Name = Field(examples=['"Value"'])
+    unit: Name | None = Field(None, examples=['"Unit"'])
+
+
 class RecorderEntry(TableEntry):
     """`[recorder]`: the table of an event data recorder as CSV."""
 
@@ -375,6 +414,9 @@ class RecorderEntry(TableEntry):
     columns: RecorderColumns = Field(examples=['{ time = "Time (s)", speed = "Speed (mph)" }'])
     units: Annotated[dict[str, float], BeforeValidator(_known_units)] = Field(
         examples=['{ time = "s", speed = "mph" }']
+    )
+    long: LongEntry | None = Field(
+        None, examples=['{ parameter = "Signal", value = "Value" } (a row for each value)']
     )
     speed: RecordedSpeedEntry | None = Field(
         None, examples=['{ impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }']
@@ -393,9 +435,11 @@ class RecorderEntry(TableEntry):
                 first = RECORDED[column].units[0]
                 raise fault(f'no unit of {column}; write {column} = "{first}"', "units")
         for key in ("speed", "delta_v", "yaw_rate"):
-            columns = [c for c, there in self.columns if there is not None and c.startswith(key)]
+            columns = [c for c, there in self.columns if there is not None and taken_as(c) == key]
             if getattr(self, key) is not None and not columns:
                 raise fault(f'no such column; add it to columns, like {key} = "…"', key)
+        if self.long and isinstance(self.columns.time, int):
+            raise fault("write the name in the header, and the names of parameters", "columns.time")
         return self
 
 

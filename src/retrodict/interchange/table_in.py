@@ -113,11 +113,11 @@ def _with_header(
             count = len(header.cells)
             short = [row for row in below if len(row.cells) < count]
             below = [_as_long(row, count) for row in below if len(row.cells) >= count]
-        names = [_plain(cell) for cell in header.cells]
-        again = [row.number for row in below if [_plain(cell) for cell in row.cells] == names]
+        names = [plain(cell) for cell in header.cells]
+        again = [row.number for row in below if [plain(cell) for cell in row.cells] == names]
         if entry.below and again:
             below = [row for row in below if row.number < again[0]]
-        places = {key: names.index(_plain(str(column))) for key, column in wanted.items()}
+        places = {key: names.index(plain(str(column))) for key, column in wanted.items()}
         left = [
             f"column {shown(cell)}: not in the map"
             for i, cell in enumerate(header.cells)
@@ -135,17 +135,17 @@ def _header(
     file: SourceFile, rows: Sequence[Row], wanted: Mapping[str, int | str], table: str
 ) -> int:
     """The index of the first row that has each wanted name once."""
-    names = {key: _plain(str(column)) for key, column in wanted.items()}
+    names = {key: plain(str(column)) for key, column in wanted.items()}
     nearest, most = 0, -1
     for i, row in enumerate(rows):
-        counts = Counter(map(_plain, row.cells))
+        counts = Counter(map(plain, row.cells))
         count = sum(counts[name] > 0 for name in names.values())
         if all(counts[name] == 1 for name in names.values()):
             return i
         if count > most:
             nearest, most = i, count
     header = rows[nearest].cells if rows else ()
-    counts = Counter(map(_plain, header))
+    counts = Counter(map(plain, header))
     key = next((key for key, name in names.items() if counts[name] != 1), next(iter(names)))
     has = ", ".join(shown(cell) for cell in header[:12] if cell)
     what = "has it twice" if counts[names[key]] > 1 else "has no such column"
@@ -172,7 +172,7 @@ def _only(file: SourceFile, found: TableIn, entry: TableEntry, table: str) -> Ta
     rows, places, left = found.rows, dict(found.places), list(found.left)
     for column, cell in entry.only.items():
         place = places.pop(f"only.{column}")
-        kept = [row for row in rows if _plain(row.cell(place)) == _plain(cell)]
+        kept = [row for row in rows if plain(row.cell(place)) == plain(cell)]
         if not kept:
             has = ", ".join(list({shown(row.cell(place)): None for row in rows})[:8]) or "no rows"
             fix = f"no row has {shown(cell)} in it; it has {has}; correct {table}.only in the map"
@@ -310,10 +310,11 @@ def number(cell: str, decimal: str) -> float:
     return value
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
+    """A name or cell without capitals and further blanks, for comparison."""
     return " ".join(name.split()).casefold()
 
 
 def _words(line: str) -> str:
     """A line without the separators of its cells."""
-    return _plain(re.sub(r"[;,|\t]", " ", line))
+    return plain(re.sub(r"[;,|\t]", " ", line))
