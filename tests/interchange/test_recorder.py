@@ -171,7 +171,7 @@ def test_of_two_units_in_a_heading_the_map_s_is_taken(
         return
     found = imported(tmp_path, REPORT, asked)
     assert found.scene.approach["a"].speed.value == pytest.approx(speed, abs=1e-3)
-    assert "rows 10 to 13: below the table" in found.left
+    assert "rows 10 to 14: below the table" in found.left
 
 
 def test_an_event_of_a_report_is_chosen_by_the_line_above_it(tmp_path: Path) -> None:
@@ -183,7 +183,7 @@ def test_an_event_of_a_report_is_chosen_by_the_line_above_it(tmp_path: Path) -> 
     assert imported(tmp_path, REPORT, both).scene.approach["a"].speed.value == pytest.approx(
         70 / 3.6, abs=1e-3
     )
-    no_pulse = REPORT[: REPORT.index("Deceleration")] + REPORT[REPORT.index("Times (sec),", 500) :]
+    no_pulse = REPORT[: REPORT.index("Deceleration")] + REPORT[REPORT.rindex("Times (sec),") :]
     assert "times do not increase" in refusal(tmp_path, no_pulse, both)
 
 
@@ -239,7 +239,6 @@ def test_a_table_with_a_row_for_each_value(tmp_path: Path) -> None:
     assert record.times == (-1.0, 0.0)
     assert record.speeds == pytest.approx((20.0, 15.0))
     assert 'parameter "Brake": not in the map' in found.left
-    assert '1 rows: "Event" is not "1"' not in found.left
     assert '1 row: "Event" is not "1"' in found.left
 
 
@@ -250,7 +249,6 @@ def test_an_acceleration_is_integrated_to_the_end_of_its_pulse(tmp_path: Path) -
     assert forward.value == pytest.approx(-20 * 9.80665 * 0.1 / 2, abs=1e-3)
     assert [t.remark for t in found.taken if "delta_v" in t.key] == ["at 0.12 s"]
     early = OF_LONG.replace('"after the impact"', '"early"')
-    assert "did not have it" not in refusal(tmp_path, LONG, early)
     assert 'recorder.delta_v.at = "end"' in refusal(tmp_path, LONG, early)
     going_on = "\n".join(LONG.split("\n")[:-3]) + "\n"
     assert "the pulse has not ended: delta-v still changes by" in refusal(
@@ -268,7 +266,7 @@ def test_an_acceleration_is_integrated_to_the_end_of_its_pulse(tmp_path: Path) -
             "no row has this parameter",
         ),
         (LONG, OF_LONG.replace('speed = "km/h"', 'speed = "mph"'), "its unit is not that of speed"),
-        (LONG, OF_LONG.replace('"Time", speed', "4, speed"), "all by name, or all by number"),
+        (LONG, OF_LONG.replace('"Time", speed', "4, speed"), "columns by name, or all by number"),
         (
             LONG,
             OF_LONG.replace("only = { Event = 1, Vehicle", "only = { Vehicle"),

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,7 +19,9 @@ from pydantic import (
     WrapValidator,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
+from retrodict.interchange.cells import NoNumber, station_in
 from retrodict.interchange.points import SPOTS, Angles, Compass
 from retrodict.scene import units
 from retrodict.scene.entries.impact import SurfaceName
@@ -71,7 +76,7 @@ def _column(raw: object) -> object:
     return _name(raw)
 
 
-def _a_unit(dimension: Dimension) -> BeforeValidator:
+def _reader(dimension: Dimension) -> Callable[[object], float]:
     def read(raw: object) -> float:
         try:
             if not isinstance(raw, str):
@@ -80,12 +85,16 @@ def _a_unit(dimension: Dimension) -> BeforeValidator:
         except QuantityError as error:
             raise fault(error.fix) from None
 
-    return BeforeValidator(read)
+    return read
 
 
+def _a_unit(dimension: Dimension) -> BeforeValidator:
+    return BeforeValidator(_reader(dimension))
+
+
+_length_unit = _reader(units.LENGTH)
 Name = Annotated[str, BeforeValidator(_name)]
 Column = Annotated[int | str, BeforeValidator(_column)]
-LengthUnit = Annotated[float, _a_unit(units.LENGTH)]
 Precision = Annotated[
     Measured, Kind(units.LENGTH, 0.0001, 50, "0.02 m", uncertainty="refused", advice=IS_AN_SD)
 ]
@@ -96,6 +105,18 @@ _Far = Annotated[Measured, Kind(units.LENGTH, -1e8, 1e8, "500000 m", uncertainty
 _Offset = Annotated[Measured, Kind(units.LENGTH, -30, 30, "2.1 m", uncertainty="refused")]
 
 
+_DEGREES = Kind(units.ANGLE, -180, 180, "42.33141 deg", uncertainty="refused")
+
+
+def _are_degrees(unit: object) -> bool:
+    words = ("deg", "degree", "degrees", "decimal degrees", "°")
+    return isinstance(unit, str) and unit.strip().lower() in words
+
+
+def _length_or_degrees(raw: object) -> object:
+    return "deg" if _are_degrees(raw) else _length_unit(raw)
+
+
 def _origin(raw: object) -> object:
     if isinstance(raw, list):
         return raw
@@ -103,9 +124,11 @@ def _origin(raw: object) -> object:
 
 
 class FrameEntry(_Table):
-    """What `[survey]` and `[drawing]` say of coordinates."""
+    """What the table of a file of points says of coordinates."""
 
-    unit: LengthUnit = Field(examples=['"m" (or "ft", "in")'])
+    unit: Annotated[float | Literal["deg"], BeforeValidator(_length_unit)] = Field(
+        examples=['"m" (or "ft", "in")']
+    )
     precision: Precision
     axes: tuple[Compass, Compass] = Field(examples=['["east", "north"] (where x and y point)'])
     angles: Angles | None = Field(
@@ -125,6 +148,11 @@ class FrameEntry(_Table):
             raise fault(f"an angle is written: {_ANGLES}", "angles")
         return self
 
+    @property
+    def metre(self) -> float:
+        """Length of the unit in which points are read, m: degrees are projected to metres."""
+        return self.unit if isinstance(self.unit, float) else 1.0
+
 
 _ANGLES = 'write "counter-clockwise from east" or "clockwise from north"'
 
@@ -133,8 +161,10 @@ class SurveyColumns(_Table):
     """`[survey.columns]`: by name in the header, or all by number where there is none."""
 
     id: Column = Field(examples=['"Point"'])
-    x: Column = Field(examples=['"Easting"'])
-    y: Column = Field(examples=['"Northing"'])
+    x: Column | None = Field(None, examples=['"Easting"'])
+    y: Column | None = Field(None, examples=['"Northing"'])
+    station: Column | None = Field(None, examples=['"Station"'])
+    offset: Column | None = Field(None, examples=['"Offset"'])
     z: Column | None = Field(None, examples=['"Height"'])
     description: Column | None = Field(None, examples=['"Code"'])
     heading: Column | None = Field(None, examples=['"Azimuth"'])
@@ -143,6 +173,14 @@ class SurveyColumns(_Table):
     def _all_by_name_or_number(self) -> SurveyColumns:
         if len({type(each) for _, each in self if each is not None}) > 1:
             raise fault("write all columns by name, or all by number where there is no header")
+        if self.station is None:
+            for key, example in (("x", "Easting"), ("y", "Northing")):
+                if getattr(self, key) is None:
+                    raise fault(f'missing; write {key} = "{example}", or station', key)
+            if self.offset is not None:
+                raise fault('missing; write station = "Station"', "station")
+        elif self.x is not None or self.y is not None:
+            raise fault("a place twice; keep x and y, or station and offset", "station")
         return self
 
 
@@ -180,11 +218,82 @@ class TableEntry(_Table):
         return self
 
 
+def _station(raw: object) -> float:
+    try:
+        return station_in(str(_name(raw)), ".")
+    except NoNumber as wrong:
+        raise fault(f'{wrong}; write a station, like "10+00"') from None
+
+
+class BaselineEntry(_Table):
+    """`[survey.baseline]`: the line along which stations count."""
+
+    start: Annotated[float, BeforeValidator(_station)] = Field(
+        examples=['"10+00" (station of the first corner of the line)']
+    )
+    line: list[tuple[_Far, _Far]] = Field(
+        min_length=2,
+        max_length=MOST_CORNERS,
+        examples=['[["0 ft", "0 ft"], ["200 ft", "0 ft"]] (its corners, in axes)'],
+    )
+    positive: Literal["left", "right"] | None = Field(
+        None, examples=['"right" (side of offsets that are written without L or R)']
+    )
+
+    @model_validator(mode="after")
+    def _has_a_course(self) -> BaselineEntry:
+        for (x, y), (x_next, y_next) in itertools.pairwise(self.line):
+            if math.hypot(x_next.value - x.value, y_next.value - y.value) < 1e-3:
+                raise fault("two corners that follow each other are one place", "line")
+        return self
+
+
 class SurveyEntry(FrameEntry, TableEntry):
     """`[survey]`: points as CSV."""
 
+    unit: Annotated[float | Literal["deg"], BeforeValidator(_length_or_degrees)] = Field(
+        examples=['"m" (or "ft", "in", or "deg" of latitude and longitude)']
+    )
+    baseline: BaselineEntry | None = Field(
+        None, examples=['{ start = "10+00", line = [["0 ft", "0 ft"], ["200 ft", "0 ft"]] }']
+    )
+
     columns: SurveyColumns = Field(examples=['{ id = "Point", x = "Easting", y = "Northing" }'])
     angle_unit: Annotated[float | None, _a_unit(units.ANGLE)] = Field(None, examples=['"deg"'])
+
+    @model_validator(mode="before")
+    @classmethod
+    def _origin_as_unit(cls, raw: Any) -> Any:
+        """The origin of degrees in degrees."""
+        if not isinstance(raw, dict) or not _are_degrees(raw.get("unit")):
+            return raw
+        origin = raw.get("origin")
+        if isinstance(origin, list) and len(origin) == 2:
+            try:
+                return raw | {"origin": [_DEGREES.read(each) for each in origin]}
+            except PydanticCustomError as wrong:
+                raise fault(str(wrong), "origin") from None
+        if not isinstance(origin, str):
+            fix = (
+                "degrees are projected about an origin; write the name of a point, or as axes say: "
+                '["42.33141 deg", "-83.04575 deg"]'
+            )
+            raise fault(fix, "origin")
+        return raw
+
+    @model_validator(mode="after")
+    def _stations_have_a_line(self) -> SurveyEntry:
+        if self.columns.station is not None and self.baseline is None:
+            raise fault(
+                'stations count along a line; write baseline = { start = "10+00", line = '
+                '[["0 ft", "0 ft"], ["200 ft", "0 ft"]] }',
+                "columns.station",
+            )
+        if self.columns.station is None and self.baseline is not None:
+            raise fault("no column of stations; write columns.station", "baseline")
+        if self.columns.station is not None and self.unit == "deg":
+            raise fault("stations are lengths; write their unit", "unit")
+        return self
 
     @model_validator(mode="after")
     def _headings_are_explained(self) -> SurveyEntry:

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from retrodict.interchange.table_in import NoNumber, number
+from retrodict.interchange.cells import NoNumber, number
 from retrodict.scene.units import Dimension, QuantityError, factor
 
 _BRACKET = re.compile(r"[(\[]([^()\[\]]+)[)\]]?\s*[)\]]?\s*$")

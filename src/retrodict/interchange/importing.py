@@ -207,10 +207,10 @@ class _Taking:
         origin = (0.0, 0.0)
         if isinstance(entry.origin, str):
             point = self._one(entry.origin, "origin")
-            origin = (entry.unit * point.x, entry.unit * point.y)
-        elif entry.origin is not None:
+            origin = (entry.metre * point.x, entry.metre * point.y)
+        elif entry.origin is not None and entry.unit != "deg":  # these are projected about it
             origin = (entry.origin[0].value, entry.origin[1].value)
-        return Frame(entry.unit, entry.axes, angles, origin, x_axis)
+        return Frame(entry.metre, entry.axes, angles, origin, x_axis)
 
     def _impact_point(self) -> Iterator[Taken]:
         if (entry := self.map.impact_point) is None:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
+from retrodict.interchange.cells import NoNumber, number
 from retrodict.interchange.column_map import (
     RECORDED,
     RecordedSpeedEntry,
@@ -16,7 +17,7 @@ from retrodict.interchange.column_map import (
 )
 from retrodict.interchange.headings import is_no_value, number_in, units_in
 from retrodict.interchange.source_file import SourceFile
-from retrodict.interchange.table_in import NoNumber, Row, TableIn, number, plain, read_table
+from retrodict.interchange.table_in import Row, TableIn, plain, read_table
 from retrodict.interchange.taken import Taken, quantity, replaced, rounded
 from retrodict.scene.errors import shown
 from retrodict.scene.load import value_at

@@ -5,7 +5,6 @@ from __future__ import annotations
 import codecs
 import csv
 import io
-import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +18,6 @@ ROWS = 100_000
 _COLUMNS = 200
 _CELL = 1_000  # characters
 _SEPARATORS = ";\t,"
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:[.][0-9]*)?|[.][0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _BOMS = {
     codecs.BOM_UTF8: "utf-8-sig",
     codecs.BOM_UTF16_LE: "utf-16",
@@ -275,39 +273,6 @@ def _by_its_bytes(file: SourceFile, line: int, table: str) -> tuple[str, str]:
         if not _NO_TEXT.search(text):
             return text, found.encoding
     raise file.refuse(f"is not UTF-8 text; {ways}", f"line {line}")
-
-
-class NoNumber(ValueError):
-    """A cell that is no number; says why."""
-
-
-def number(cell: str, decimal: str) -> float:
-    """The number in a cell.
-
-    Args:
-        cell: text of the cell.
-        decimal: decimal sign, "." or ",".
-
-    Raises:
-        NoNumber: the cell is no number.
-    """
-    if not cell:
-        raise NoNumber("is empty")
-    if cell[0] in "=@":
-        raise NoNumber("is a formula; export values")
-    plain = cell.replace("\N{MINUS SIGN}", "-")
-    if decimal == ",":
-        if "." in plain:
-            raise NoNumber('has a point, and the map says decimal = ","')
-        plain = plain.replace(",", ".", 1)
-    if not _NUMBER.fullmatch(plain):
-        comma = "," in plain and decimal == "."
-        hint = '; if the comma is its decimal sign, write decimal = ","' if comma else ""
-        raise NoNumber(f"is not a number{hint}")
-    value = float(plain)
-    if not math.isfinite(value):
-        raise NoNumber("is too large")
-    return value
 
 
 def plain(name: str) -> str:
