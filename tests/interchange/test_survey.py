@@ -424,6 +424,30 @@ def test_formats_of_vendors_are_refused_by_name(tmp_path: Path, name: str) -> No
     assert "and import that" in refusal(tmp_path, b"anything", ONE, name)
 
 
+INSTRUMENTS = {
+    "GSI": b"110001+00000001 21.322+12345600 22.322+09000000 31..00+00012345\n",
+    "GSI of 16 digits": b"*110001+0000000000000001 81..00+0000000001482310\n",
+    "SDR": b"00NMSDR33 V04-04.02     01-May-24 08:00 113111\n10NMCRASH\n",
+    "RW5": b"JB,NMCRASH,DT05-03-2024,TM08:00:00\nMO,AD0,UN1,SF1.00000000,EC0,EO0.0,AU0\n",
+    "JobXML": b'<?xml version="1.0"?>\n<JOBFile jobName="crash" version="5.6">\n',
+    "GPX": b'<?xml version="1.0"?><gpx version="1.1"></gpx>',
+}
+
+
+@pytest.mark.parametrize("kind", INSTRUMENTS)
+def test_files_of_instruments_are_refused_by_how_they_begin(tmp_path: Path, kind: str) -> None:
+    said = refusal(tmp_path, INSTRUMENTS[kind], ONE, "points.txt")
+    assert f"({kind.split()[0]})" in said
+    assert "and import that" in said
+
+
+@pytest.mark.parametrize("name", ["a.GSI", "a.sdr", "a.rw5", "a.jxl", "a.kmz", "a.shp"])
+def test_formats_of_instruments_are_refused_by_name(tmp_path: Path, name: str) -> None:
+    said = refusal(tmp_path, b"anything", ONE, name)
+    assert "which is not read; " in said
+    assert "as CSV (point, " in said
+
+
 def test_nothing_is_written_that_the_scene_file_may_not_say(tmp_path: Path) -> None:
     scene, old = tmp_path / "scene.toml", (SURVEY / "before.toml").read_bytes()
     scene.write_bytes(old)

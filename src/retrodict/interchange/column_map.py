@@ -309,6 +309,12 @@ class DrawingEntry(FrameEntry):
     """`[drawing]`: DXF."""
 
 
+class LandXmlEntry(FrameEntry):
+    """`[landxml]`: coordinate points of LandXML, northing before easting as it defines them."""
+
+    axes: tuple[Compass, Compass] = Field(("east", "north"), examples=['["east", "north"]'])
+
+
 class ImpactPointEntry(_Table):
     """`[impact_point]`."""
 
@@ -572,6 +578,7 @@ class MapEntry(_Table):
     schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])
     survey: SurveyEntry | None = Field(None, examples=['{ unit = "m", … }'])
     drawing: DrawingEntry | None = Field(None, examples=['{ unit = "m", … }'])
+    landxml: LandXmlEntry | None = Field(None, examples=['{ unit = "m", … }'])
     recorder: RecorderEntry | None = Field(None, examples=['{ vehicle = "A", … }'])
     impact_point: ImpactPointEntry | None = Field(
         None, examples=['{ point = "12", uncertainty = "0.3 m" }']
@@ -585,14 +592,18 @@ class MapEntry(_Table):
 
     @model_validator(mode="after")
     def _one_kind_of_file(self) -> MapEntry:
-        if sum(each is not None for each in (self.survey, self.drawing, self.recorder)) != 1:
+        frames = [each for each in (self.survey, self.drawing, self.landxml) if each is not None]
+        if len(frames) + (self.recorder is not None) != 1:
             raise fault(
-                "write one table of [survey] (points as CSV), [drawing] (DXF) or [recorder] (CSV)"
+                "write one table of [survey] (points as CSV), [drawing] (DXF), [landxml] or "
+                "[recorder] (CSV)"
             )
-        frame = self.survey or self.drawing
+        frame = frames[0] if frames else None
         of_points = {"impact_point", "rest", "marks", "edges", "outlines"} & self.model_fields_set
         if frame is None and of_points:
-            raise fault("points are taken of a [survey] or [drawing]", sorted(of_points)[0])
+            raise fault(
+                "points are taken of a [survey], [drawing] or [landxml]", sorted(of_points)[0]
+            )
         for name in sorted(self.edges.keys() & self.outlines.keys()):
             raise fault("this surface has an edge too; leave out one of them", f"outlines.{name}")
         headed = [v for v in ("A", "B") if (rest := getattr(self.rest, v)) and rest.heading]

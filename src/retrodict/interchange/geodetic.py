@@ -110,7 +110,8 @@ def refuse_degrees(
     way = 'write unit = "deg" and an origin in the map, or export the points in metres'
     sound = [(point.x, point.y) for point in points if not point.fault]
     # short names are of lateral and longitudinal distances too, which have few decimals
-    fine = any(abs(1e4 * each - round(1e4 * each)) > 1e-4 for place in sound for each in place)
+    small = [each for place in sound for each in place if abs(each) <= 180]
+    fine = any(abs(1e4 * each - round(1e4 * each)) > 1e-4 for each in small)
     names = [_name(heading, fine) for heading in headings]
     for key, name, axis in zip(("x", "y"), names, survey.axes, strict=True):
         if name and survey.unit != "deg":
