@@ -65,8 +65,8 @@ WORDS = [
 def character_set(rng: random.Random) -> bytes:
     """Something like points as CSV, in any character set, or how a file of an instrument begins."""
     lines = [rng.choice(["Vermessung Süd; été", "110001+00000001 21.322", "JB,NM", "<?xml?><gpx "])]
-    lines = rng.choice([[], [], [], lines]) + [rng.choice(HEADERS) + rng.choice(["", ",höhe"])]
-    lines += ["7,1,2,Straße", *(rng.choice(CELLS + ["début", "°", "’", "ñ"]) for _ in range(4))]
+    lines = [*rng.choice([[], [], [], lines]), rng.choice(HEADERS) + rng.choice(["", ",höhe"])]
+    lines += ["7,1,2,Straße", *(rng.choice([*CELLS, "début", "°", "’", "ñ"]) for _ in range(4))]
     text = rng.choice(["\n", "\r\n"]).join(lines)
     names = [
         "cp1252",
@@ -121,8 +121,8 @@ def stations(rng: random.Random) -> bytes:
 TAGS = [
     "<CgPoint>", "</CgPoint>", '<CgPoint name="7">', "<CgPoints>", "</CgPoints>", "1 2", "1e999 2 3",
     "<!DOCTYPE a [<!ENTITY b 'b'>]>", "<!DOCTYPE a SYSTEM 'file:///etc/hostname'>", "&b;", "&#0;",
-    '<Units><Imperial linearUnit="foot"/></Units>', "<Metric linearUnit=''/>", "<![CDATA[1 2]]>", "<?a?>",
-    "<!-- -->", "\x00", "<a:b/>", '<CgPoint name="9" code="">nan 1</CgPoint>', "<" * 40, "<a>" * 3000,
+    '<Units><Imperial linearUnit="foot"/></Units>', "<Metric linearUnit=''/>", "<![CDATA[1 2]]>",
+    "<?a?>", "<!-- -->", "\x00", "<a:b/>", '<CgPoint name="9" code="">nan 1</CgPoint>', "<" * 40, "<a>" * 3000,
 ]  # fmt: skip
 
 
