@@ -122,7 +122,8 @@ TAGS = [
     "<CgPoint>", "</CgPoint>", '<CgPoint name="7">', "<CgPoints>", "</CgPoints>", "1 2", "1e999 2 3",
     "<!DOCTYPE a [<!ENTITY b 'b'>]>", "<!DOCTYPE a SYSTEM 'file:///etc/hostname'>", "&b;", "&#0;",
     '<Units><Imperial linearUnit="foot"/></Units>', "<Metric linearUnit=''/>", "<![CDATA[1 2]]>",
-    "<?a?>", "<!-- -->", "\x00", "<a:b/>", '<CgPoint name="9" code="">nan 1</CgPoint>', "<" * 40, "<a>" * 3000,
+    "<?a?>", "<!-- -->", "\x00", "<a:b/>", '<CgPoint name="9" code="">nan 1</CgPoint>', "<" * 40,
+    "<a>" * 3000,
 ]  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainValidator,
     ValidationError,
     ValidatorFunctionWrapHandler,
     WrapValidator,
@@ -464,8 +465,13 @@ def _at(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
     return None if raw == "last" else read(raw)
 
 
-def _at_or_end(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
-    return raw if raw == "end" else _at(raw, read)
+_PULSE_TIME = Kind(units.TIME, -600, 600, "0.15 s", uncertainty="refused")
+
+
+def _at_or_end(raw: object) -> Any:
+    if raw in ("last", "end"):
+        return "end" if raw == "end" else None
+    return _PULSE_TIME.read(raw)
 
 
 _Moment = Annotated[RecordTime | None, WrapValidator(_at)]
@@ -474,7 +480,7 @@ _Moment = Annotated[RecordTime | None, WrapValidator(_at)]
 class RecordedDeltaVEntry(_Table):
     """`[recorder.delta_v]`."""
 
-    at: Annotated[RecordTime | Literal["end"] | None, WrapValidator(_at_or_end)] = Field(
+    at: Annotated[Measured | Literal["end"] | None, PlainValidator(_at_or_end)] = Field(
         examples=['"last", "end" (of the pulse), or "0.15 s"']
     )
     ended: Literal["early", "after the impact"] = Field(examples=['"early" or "after the impact"'])

@@ -62,8 +62,8 @@ class _Recorder:
         columns = {key: column for key, column in entry.columns if column is not None}
         asked = columns
         if entry.long:
-            named = {"parameter": entry.long.parameter, "value": entry.long.value}
-            asked = {"time": columns["time"], **named}
+            asked = {"time": columns["time"], "parameter": entry.long.parameter}
+            asked["value"] = entry.long.value
             if entry.long.unit:
                 asked["unit"] = entry.long.unit
         table = read_table(file, entry, asked, "recorder")

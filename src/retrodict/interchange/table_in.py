@@ -106,7 +106,8 @@ def _with_header(
         except SceneError as fault:
             faults.append(fault)
             continue
-        header, below, short = rows[at], rows[at + 1 :], []
+        header, below = rows[at], rows[at + 1 :]
+        short: list[Row] = []
         if separator in BLANKS:  # where a cell is empty, those after it stand in other columns
             count = len(header.cells)
             short = [row for row in below if len(row.cells) < count]
