@@ -67,7 +67,7 @@ def test_other_versions_and_axes_are_read(tmp_path: Path) -> None:
     [
         (FILE, MAP.replace("ftUS", "ft"), 'linearUnit = "USSurveyFoot": its unit is not that of the '
             'map; write unit = "ftUS"'),
-        (FILE.replace("</CgPoints>", ""), MAP, "line 16: not XML that can be read"),
+        (FILE.replace("</CgPoints>", ""), MAP, "line 15: not XML that can be read"),
         (FILE.replace("LandXML", "Other"), MAP, "is XML, but not LandXML"),
         (FILE.replace("CgPoint ", "Point ").replace("/CgPoint>", "/Point>"), MAP, "has no CgPoint"),
         ("id,x,y\n7,1,2\n", MAP, "line 1: not XML that can be read"),

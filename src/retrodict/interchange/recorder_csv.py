@@ -210,10 +210,8 @@ class _Recorder:
         """The time at which delta-v changes by no more than 0.8 km/h within 20 ms (49 CFR 563.5)."""
         first = max(curve.times[0] for curve in curves)
         last = min(curve.times[-1] for curve in curves)
-        begun, change = False, 0.0
-        for t in curves[0].times:
-            if not first <= t <= last - _QUIET + 1e-9:
-                continue
+        begun, change, end = False, 0.0, max(first, last - _QUIET)
+        for t in [*(t for t in curves[0].times if first <= t < end), end]:
             later = min(t + _QUIET, last)
             begun = begun or math.hypot(*(self._at(c, t) for c in curves)) > _SMALL
             change = math.hypot(*(self._at(c, later) - self._at(c, t) for c in curves))
