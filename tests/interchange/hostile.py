@@ -54,6 +54,95 @@ def recorder(rng: random.Random) -> bytes:
     return _table(rng, [rng.choice(["Time,Speed", "Time;Speed"]), "-1,20", "0,15"])
 
 
+WORDS = [
+    "SNA", "Invalid", "N/A", "22 [35]", "22 [99]", "1 [SNA]", "[", "22 [", "47 mph", "1/2", "10+25.50",
+    "10+2", "+", "10+25.50, 12.3 R", "12.3 R", "R", "12.3' L", "8' 9\" L", "-3 R", "L R", "١٢ R",
+    "42°19'53.8\" N", "-83.04575", "83 62 1 W", "N", "°", "91", "42.33 E", "N S", "1e308 R",
+    "9" * 30 + "+00", "km/h", "mph", "furlong", "Speed", "Event 1", "1",
+]  # fmt: skip
+
+
+def character_set(rng: random.Random) -> bytes:
+    """Something like points as CSV, in any character set, or how a file of an instrument begins."""
+    lines = [rng.choice(["Vermessung Süd; été", "110001+00000001 21.322", "JB,NM", "<?xml?><gpx "])]
+    lines = [*rng.choice([[], [], [], lines]), rng.choice(HEADERS) + rng.choice(["", ",höhe"])]
+    lines += ["7,1,2,Straße", *(rng.choice([*CELLS, "début", "°", "’", "ñ"]) for _ in range(4))]
+    text = rng.choice(["\n", "\r\n"]).join(lines)
+    names = [
+        "cp1252",
+        "cp1251",
+        "cp1250",
+        "mac-roman",
+        "cp850",
+        "shift_jis",
+        "gb18030",
+        "utf-16-le",
+    ]
+    return _damaged(rng, text.encode(rng.choice(names), errors="replace"))
+
+
+def report(rng: random.Random) -> bytes:
+    """Something like a recorder's table as copied from a report."""
+    heading = rng.choice(["Speed (MPH [km/h])", "Speed (mph)", "Speed (km/h / mph)", "Speed ([(])"])
+    lines = ["Report, of a recorder", "Event 1", f"Time,{heading}", "-1,45 [72]", "0,34 [55]"]
+    for _ in range(rng.randrange(3)):
+        at = rng.randrange(len(lines) + 1)
+        lines[at:at] = [rng.choice([*lines, *WORDS, f"0,{rng.choice(WORDS)}", "Event 1"])]
+    return _table(rng, lines, WORDS, ",")
+
+
+def values_in_rows(rng: random.Random) -> bytes:
+    """Something like a recorder's table with a row for each value."""
+    lines = ["Event,What,Time,Value,Unit", "1,Speed,-1,20,m/s", "1,Speed,0,15,m/s"]
+    lines += [
+        ",".join(
+            [rng.choice(["1", "2"]), rng.choice(["Speed", "Brake", "a"]), *rng.choices(WORDS, k=3)]
+        )
+        for _ in range(rng.randrange(3))
+    ]
+    rng.shuffle(lines) if rng.random() < 0.3 else None
+    return _table(rng, lines, WORDS, ",")
+
+
+def degrees(rng: random.Random) -> bytes:
+    """Something like points by latitude and longitude."""
+    lines = [rng.choice(["id,Latitude,Longitude", "id,x,y"]), "7,42.33141,-83.04575"]
+    lines += [f"{rng.choice('789')},{rng.choice(WORDS)},{rng.choice(WORDS)}" for _ in range(3)]
+    return _table(rng, lines, WORDS, ",")
+
+
+def stations(rng: random.Random) -> bytes:
+    """Something like points by stations and offsets."""
+    lines = ["id,Station,Offset", rng.choice(["7,10+25.50,12.3 R", f"7,{rng.choice(WORDS)},1 L"])]
+    lines += [f"8,{rng.choice(WORDS)},{rng.choice(WORDS)}" for _ in range(3)]
+    return _table(rng, lines, WORDS, ",")
+
+
+TAGS = [
+    "<CgPoint>", "</CgPoint>", '<CgPoint name="7">', "<CgPoints>", "</CgPoints>", "1 2", "1e999 2 3",
+    "<!DOCTYPE a [<!ENTITY b 'b'>]>", "<!DOCTYPE a SYSTEM 'file:///etc/hostname'>", "&b;", "&#0;",
+    '<Units><Imperial linearUnit="foot"/></Units>', "<Metric linearUnit=''/>", "<![CDATA[1 2]]>",
+    "<?a?>", "<!-- -->", "\x00", "<a:b/>", '<CgPoint name="9" code="">nan 1</CgPoint>', "<" * 40,
+    "<a>" * 3000,
+]  # fmt: skip
+
+
+def landxml(rng: random.Random) -> bytes:
+    """Something like LandXML."""
+    lines = [
+        rng.choice(['<?xml version="1.0"?>', '<?xml version="1.0" encoding="utf-7"?>', ""]),
+        '<LandXML xmlns="http://www.landxml.org/schema/LandXML-1.2">',
+        '<Units><Metric linearUnit="meter"/></Units><CgPoints>',
+        '<CgPoint name="7" code="é">2.5 1.5 0</CgPoint>',
+        "</CgPoints></LandXML>",
+    ]
+    for _ in range(rng.randrange(3)):
+        at = rng.randrange(len(lines) + 1)
+        lines[at : at + rng.randrange(2)] = [rng.choice(TAGS)]
+    encoding = rng.choice(["utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"])
+    return _damaged(rng, "\n".join(lines).encode(encoding, errors="replace"))
+
+
 def map_text(rng: random.Random, text: str) -> bytes:
     """A map with some lines or values of another."""
     lines = text.split("\n")
@@ -68,10 +157,12 @@ def map_text(rng: random.Random, text: str) -> bytes:
     return _damaged(rng, "\n".join(lines).encode("utf-8", "replace"))
 
 
-def _table(rng: random.Random, lines: list[str]) -> bytes:
-    separator = rng.choice(",;\t|")
+def _table(
+    rng: random.Random, lines: list[str], cells: list[str] | None = None, separator: str = ""
+) -> bytes:
+    separator = separator or rng.choice(",;\t|")
     lines += [
-        separator.join(rng.choice(CELLS) for _ in range(rng.randrange(6)))
+        separator.join(rng.choice(cells or CELLS) for _ in range(rng.randrange(6)))
         for _ in range(rng.randrange(8))
     ]
     text = rng.choice(["\n", "\r\n", "\r"]).join(lines)

@@ -26,6 +26,33 @@ units = { time = "s", speed = "m/s" }
 impact = ["-1 s", "0 s"]
 uncertainty = "1 mph"
 """
+REPORT_MAP = RECORDER_MAP.replace('"Speed"', '"Speed (MPH [km/h])"').replace('"m/s"', '"mph"')
+REPORT_MAP = REPORT_MAP.replace("[recorder]", '[recorder]\nbelow = "Event 1"')
+LONG_MAP = RECORDER_MAP.replace(
+    "[recorder]",
+    """[recorder]
+only = { Event = 1 }
+long = { parameter = "What", value = "Value", unit = "Unit" }""",
+)
+DEGREES_MAP = ONE.replace('"m"', '"deg"').replace(
+    "columns", 'origin = ["-83.04575 deg", "42.33141 deg"]\ncolumns'
+)
+DEGREES_MAP = DEGREES_MAP.replace('"x"', '"Longitude"').replace('"y"', '"Latitude"')
+STATIONS_MAP = ONE.replace('x = "x", y = "y"', 'station = "Station", offset = "Offset"').replace(
+    "[impact_point]",
+    """[survey.baseline]
+start = "10+00"
+line = [["0 m", "0 m"], ["90 m", "0 m"], ["90 m", "90 m"]]
+[impact_point]""",
+)
+LANDXML_MAP = """
+[landxml]
+unit = "m"
+precision = "0.03 m"
+[impact_point]
+point = 7
+uncertainty = "0.04 m"
+"""
 SOUND = b"id,x,y,Time,Speed\n7,1,2,-1,20\n8,2,3,0,15\n"
 
 
@@ -36,14 +63,21 @@ def _hostile_file(
 
 
 def _hostile_map(rng: random.Random) -> tuple[bytes, bytes]:
-    return SOUND, hostile.map_text(rng, "schema = 1\n" + rng.choice([ONE, RECORDER_MAP]))
+    return SOUND, hostile.map_text(rng, "schema = 1\n" + rng.choice(MAPS))
 
 
+MAPS = [ONE, RECORDER_MAP, REPORT_MAP, LONG_MAP, DEGREES_MAP, STATIONS_MAP, LANDXML_MAP]
 # name of the file, and the file and its map at random
 KINDS: dict[str, tuple[str, Callable[[random.Random], tuple[bytes, bytes]]]] = {
     "survey": ("points.csv", _hostile_file(hostile.survey, ONE)),
     "recorder": ("recorder.csv", _hostile_file(hostile.recorder, RECORDER_MAP)),
     "drawing": ("scene.dxf", _hostile_file(hostile.drawing, DRAWING_MAP.split("[edges")[0])),
+    "character set": ("points.csv", _hostile_file(hostile.character_set, ONE)),
+    "report": ("report.csv", _hostile_file(hostile.report, REPORT_MAP)),
+    "values in rows": ("long.csv", _hostile_file(hostile.values_in_rows, LONG_MAP)),
+    "degrees": ("points.csv", _hostile_file(hostile.degrees, DEGREES_MAP)),
+    "stations": ("points.csv", _hostile_file(hostile.stations, STATIONS_MAP)),
+    "landxml": ("points.xml", _hostile_file(hostile.landxml, LANDXML_MAP)),
     "map": ("both.csv", _hostile_map),
 }
 
@@ -81,6 +115,8 @@ def ran(file: Path, map_file: Path, scene: Path) -> tuple[int, list[str]]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_hostile_files(tmp_path: Path, kind: str) -> None:
+    if kind == "degrees":
+        pytest.importorskip("pyproj")
     found = verdicts(tmp_path, kind, 100)
     assert set(found) == {0, 2}  # some are sound after all
 
@@ -88,4 +124,6 @@ def test_a_hundred_hostile_files(tmp_path: Path, kind: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_five_thousand_hostile_files(tmp_path: Path, kind: str) -> None:
+    if kind == "degrees":
+        pytest.importorskip("pyproj")
     assert set(verdicts(tmp_path, kind, 5000)) == {0, 2}

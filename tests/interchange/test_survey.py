@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import hashlib
 import math
+import sys
 import tomllib
 from pathlib import Path
 
@@ -132,6 +133,43 @@ CONVENTIONS = {
     "BOM, semicolons, decimal commas": (
         codecs.BOM_UTF8 + b"id;x;y\r\n7;2,0;1,0\r\n8;3,0;-1\r\n9;0,4;0,3\r\n",
         'unit = "m"\naxes = ["east", "north"]\ndecimal = ","',
+    ),
+    "Windows-1252, two lines above the header": (
+        (
+            "Vermessung Süd, Straße 7\nBüro;Müller\n\n"
+            "id;x;y;Höhe\n7;2,0;1,0;1\n8;3,0;-1;1\n9;0,4;0,3;1\n"
+        ).encode("cp1252"),
+        'unit = "m"\naxes = ["east", "north"]\ndecimal = ","',
+    ),
+    "Mac Roman, as the map says": (
+        "id,x,y,repère\n7,2,1,a\n8,3,-1,b\n9,.4,.3,é\n".encode("mac-roman"),
+        'unit = "m"\naxes = ["east", "north"]\nencoding = "mac-roman"',
+    ),
+    "columns between bars": (
+        b"| id | x | y |\n|----|---|---|\n| 7 | 2 | 1 |\n| 8 | 3 | -1 |\n| 9 | 0.4 | 0.3 |\n",
+        'unit = "m"\naxes = ["east", "north"]\nseparator = "|"',
+    ),
+    "columns between blanks": (
+        b" id    x     y  what it is\n 7   2.0   1.0  skid begins\n 8   3.0  -1.0  skid ends\n"
+        b" 9   0.4   0.3  gouge\n",
+        'unit = "m"\naxes = ["east", "north"]\nseparator = "  "',
+    ),
+    "a comma in names, and semicolons between columns": (
+        b"id;x;y;what\n7;2;1;skid, left\n8;3;-1;skid, left\n9;0.4;0.3;gouge, deep\n",
+        'unit = "m"\naxes = ["east", "north"]',
+    ),
+    "one of two surveys below one another": (
+        b"Survey of 3 May\nid,x,y\n7,9,9\n8,9,8\n9,9,7\n"
+        b"Survey of 4 May\nid,x,y\n7,2,1\n8,3,-1\n9,.4,.3\n",
+        'unit = "m"\naxes = ["east", "north"]\nbelow = "survey of 4 may"',
+    ),
+    "one of two surveys in one table": (
+        b"id,day,x,y\n7,3,9,9\n8,3,9,8\n9,3,9,7\n7,4,2,1\n8,4,3,-1\n9,4,.4,.3\n",
+        'unit = "m"\naxes = ["east", "north"]\nonly = { day = 4 }',
+    ),
+    "US survey feet": (
+        b"id,x,y\n7,6.561666667,3.280833333\n8,9.8425,-3.280833333\n9,1.312333333,.98425\n",
+        'unit = "ftUS"\naxes = ["east", "north"]',
     ),
     "UTF-16 with tabs": (
         "id\tx\ty\n7\t2\t1\n8\t3\t-1\n9\t.4\t.3\n".encode("utf-16"),
@@ -315,7 +353,30 @@ REFUSED = {
     "no such point": ("id,x,y\n8,1,2\n", ONE, 'it has "8"'),
     "two points of a name": ("id,x,y\n7,1,2\n7,3,4\n", ONE, "(row 2, row 3)"),
     "binary": (b"id,x,y\n7,1,2\0\n", ONE, "is binary"),
-    "another encoding": (b"id,x,y\n7,1,2\n8,\xe9,2\n", ONE, "line 3: is not UTF-8"),
+    "no character set": (b"id,x,y\n7,1,2\n8,\x81\x98,2\n", ONE, "line 3: is not UTF-8"),
+    "another character set": (
+        b"id,x,y\n7,1,2\n8,\xe9,2\n",
+        ONE.replace('unit = "m"', 'unit = "m"\nencoding = "utf-8"'),
+        "line 3: is not utf-8 text; correct survey.encoding",
+    ),
+    "blanks between columns": ("id x y\n7 1 2\n", ONE, 'write separator = " "'),
+    "no such line": (
+        "id,x,y\n7,1,2\n",
+        ONE.replace('unit = "m"', 'unit = "m"\nbelow = "Event 2"'),
+        'below = "Event 2": no line has this text',
+    ),
+    "no such rows": (
+        "id,x,y,day\n7,1,2,3\n",
+        ONE.replace('unit = "m"', 'unit = "m"\nonly = { day = 4 }'),
+        'no row has "4" in it; it has "3"',
+    ),
+    "rows by a name where columns have numbers": (
+        "7,1,2,3\n",
+        ONE.replace(
+            '{ id = "id", x = "x", y = "y" }', "{ id = 1, x = 3, y = 2 }\nonly = { day = 4 }"
+        ),
+        "survey.only = {day =",
+    ),
     "nothing": (b"", ONE, "the file is empty"),
     "a header alone": (b"id,x,y\n", ONE, "no points below its header"),
     "nothing to take": ("id,x,y\n7,1,2\n", ONE.split("[impact_point]")[0], "takes nothing"),
@@ -338,9 +399,53 @@ def test_what_cannot_be_meant_is_refused_with_place_and_fix(tmp_path: Path, reas
     )
 
 
+def test_a_table_of_windows_is_read_and_its_character_set_said(tmp_path: Path) -> None:
+    content = "id,x,y,repère\n7,1.5,2.5,début de trace\n".encode("cp1252")
+    found = imported(tmp_path, content, ONE)
+    assert found.scene.contact.x.value == 1.5
+    assert found.left[0].startswith("character set: not UTF-8, read as cp1252;")
+    assert 'column "repère": not in the map' in found.left
+    russian = "id,x,y,код\n7,1.5,2.5,след торможения\n8,0,0,осколки стекла\n"
+    assert "cp1251" in imported(tmp_path, russian.encode("cp1251"), ONE).left[0]
+
+
+def test_without_its_library_a_table_of_windows_is_refused_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "charset_normalizer", None)
+    said = refusal(tmp_path, b"id,x,y\n7,1,2\n8,\xe9,2\n", ONE)
+    assert "line 3: is not UTF-8 text, and charset-normalizer is not installed;" in said
+    assert '[survey] encoding = "cp1252"' in said
+    assert "\n" not in said
+
+
 @pytest.mark.parametrize("name", ["a.CDRX", "a.cdr", "a.pdf", "a.edr", "a.hexdump", "a.dwg"])
 def test_formats_of_vendors_are_refused_by_name(tmp_path: Path, name: str) -> None:
     assert "and import that" in refusal(tmp_path, b"anything", ONE, name)
+
+
+INSTRUMENTS = {
+    "GSI": b"110001+00000001 21.322+12345600 22.322+09000000 31..00+00012345\n",
+    "GSI of 16 digits": b"*110001+0000000000000001 81..00+0000000001482310\n",
+    "SDR": b"00NMSDR33 V04-04.02     01-May-24 08:00 113111\n10NMCRASH\n",
+    "RW5": b"JB,NMCRASH,DT05-03-2024,TM08:00:00\nMO,AD0,UN1,SF1.00000000,EC0,EO0.0,AU0\n",
+    "JobXML": b'<?xml version="1.0"?>\n<JOBFile jobName="crash" version="5.6">\n',
+    "GPX": b'<?xml version="1.0"?><gpx version="1.1"></gpx>',
+}
+
+
+@pytest.mark.parametrize("kind", INSTRUMENTS)
+def test_files_of_instruments_are_refused_by_how_they_begin(tmp_path: Path, kind: str) -> None:
+    said = refusal(tmp_path, INSTRUMENTS[kind], ONE, "points.txt")
+    assert f"({kind.split()[0]})" in said
+    assert "and import that" in said
+
+
+@pytest.mark.parametrize("name", ["a.GSI", "a.sdr", "a.rw5", "a.jxl", "a.kmz", "a.shp"])
+def test_formats_of_instruments_are_refused_by_name(tmp_path: Path, name: str) -> None:
+    said = refusal(tmp_path, b"anything", ONE, name)
+    assert "which is not read; " in said
+    assert "as CSV (point, " in said
 
 
 def test_nothing_is_written_that_the_scene_file_may_not_say(tmp_path: Path) -> None:

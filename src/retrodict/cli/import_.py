@@ -13,7 +13,9 @@ from retrodict.cli.running import fail, print_path
 def import_(
     file: Annotated[
         Path,
-        typer.Argument(help="survey points (CSV), a drawing (DXF) or a recorder's table (CSV)"),
+        typer.Argument(
+            help="survey points (CSV, LandXML), a drawing (DXF) or a recorder's table (CSV)"
+        ),
     ],
     map_file: Annotated[
         Path,

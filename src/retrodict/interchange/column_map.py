@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,12 +14,15 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainValidator,
     ValidationError,
     ValidatorFunctionWrapHandler,
     WrapValidator,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
+from retrodict.interchange.cells import NoNumber, station_in
 from retrodict.interchange.points import SPOTS, Angles, Compass
 from retrodict.scene import units
 from retrodict.scene.entries.impact import SurfaceName
@@ -70,7 +77,7 @@ def _column(raw: object) -> object:
     return _name(raw)
 
 
-def _a_unit(dimension: Dimension) -> BeforeValidator:
+def _reader(dimension: Dimension) -> Callable[[object], float]:
     def read(raw: object) -> float:
         try:
             if not isinstance(raw, str):
@@ -79,12 +86,16 @@ def _a_unit(dimension: Dimension) -> BeforeValidator:
         except QuantityError as error:
             raise fault(error.fix) from None
 
-    return BeforeValidator(read)
+    return read
 
 
+def _a_unit(dimension: Dimension) -> BeforeValidator:
+    return BeforeValidator(_reader(dimension))
+
+
+_length_unit = _reader(units.LENGTH)
 Name = Annotated[str, BeforeValidator(_name)]
 Column = Annotated[int | str, BeforeValidator(_column)]
-LengthUnit = Annotated[float, _a_unit(units.LENGTH)]
 Precision = Annotated[
     Measured, Kind(units.LENGTH, 0.0001, 50, "0.02 m", uncertainty="refused", advice=IS_AN_SD)
 ]
@@ -95,6 +106,18 @@ _Far = Annotated[Measured, Kind(units.LENGTH, -1e8, 1e8, "500000 m", uncertainty
 _Offset = Annotated[Measured, Kind(units.LENGTH, -30, 30, "2.1 m", uncertainty="refused")]
 
 
+_DEGREES = Kind(units.ANGLE, -180, 180, "42.33141 deg", uncertainty="refused")
+
+
+def _are_degrees(unit: object) -> bool:
+    words = ("deg", "degree", "degrees", "decimal degrees", "°")
+    return isinstance(unit, str) and unit.strip().lower() in words
+
+
+def _length_or_degrees(raw: object) -> object:
+    return "deg" if _are_degrees(raw) else _length_unit(raw)
+
+
 def _origin(raw: object) -> object:
     if isinstance(raw, list):
         return raw
@@ -102,9 +125,11 @@ def _origin(raw: object) -> object:
 
 
 class FrameEntry(_Table):
-    """What `[survey]` and `[drawing]` say of coordinates."""
+    """What the table of a file of points says of coordinates."""
 
-    unit: LengthUnit = Field(examples=['"m" (or "ft", "in")'])
+    unit: Annotated[float | Literal["deg"], BeforeValidator(_length_unit)] = Field(
+        examples=['"m" (or "ft", "in")']
+    )
     precision: Precision
     axes: tuple[Compass, Compass] = Field(examples=['["east", "north"] (where x and y point)'])
     angles: Angles | None = Field(
@@ -124,6 +149,11 @@ class FrameEntry(_Table):
             raise fault(f"an angle is written: {_ANGLES}", "angles")
         return self
 
+    @property
+    def metre(self) -> float:
+        """Length of the unit in which points are read, m: degrees are projected to metres."""
+        return self.unit if isinstance(self.unit, float) else 1.0
+
 
 _ANGLES = 'write "counter-clockwise from east" or "clockwise from north"'
 
@@ -132,8 +162,10 @@ class SurveyColumns(_Table):
     """`[survey.columns]`: by name in the header, or all by number where there is none."""
 
     id: Column = Field(examples=['"Point"'])
-    x: Column = Field(examples=['"Easting"'])
-    y: Column = Field(examples=['"Northing"'])
+    x: Column | None = Field(None, examples=['"Easting"'])
+    y: Column | None = Field(None, examples=['"Northing"'])
+    station: Column | None = Field(None, examples=['"Station"'])
+    offset: Column | None = Field(None, examples=['"Offset"'])
     z: Column | None = Field(None, examples=['"Height"'])
     description: Column | None = Field(None, examples=['"Code"'])
     heading: Column | None = Field(None, examples=['"Azimuth"'])
@@ -142,22 +174,127 @@ class SurveyColumns(_Table):
     def _all_by_name_or_number(self) -> SurveyColumns:
         if len({type(each) for _, each in self if each is not None}) > 1:
             raise fault("write all columns by name, or all by number where there is no header")
+        if self.station is None:
+            for key, example in (("x", "Easting"), ("y", "Northing")):
+                if getattr(self, key) is None:
+                    raise fault(f'missing; write {key} = "{example}", or station', key)
+            if self.offset is not None:
+                raise fault('missing; write station = "Station"', "station")
+        elif self.x is not None or self.y is not None:
+            raise fault("a place twice; keep x and y, or station and offset", "station")
         return self
 
 
-Separator = Literal[",", ";", "\t"] | None
-_SEPARATOR: Any = Field(None, examples=['";"'])
-Decimal = Literal[".", ","]
-_DECIMAL: Any = Field(".", examples=['","'])
+BLANKS = (" ", "  ")  # one or more, or two or more
 
 
-class SurveyEntry(FrameEntry):
+def _only(raw: object) -> object:
+    """What cells of a column must be, by the column; a number is written as text or as a number."""
+    if not isinstance(raw, dict) or not 0 < len(raw) <= 10:
+        raise fault('write a column and the cell that its rows have: { Event = "1" }')
+    return {_name(column): _name(cell) for column, cell in raw.items()}
+
+
+class TableEntry(_Table):
+    """What `[survey]` and `[recorder]` say of a table in a text file."""
+
+    encoding: (
+        Literal[
+            "utf-8", "utf-16", "utf-16-le", "cp1252", "latin-1", "cp1250", "cp1251", "cp1253",
+            "cp1254", "cp437", "cp850", "mac-roman", "shift_jis", "gb18030", "euc_kr", "big5",
+        ] | None
+    ) = Field(None, examples=['"cp1252"'])  # fmt: skip
+    separator: Literal[",", ";", "\t", "|", " ", "  "] | None = Field(None, examples=['";"'])
+    decimal: Literal[".", ","] = Field(".", examples=['","'])
+    below: Name | None = Field(None, examples=['"Event Record 2" (a line above the table)'])
+    only: Annotated[dict[str, str], BeforeValidator(_only)] = Field(
+        {}, examples=['{ Event = "1" } (the cell that all rows have in this column)']
+    )
+
+    @model_validator(mode="after")
+    def _only_as_columns(self) -> TableEntry:
+        by_number = any(isinstance(each, int) for _, each in getattr(self, "columns", ()))
+        if by_number and not all(re.fullmatch("[1-9][0-9]{0,2}", column) for column in self.only):
+            raise fault('write numbers of columns, as in columns: { 1 = "2" }', "only")
+        return self
+
+
+def _station(raw: object) -> float:
+    try:
+        return station_in(str(_name(raw)), ".")
+    except NoNumber as wrong:
+        raise fault(f'{wrong}; write a station, like "10+00"') from None
+
+
+class BaselineEntry(_Table):
+    """`[survey.baseline]`: the line along which stations count."""
+
+    start: Annotated[float, BeforeValidator(_station)] = Field(
+        examples=['"10+00" (station of the first corner of the line)']
+    )
+    line: list[tuple[_Far, _Far]] = Field(
+        min_length=2,
+        max_length=MOST_CORNERS,
+        examples=['[["0 ft", "0 ft"], ["200 ft", "0 ft"]] (its corners, in axes)'],
+    )
+    positive: Literal["left", "right"] | None = Field(
+        None, examples=['"right" (side of offsets that are written without L or R)']
+    )
+
+    @model_validator(mode="after")
+    def _has_a_course(self) -> BaselineEntry:
+        for (x, y), (x_next, y_next) in itertools.pairwise(self.line):
+            if math.hypot(x_next.value - x.value, y_next.value - y.value) < 1e-3:
+                raise fault("two corners that follow each other are one place", "line")
+        return self
+
+
+class SurveyEntry(FrameEntry, TableEntry):
     """`[survey]`: points as CSV."""
 
+    unit: Annotated[float | Literal["deg"], BeforeValidator(_length_or_degrees)] = Field(
+        examples=['"m" (or "ft", "in", or "deg" of latitude and longitude)']
+    )
+    baseline: BaselineEntry | None = Field(
+        None, examples=['{ start = "10+00", line = [["0 ft", "0 ft"], ["200 ft", "0 ft"]] }']
+    )
+
     columns: SurveyColumns = Field(examples=['{ id = "Point", x = "Easting", y = "Northing" }'])
-    separator: Separator = _SEPARATOR
-    decimal: Decimal = _DECIMAL
     angle_unit: Annotated[float | None, _a_unit(units.ANGLE)] = Field(None, examples=['"deg"'])
+
+    @model_validator(mode="before")
+    @classmethod
+    def _origin_as_unit(cls, raw: Any) -> Any:
+        """The origin of degrees in degrees."""
+        if not isinstance(raw, dict) or not _are_degrees(raw.get("unit")):
+            return raw
+        origin = raw.get("origin")
+        if isinstance(origin, list) and len(origin) == 2:
+            try:
+                return raw | {"origin": [_DEGREES.read(each) for each in origin]}
+            except PydanticCustomError as wrong:
+                raise fault(str(wrong), "origin") from None
+        if not isinstance(origin, str):
+            fix = (
+                "degrees are projected about an origin; write the name of a point, or as axes say: "
+                '["42.33141 deg", "-83.04575 deg"]'
+            )
+            raise fault(fix, "origin")
+        return raw
+
+    @model_validator(mode="after")
+    def _stations_have_a_line(self) -> SurveyEntry:
+        if self.columns.station is not None and self.baseline is None:
+            raise fault(
+                'stations count along a line; write baseline = { start = "10+00", line = '
+                '[["0 ft", "0 ft"], ["200 ft", "0 ft"]] }',
+                "columns.station",
+            )
+        if self.columns.station is None and self.baseline is not None:
+            raise fault("no column of stations; write columns.station", "baseline")
+        if self.columns.station is not None and self.unit == "deg":
+            raise fault("stations are lengths; write their unit", "unit")
+        return self
 
     @model_validator(mode="after")
     def _headings_are_explained(self) -> SurveyEntry:
@@ -171,6 +308,12 @@ class SurveyEntry(FrameEntry):
 
 class DrawingEntry(FrameEntry):
     """`[drawing]`: DXF."""
+
+
+class LandXmlEntry(FrameEntry):
+    """`[landxml]`: coordinate points of LandXML, northing before easting as it defines them."""
+
+    axes: tuple[Compass, Compass] = Field(("east", "north"), examples=['["east", "north"]'])
 
 
 class ImpactPointEntry(_Table):
@@ -250,9 +393,24 @@ RECORDED = {
     "delta_v_forward": units.SPEED,
     "delta_v_left": units.SPEED,
     "delta_v_right": units.SPEED,
+    "acceleration_forward": units.DECELERATION,
+    "acceleration_left": units.DECELERATION,
+    "acceleration_right": units.DECELERATION,
     "yaw_rate": units.YAW_RATE,
     "yaw_rate_clockwise": units.YAW_RATE,
 }
+_SAME = (
+    ("delta_v_forward", "acceleration_forward"),
+    ("delta_v_left", "delta_v_right", "acceleration_left", "acceleration_right"),
+    ("yaw_rate", "yaw_rate_clockwise"),
+)
+
+
+def taken_as(column: str) -> str:
+    """The key of `[recorder]` that takes a column: speed, delta_v or yaw_rate."""
+    if column.startswith("acceleration"):
+        return "delta_v"
+    return next((key for key in ("speed", "delta_v", "yaw_rate") if column.startswith(key)), "")
 
 
 class RecorderColumns(_Table):
@@ -264,6 +422,9 @@ class RecorderColumns(_Table):
     delta_v_forward: Column | None = Field(None, examples=['"Longitudinal delta-v"'])
     delta_v_left: Column | None = Field(None, examples=['"Lateral delta-v"'])
     delta_v_right: Column | None = Field(None, examples=['"Lateral delta-v"'])
+    acceleration_forward: Column | None = Field(None, examples=['"Longitudinal acceleration"'])
+    acceleration_left: Column | None = Field(None, examples=['"Lateral acceleration"'])
+    acceleration_right: Column | None = Field(None, examples=['"Lateral acceleration"'])
     yaw_rate: Column | None = Field(None, examples=['"Yaw rate"'])
     yaw_rate_clockwise: Column | None = Field(None, examples=['"Yaw rate"'])
 
@@ -271,9 +432,10 @@ class RecorderColumns(_Table):
     def _each_once(self) -> RecorderColumns:
         if len({type(each) for _, each in self if each is not None}) > 1:
             raise fault("write all columns by name, or all by number where there is no header")
-        for key, other in (("delta_v_left", "delta_v_right"), ("yaw_rate", "yaw_rate_clockwise")):
-            if getattr(self, key) is not None and getattr(self, other) is not None:
-                raise fault(f"the same twice; keep it, or {other}", key)
+        for group in _SAME:
+            first, *others = [key for key in group if getattr(self, key) is not None] or [""]
+            if others:
+                raise fault(f"the same twice; keep it, or {others[0]}", first)
         return self
 
 
@@ -303,15 +465,32 @@ def _at(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
     return None if raw == "last" else read(raw)
 
 
+_PULSE_TIME = Kind(units.TIME, -600, 600, "0.15 s", uncertainty="refused")
+
+
+def _at_or_end(raw: object) -> Any:
+    if raw in ("last", "end"):
+        return "end" if raw == "end" else None
+    return _PULSE_TIME.read(raw)
+
+
 _Moment = Annotated[RecordTime | None, WrapValidator(_at)]
 
 
 class RecordedDeltaVEntry(_Table):
     """`[recorder.delta_v]`."""
 
-    at: _Moment = _AT
+    at: Annotated[Measured | Literal["end"] | None, PlainValidator(_at_or_end)] = Field(
+        examples=['"last", "end" (of the pulse), or "0.15 s"']
+    )
     ended: Literal["early", "after the impact"] = Field(examples=['"early" or "after the impact"'])
     uncertainty: _SpeedSD
+
+    @model_validator(mode="after")
+    def _end_is_recorded(self) -> RecordedDeltaVEntry:
+        if self.at == "end" and self.ended == "early":
+            raise fault('a record that ended early does not have it; write "last"', "at")
+        return self
 
 
 class RecordedYawRateEntry(_Table):
@@ -341,7 +520,15 @@ def _known_units(raw: object) -> object:
     return found
 
 
-class RecorderEntry(_Table):
+class LongEntry(_Table):
+    """`[recorder.long]`: a table with a row for each value, whose columns have these names."""
+
+    parameter: Name = Field(examples=['"Signal"'])
+    value: Name = Field(examples=['"Value"'])
+    unit: Name | None = Field(None, examples=['"Unit"'])
+
+
+class RecorderEntry(TableEntry):
     """`[recorder]`: the table of an event data recorder as CSV."""
 
     vehicle: Literal["A", "B"] = Field(examples=['"A" or "B"'])
@@ -349,8 +536,9 @@ class RecorderEntry(_Table):
     units: Annotated[dict[str, float], BeforeValidator(_known_units)] = Field(
         examples=['{ time = "s", speed = "mph" }']
     )
-    separator: Separator = _SEPARATOR
-    decimal: Decimal = _DECIMAL
+    long: LongEntry | None = Field(
+        None, examples=['{ parameter = "Signal", value = "Value" } (a row for each value)']
+    )
     speed: RecordedSpeedEntry | None = Field(
         None, examples=['{ impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }']
     )
@@ -368,9 +556,11 @@ class RecorderEntry(_Table):
                 first = RECORDED[column].units[0]
                 raise fault(f'no unit of {column}; write {column} = "{first}"', "units")
         for key in ("speed", "delta_v", "yaw_rate"):
-            columns = [c for c, there in self.columns if there is not None and c.startswith(key)]
+            columns = [c for c, there in self.columns if there is not None and taken_as(c) == key]
             if getattr(self, key) is not None and not columns:
                 raise fault(f'no such column; add it to columns, like {key} = "…"', key)
+        if self.long and isinstance(self.columns.time, int):
+            raise fault("write the name in the header, and the names of parameters", "columns.time")
         return self
 
 
@@ -394,6 +584,7 @@ class MapEntry(_Table):
     schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])
     survey: SurveyEntry | None = Field(None, examples=['{ unit = "m", … }'])
     drawing: DrawingEntry | None = Field(None, examples=['{ unit = "m", … }'])
+    landxml: LandXmlEntry | None = Field(None, examples=['{ unit = "m", … }'])
     recorder: RecorderEntry | None = Field(None, examples=['{ vehicle = "A", … }'])
     impact_point: ImpactPointEntry | None = Field(
         None, examples=['{ point = "12", uncertainty = "0.3 m" }']
@@ -407,14 +598,18 @@ class MapEntry(_Table):
 
     @model_validator(mode="after")
     def _one_kind_of_file(self) -> MapEntry:
-        if sum(each is not None for each in (self.survey, self.drawing, self.recorder)) != 1:
+        frames = [each for each in (self.survey, self.drawing, self.landxml) if each is not None]
+        if len(frames) + (self.recorder is not None) != 1:
             raise fault(
-                "write one table of [survey] (points as CSV), [drawing] (DXF) or [recorder] (CSV)"
+                "write one table of [survey] (points as CSV), [drawing] (DXF), [landxml] or "
+                "[recorder] (CSV)"
             )
-        frame = self.survey or self.drawing
+        frame = frames[0] if frames else None
         of_points = {"impact_point", "rest", "marks", "edges", "outlines"} & self.model_fields_set
         if frame is None and of_points:
-            raise fault("points are taken of a [survey] or [drawing]", sorted(of_points)[0])
+            raise fault(
+                "points are taken of a [survey], [drawing] or [landxml]", sorted(of_points)[0]
+            )
         for name in sorted(self.edges.keys() & self.outlines.keys()):
             raise fault("this surface has an edge too; leave out one of them", f"outlines.{name}")
         headed = [v for v in ("A", "B") if (rest := getattr(self.rest, v)) and rest.heading]

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 ENTITIES = 100_000
 _TYPES = ("POINT", "LINE", "LWPOLYLINE", "POLYLINE", "CIRCLE", "INSERT")
 _FARTHEST = 1e9  # of a coordinate: beyond, nothing of a scene is left of its digits
-_METRES = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 10: 0.9144, 14: 0.1}  # by $INSUNITS
+_METRES = {  # by $INSUNITS
+    1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 10: 0.9144, 14: 0.1, 21: 1200 / 3937,
+}  # fmt: skip
 
 _BINARY = {b"AutoCAD Binary DXF": "binary DXF file", b"AC10": "DWG file"}
 
@@ -105,11 +107,11 @@ def _read(file: SourceFile) -> tuple[Sequence[DXFEntity], Any]:
 def _units(code: Any, drawing: DrawingEntry) -> list[str]:
     """A line where the drawing's header says another unit than the map."""
     worth = _METRES.get(code) if isinstance(code, int) else None
-    if worth is None or math.isclose(worth, drawing.unit, rel_tol=1e-5):
+    if worth is None or math.isclose(worth, drawing.metre, rel_tol=1e-5):
         return []
     return [
         f"unit of the header ($INSUNITS = {code}, {worth:g} m): "
-        f"the map's is used, {drawing.unit:g} m"
+        f"the map's is used, {drawing.metre:g} m"
     ]
 
 

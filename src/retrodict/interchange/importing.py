@@ -12,6 +12,7 @@ from typing import Any
 
 from retrodict.interchange.column_map import FrameEntry, MapEntry, RestEntry, load_map
 from retrodict.interchange.dxf_in import drawing_points
+from retrodict.interchange.landxml import landxml_points
 from retrodict.interchange.points import (
     Frame,
     Point,
@@ -26,7 +27,7 @@ from retrodict.interchange.recorder_csv import recorder_taken
 from retrodict.interchange.source_file import SourceFile, read_source
 from retrodict.interchange.survey_csv import survey_points
 from retrodict.interchange.taken import Taken, quantity, replaced, rounded
-from retrodict.interchange.vendors import refuse_vendor
+from retrodict.interchange.vendors import refuse_by_content, refuse_vendor
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.edit import write_keys
 from retrodict.scene.errors import Problem, SceneError, shown
@@ -39,6 +40,7 @@ from retrodict.scene.write import document_toml
 POINTS: dict[str, Callable[[SourceFile, Any], tuple[list[Point], list[str]]]] = {
     "survey": survey_points,
     "drawing": drawing_points,
+    "landxml": landxml_points,
 }
 _IN_A_LINE = 12  # items of a list, beyond which each has a line
 _MISFIT = 4.0  # standard deviations of a point that points of one line or vehicle may miss it by
@@ -65,7 +67,7 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     """The scene file with what a map takes from a file of another program. Nothing is written.
 
     Args:
-        file: survey points as CSV, a drawing as DXF, or a recorder's table as CSV.
+        file: survey points as CSV or LandXML, a drawing as DXF, or a recorder's table as CSV.
         map_file: map (TOML) that says how to read the file and what to take; see docs/import.md.
         into: the scene file (TOML), which needs no evidence yet.
 
@@ -91,6 +93,7 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     text = read_text(into)
     document = toml_of(text, str(into))
     source = read_source(file)
+    refuse_by_content(source, entry)
     if entry.recorder is not None:
         taken, left = recorder_taken(source, entry.recorder, document)
     else:
@@ -207,10 +210,10 @@ class _Taking:
         origin = (0.0, 0.0)
         if isinstance(entry.origin, str):
             point = self._one(entry.origin, "origin")
-            origin = (entry.unit * point.x, entry.unit * point.y)
-        elif entry.origin is not None:
+            origin = (entry.metre * point.x, entry.metre * point.y)
+        elif entry.origin is not None and entry.unit != "deg":  # these are projected about it
             origin = (entry.origin[0].value, entry.origin[1].value)
-        return Frame(entry.unit, entry.axes, angles, origin, x_axis)
+        return Frame(entry.metre, entry.axes, angles, origin, x_axis)
 
     def _impact_point(self) -> Iterator[Taken]:
         if (entry := self.map.impact_point) is None:

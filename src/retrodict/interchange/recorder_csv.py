@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
-from retrodict.interchange.column_map import RECORDED, RecordedSpeedEntry, RecorderEntry
-from retrodict.interchange.source_file import NoNumber, Row, SourceFile, number, table_rows
-from retrodict.interchange.survey_csv import columns_of
+from retrodict.interchange.cells import NoNumber, number
+from retrodict.interchange.column_map import (
+    RECORDED,
+    RecordedSpeedEntry,
+    RecorderEntry,
+    taken_as,
+)
+from retrodict.interchange.headings import is_no_value, number_in, units_in
+from retrodict.interchange.source_file import SourceFile
+from retrodict.interchange.table_in import Row, TableIn, plain, read_table
 from retrodict.interchange.taken import Taken, quantity, replaced, rounded
 from retrodict.scene.errors import shown
 from retrodict.scene.load import value_at
@@ -51,31 +59,101 @@ class _Recorder:
 
     def __init__(self, file: SourceFile, entry: RecorderEntry, document: dict[str, Any]) -> None:
         self.file, self.entry, self.document = file, entry, document
-        rows = table_rows(file, entry.separator or "")
-        wanted = {key: column for key, column in entry.columns if column is not None}
-        self.places, self.rows, self.left = columns_of(file, rows, wanted, "recorder")
-        for key, column in wanted.items():
-            self._in_its_unit(key, column)
-        self.curves = {c: self._curve(c) for c in self.places if c != "time"}
+        columns = {key: column for key, column in entry.columns if column is not None}
+        asked = columns
+        if entry.long:
+            asked = {"time": columns["time"], "parameter": entry.long.parameter}
+            asked["value"] = entry.long.value
+            if entry.long.unit:
+                asked["unit"] = entry.long.unit
+        table = read_table(file, entry, asked, "recorder")
+        self.left = table.left
+        headings = table.headings
+        if entry.long:  # a parameter has the unit in its name
+            headings = {key: str(columns[key]) for key in columns} | {"time": headings["time"]}
+        # the column of each quantity in the map's unit
+        self.units = {key: self._in_its_unit(key, headings.get(key, "")) for key in columns}
+        rows = self._first_table(table)
+        self.curves = {}
+        for column in columns:
+            if column != "time":
+                curve = self._curve(column, self._cells(column, rows, table.places))
+                summed = column.startswith("acceleration")
+                self.curves[column] = _integrated(curve) if summed else curve
+        if entry.long:
+            self._other_parameters(rows, table.places["parameter"], columns)
 
-    def _in_its_unit(self, key: str, column: str | int) -> None:
-        """Refuse a unit of the map that is not the one in the column's header, like Speed (km/h)."""
-        match = _UNIT_IN_HEADER.search(str(column))
+    def _in_its_unit(self, key: str, heading: str) -> list[float]:
+        """The worth of a heading's units; refuse the map's if it is none of them, like Speed (km/h)."""
+        stated = units_in(heading, RECORDED[key])
+        wanted = self.entry.units[key]
+        if stated and not any(math.isclose(worth, wanted, rel_tol=1e-6) for _, worth in stated):
+            said = " and ".join(f'"{unit}"' for unit, _ in stated)
+            fix = (
+                f"its header says {said}, but units in the map does not; "
+                f'write {key} = "{stated[0][0]}"'
+            )
+            raise self.file.refuse(fix, f"column {shown(heading)[1:-1]}")
+        return [worth for _, worth in stated]
+
+    def _first_table(self, table: TableIn) -> list[Row]:
+        """Rows until those of something else, such as the heading of a table with other columns."""
+        places = [p for key, p in table.places.items() if key not in ("parameter", "unit")]
+        begun = False
+        for i, row in enumerate(table.rows):
+            numeric = any(_is_number(row.cell(place), self.entry.decimal) for place in places)
+            time = row.cell(table.places["time"])
+            if begun and not numeric and time and not is_no_value(time):
+                if row.number in table.again:
+                    continue
+                self.left.append(f"{_span([r.number for r in table.rows[i:]])}: below the table")
+                return table.rows[:i]
+            begun = begun or numeric
+        return [row for row in table.rows if row.number not in table.again]
+
+    def _cells(
+        self, column: str, rows: list[Row], places: dict[str, int]
+    ) -> Iterator[tuple[int, str, str]]:
+        """Number of each row that has a column, its time and its value."""
+        if (long := self.entry.long) is None:
+            for row in rows:
+                yield row.number, row.cell(places["time"]), row.cell(places[column])
+            return
+        name, there = plain(str(getattr(self.entry.columns, column))), False
+        for row in rows:
+            if plain(row.cell(places["parameter"])) != name:
+                continue
+            there = True
+            if long.unit:
+                self._of_unit(column, row.cell(places["unit"]), row.number)
+            yield row.number, row.cell(places["time"]), row.cell(places["value"])
+        if not there:
+            has = {shown(row.cell(places["parameter"])): None for row in rows}
+            fix = f"no row has this parameter; it has {', '.join(list(has)[:12])}"
+            raise self.file.refuse(fix, column, shown(str(getattr(self.entry.columns, column))))
+
+    def _of_unit(self, column: str, unit: str, row: int) -> None:
+        """Refuse a row whose unit is not that of the map."""
         try:
-            stated = factor(match[1], RECORDED[key]) if match else self.entry.units[key]
+            same = math.isclose(factor(unit, RECORDED[column]), self.entry.units[column])
         except QuantityError:
-            return  # something else in brackets
-        if not math.isclose(stated, self.entry.units[key], rel_tol=1e-6):
-            assert match
-            unit = match[1]
-            fix = f'its header says "{unit}", but units in the map does not; write {key} = "{unit}"'
-            raise self.file.refuse(fix, f"column {column}")
+            same = False
+        if not same:
+            fix = f"its unit is not that of {column} in the map; correct units in the map"
+            raise self.file.refuse(fix, f"row {row}", shown(unit))
+
+    def _other_parameters(self, rows: list[Row], place: int, columns: dict[str, Any]) -> None:
+        asked = {plain(str(column)) for column in columns.values()}
+        names = {cell: None for row in rows if (cell := row.cell(place))}
+        self.left += [
+            f"parameter {shown(name)}: not in the map" for name in names if plain(name) not in asked
+        ]
 
     def all(self) -> tuple[list[Taken], list[str]]:
         """Everything taken, and lines on what is left."""
         taken = [*self._speed(), *self._delta_v(), *self._yaw_rate()]
         for column in self.curves:
-            if not any(getattr(self.entry, key) and column.startswith(key) for key in _TAKEN):
+            if getattr(self.entry, taken_as(column)) is None:
                 self.left.append(f"column {column}: [recorder] takes nothing of it")
         return taken, self.left
 
@@ -119,11 +197,34 @@ class _Recorder:
     def _delta_v(self) -> Iterator[Taken]:
         if (entry := self.entry.delta_v) is None:
             return
+        there = [each for each in _DELTA_V if each[0] in self.curves]
+        at = entry.at
+        if isinstance(at, str):
+            at = self._end_of_pulse([self.curves[column] for column, *_ in there])
         end = "_at_least" if entry.ended == "early" else ""
-        for column, name, sign in _DELTA_V:
-            if column in self.curves:
-                key = f"vehicles.{self.entry.vehicle}.departure.{name}{end}"
-                yield self._value(key, column, entry.at, sign, entry.uncertainty.value, "m/s")
+        for column, name, sign in there:
+            key = f"vehicles.{self.entry.vehicle}.departure.{name}{end}"
+            yield self._value(key, column, at, sign, entry.uncertainty.value, "m/s")
+
+    def _end_of_pulse(self, curves: list[Curve]) -> Measured:
+        """The time at which delta-v changes by no more than 0.8 km/h within 20 ms (49 CFR 563.5)."""
+        first = max(curve.times[0] for curve in curves)
+        last = min(curve.times[-1] for curve in curves)
+        begun, change, end = False, 0.0, max(first, last - _QUIET)
+        for t in [*(t for t in curves[0].times if first <= t < end), end]:
+            later = min(t + _QUIET, last)
+            begun = begun or math.hypot(*(self._at(c, t) for c in curves)) > _SMALL
+            change = math.hypot(*(self._at(c, later) - self._at(c, t) for c in curves))
+            if begun and change <= _SMALL:
+                return Measured(later)
+        if not begun:
+            fix = "its delta-v nowhere exceeds 0.8 km/h; there is no pulse"
+        else:
+            fix = (
+                f"the pulse has not ended: delta-v still changes by {3.6 * change:.2g} km/h within "
+                'the last 20 ms; write at = "last", ended = "early"'
+            )
+        raise self.file.refuse(fix, "recorder.delta_v.at")
 
     def _yaw_rate(self) -> Iterator[Taken]:
         if (entry := self.entry.yaw_rate) is None:
@@ -138,9 +239,7 @@ class _Recorder:
     ) -> Taken:
         curve = self.curves[column]
         time = curve.times[-1] if at is None else at.value
-        self._recorded(
-            curve, time, f"recorder.{next(k for k in _TAKEN if column.startswith(k))}.at"
-        )
+        self._recorded(curve, time, f"recorder.{taken_as(column)}.at")
         value = sign * self._at(curve, time)
         written = quantity(value, sd, unit, self._source(column, curve))
         return self._taken(key, written, curve, f"at {time:g} s")
@@ -165,49 +264,79 @@ class _Recorder:
         (t, t_next), (v, v_next) = curve.times[i - 1 : i + 1], curve.values[i - 1 : i + 1]
         return v + (v_next - v) * (time - t) / (t_next - t)
 
-    def _curve(self, column: str) -> Curve:
+    def _in_si(self, key: str, cell: str) -> float:
+        unit = self.entry.units[key]
+        return number_in(cell, self.entry.decimal, self.units[key], unit) * unit
+
+    def _curve(self, column: str, cells: Iterable[tuple[int, str, str]]) -> Curve:
         """A column over time; a row without a number is left, with a line unless its cell is empty."""
         curve = Curve([], [], [])
-        for row in self.rows:
-            cells = {key: _cell(row, self.places[key]) for key in ("time", column)}
-            if not cells[column]:
+        without: dict[int, str] = {}  # rows without a value, and what they have instead
+        for row, at, cell in cells:
+            if not cell:
+                continue
+            if nothing := next((each for each in (cell, at) if is_no_value(each)), ""):
+                without[row] = nothing
                 continue
             try:
-                time, value = (
-                    number(cell, self.entry.decimal) * self.entry.units[key]
-                    for key, cell in cells.items()
-                )
+                time, value = self._in_si("time", at), self._in_si(column, cell)
             except NoNumber as error:
-                said = ", ".join(f"{key} = {shown(cell)}" for key, cell in cells.items())
-                self.left.append(f"row {row.number}: {said} {error}")
+                said = f"time = {shown(at)}, {column} = {shown(cell)}"
+                self.left.append(f"row {row}: {said} {error}")
                 continue
             if curve.times and time <= curve.times[-1]:
                 fix = (
-                    f"times do not increase ({curve.times[-1]:g}, then {time:g} s); sort the table"
+                    f"times do not increase ({curve.times[-1]:g}, then {time:g} s); sort the table, "
+                    "or choose one event of it by below or only in the map"
                 )
-                raise self.file.refuse(fix, f"row {row.number}")
+                raise self.file.refuse(fix, f"row {row}")
             curve.times.append(time)
             curve.values.append(value)
-            curve.rows.append(row.number)
+            curve.rows.append(row)
+        if without:
+            what = ", ".join(list({shown(cell): None for cell in without.values()})[:4])
+            many = f" ({len(without)} of them)" if len(without) > 1 else ""
+            self.left.append(f"{column}, {_span(list(without))}{many}: no value ({what})")
         if not curve.times:
             raise self.file.refuse("no row has a time and a number in it; correct the map", column)
         return curve
 
 
-_UNIT_IN_HEADER = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
-_TAKEN = ("speed", "delta_v", "yaw_rate")
+_QUIET = 0.020  # s
+_SMALL = 0.8 / 3.6  # m/s
 _DELTA_V = (  # column, key of the scene file, sign
     ("delta_v", "delta_v", 1.0),
     ("delta_v_forward", "delta_v_forward", 1.0),
     ("delta_v_left", "delta_v_left", 1.0),
     ("delta_v_right", "delta_v_left", -1.0),
+    ("acceleration_forward", "delta_v_forward", 1.0),
+    ("acceleration_left", "delta_v_left", 1.0),
+    ("acceleration_right", "delta_v_left", -1.0),
 )
 
 
-def _cell(row: Row, place: int) -> str:
-    return row.cells[place] if place < len(row.cells) else ""
+def _integrated(curve: Curve) -> Curve:
+    """The integral over time from the first row, by straight lines between rows."""
+    total, values = 0.0, [0.0]
+    for (t, t_next), (v, v_next) in zip(
+        itertools.pairwise(curve.times), itertools.pairwise(curve.values), strict=True
+    ):
+        total += (t_next - t) * (v + v_next) / 2
+        values.append(total)
+    return curve._replace(values=values)
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    try:
+        number(re.split(r"[\[(/]", cell)[0].strip(), decimal)
+    except NoNumber:
+        return False
+    return True
 
 
 def _rows(curve: Curve) -> str:
-    first, last = curve.rows[0], curve.rows[-1]
-    return f"row {first}" if first == last else f"rows {first} to {last}"
+    return _span(curve.rows)
+
+
+def _span(rows: list[int]) -> str:
+    return f"row {rows[0]}" if rows[0] == rows[-1] else f"rows {rows[0]} to {rows[-1]}"

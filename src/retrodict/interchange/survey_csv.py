@@ -2,45 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from retrodict.interchange.cells import NoNumber, number
 from retrodict.interchange.column_map import SurveyEntry
+from retrodict.interchange.geodetic import degrees_in, projected, refuse_degrees
 from retrodict.interchange.points import Point
-from retrodict.interchange.source_file import NoNumber, Row, SourceFile, number, table_rows
+from retrodict.interchange.source_file import SourceFile
+from retrodict.interchange.stations import place
+from retrodict.interchange.table_in import Row, read_table
 from retrodict.scene.errors import shown
-
-
-def columns_of(
-    file: SourceFile, rows: list[Row], wanted: dict[str, int | str], table: str
-) -> tuple[dict[str, int], list[Row], list[str]]:
-    """Where the columns of a table stand.
-
-    Args:
-        file: file of the table, for messages.
-        rows: rows of the table.
-        wanted: name in the header, or number from 1, of each wanted column, by what it holds.
-        table: name of the map's table, for messages.
-
-    Returns:
-        Index of each wanted column from 0, the rows below the header, and a line on each other column.
-
-    Raises:
-        SceneError: the header has no such column, or two of them.
-    """
-    if all(isinstance(each, int) for each in wanted.values()):
-        return {key: int(each) - 1 for key, each in wanted.items()}, rows, []
-    header = rows[0].cells if rows else ()
-    names = [_plain(cell) for cell in header]
-    places = {}
-    for key, column in wanted.items():
-        found = [i for i, name in enumerate(names) if name == _plain(str(column))]
-        if len(found) != 1:
-            has = ", ".join(shown(cell) for cell in header[:12] if cell)
-            what = "has no such column" if not found else "has it twice"
-            fix = f"the header {what}; it has {has}; correct [{table}.columns] in the map"
-            raise file.refuse(fix, key, shown(column))
-        places[key] = found[0]
-    others = [cell for i, cell in enumerate(header) if cell and i not in places.values()]
-    left = [f"column {shown(cell)}: not in the map" for cell in others]
-    return places, rows[1:], left
 
 
 def survey_points(file: SourceFile, survey: SurveyEntry) -> tuple[list[Point], list[str]]:
@@ -57,41 +28,59 @@ def survey_points(file: SourceFile, survey: SurveyEntry) -> tuple[list[Point], l
     Raises:
         SceneError: the file is no table, or lacks a column.
     """
-    rows = table_rows(file, survey.separator or "")
     wanted = {key: column for key, column in survey.columns if column is not None}
-    places, rows, left = columns_of(file, rows, wanted, "survey")
-    points = [_point(row, places, survey) for row in rows]
+    table = read_table(file, survey, wanted, "survey")
+    points = [_point(row, table.places, survey) for row in table.rows]
     if not points:
         raise file.refuse("has no points below its header; export it anew")
-    return points, left
+    if survey.baseline is None:
+        headings = [table.headings.get(key, "") for key in ("x", "y")]
+        refuse_degrees(file, points, survey, headings)
+    if survey.unit == "deg":
+        points = projected(file, points, survey)
+    return points, table.left
 
 
 def _point(row: Row, places: dict[str, int], survey: SurveyEntry) -> Point:
     def cell(key: str) -> str:
-        place = places.get(key)
-        return row.cells[place] if place is not None and place < len(row.cells) else ""
+        return row.cell(places.get(key))
 
-    fault, numbers = "", {}
-    for key in ("x", "y", "heading"):
-        if key == "heading" and not cell(key):
-            continue
+    fault, x, y, heading = "", 0.0, 0.0, None
+    try:
+        x, y = _place(cell, survey)
+    except NoNumber as error:
+        fault = str(error)
+    if written := cell("heading"):
         try:
-            numbers[key] = number(cell(key), survey.decimal)
+            heading = number(written, survey.decimal) * (survey.angle_unit or 1.0)
         except NoNumber as error:
-            fault = fault or f"{key} = {shown(cell(key))} {error}"
-    heading = numbers.get("heading")
-    if heading is not None and survey.angle_unit is not None:
-        heading *= survey.angle_unit
+            fault = fault or f"heading = {shown(written)} {error}"
     return Point(
         name=cell("id"),
         group=cell("description"),
-        x=numbers.get("x", 0.0),
-        y=numbers.get("y", 0.0),
+        x=x,
+        y=y,
         where=f"row {row.number}",
         heading=heading,
         fault=fault,
     )
 
 
-def _plain(name: str) -> str:
-    return " ".join(name.split()).casefold()
+def _place(cell: Callable[[str], str], survey: SurveyEntry) -> tuple[float, float]:
+    """The coordinates of a point, with the column at fault where a cell cannot be read."""
+    if survey.baseline is not None:
+        cells = cell("station"), cell("offset")
+        try:
+            return place(cells, survey)
+        except NoNumber as error:
+            raise NoNumber(f"{shown(', '.join(filter(None, cells)))} {error}") from None
+    found = []
+    for key, axis in zip(("x", "y"), survey.axes, strict=True):
+        try:
+            if survey.unit == "deg":
+                found.append(degrees_in(cell(key), survey.decimal, axis))
+            else:
+                found.append(number(cell(key), survey.decimal))
+        except NoNumber as error:
+            raise NoNumber(f"{key} = {shown(cell(key))} {error}") from None
+    return found[0], found[1]
