@@ -6,7 +6,8 @@ A run goes on where the last one stopped: each rung's ranks stand in docs/charts
 arguments the page is written from the ranks that are there, and nothing is run. `rolling` is the
 default rung, of crashes whose wheels roll (benchmarks/rolling/design.toml); `slow` is the default
 rung of two cars that close in slowly (benchmarks/slow.toml); `wall` is a car against a wall, whose
-recorder was read (benchmarks/wall.toml).
+recorder was read (benchmarks/wall.toml); `together` is two cars that go on as one body
+(benchmarks/together.toml).
 """
 
 from __future__ import annotations
@@ -24,18 +25,25 @@ from retrodict.scene import load_scene
 from retrodict.studies.calibration import SLOWLY
 
 METHODS = ["importance", "nuts"]
-BY = {"rolling": ["importance"], "slow": ["importance", "smc"], "wall": ["importance"]}
-MODELS = {"wall": "planar+spin"}  # of a design; the default rung of the others
+BY = {
+    "rolling": ["importance"],
+    "slow": ["importance", "smc"],
+    "wall": ["importance"],
+    "together": ["importance"],
+}
+MODELS = {"wall": "planar+spin", "together": "joined-body+wheels"}  # of a design; the default rung of the others
 HERE = Path(__file__).parent
 DESIGNS = {
     "rolling": HERE / "rolling" / "design.toml",
     "slow": HERE / "slow.toml",
     "wall": HERE / "wall.toml",
+    "together": HERE / "together.toml",
 }
 NAMES = {
     "rolling": ", wheels that roll",
     "slow": ", cars that close in slowly",
     "wall": ", a car against a wall",
+    "together": ", cars that go on together",
 }
 FOLDERS = DOCS / "charts" / "calibration"
 
