@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -343,10 +343,11 @@ def _see_that_engine_is_installed(workers: int | None, scheduler: str | None) ->
 
 @shown_in_notebooks
 def validate(
-    folder: str | Path = "examples",
+    folder: str | Path | Sequence[str | Path] = "examples",
     *,
     model: str = AUTO,
-    method: str = "nuts",
+    method: str = "importance",
+    exchange: bool = False,
     units: Units = "si",
     out: str | Path | None = None,
     progress: Progress | None = None,
@@ -354,9 +355,10 @@ def validate(
     """How reconstructions of staged collisions compare with what was measured.
 
     Args:
-        folder: folder of the cases, each a folder with scene.toml and truth.toml.
+        folder: folder of the cases, each a folder with scene.toml and truth.toml; or several of them.
         model: name of a rung, or "auto" for the one that the ladder chooses.
         method: sampling method, as in `reconstruct`.
+        exchange: whether each case is also run with A and B exchanged, and read in other units.
         units: units of the table and the chart, "si" or "us".
         out: folder for validation.md, .csv, .json, .png and .svg. None writes nothing.
         progress: progress callback, as in `reconstruct`; each stage begins with the name of the case.
@@ -386,9 +388,15 @@ def validate(
 
             write_validation(found, Path(out), units)
 
-    folders = _validation.cases(Path(folder))
+    folders = [folder] if isinstance(folder, str | Path) else folder
     found = _validation.validate(
-        folders, run, model=model, method=method, progress=progress, keep=write
+        _validation.cases(*map(Path, folders)),
+        run,
+        model=model,
+        method=method,
+        progress=progress,
+        keep=write,
+        exchange=exchange,
     )
     write(found)
     return found
