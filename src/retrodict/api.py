@@ -360,7 +360,7 @@ def validate(
         method: sampling method, as in `reconstruct`.
         exchange: whether each case is also run with A and B exchanged, and read in other units.
         units: units of the table and the chart, "si" or "us".
-        out: folder for validation.md, .csv, .json, .png and .svg. None writes nothing.
+        out: folder for validation.md, .csv, .json and the charts. None writes nothing.
         progress: progress callback, as in `reconstruct`; each stage begins with the name of the case.
 
     Returns:
