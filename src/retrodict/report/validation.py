@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import asdict
+from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from retrodict import __version__
 from retrodict.findings.rounding import NOTHING, format_range, format_value, format_with_sd
 from retrodict.findings.statistics import LEVELS
 from retrodict.inference.digits import decimals_of
@@ -284,7 +284,7 @@ def write_validation(validation: Validation, directory: Path, units: Units = "si
     page = [
         "# Staged collisions",
         "",
-        f"retrodict {__version__}, model {_plain(validation.model)}, "
+        f"retrodict {version('retrodict')}, model {_plain(validation.model)}, "
         f"method {_plain(validation.method)}.",
         "",
         *table_lines(validation, units),
@@ -326,7 +326,7 @@ def _digest_lines(validation: Validation) -> list[str]:
 def validation_data(validation: Validation) -> dict[str, Any]:
     """A validation in strict JSON, in SI units."""
     return {
-        "version": __version__,
+        "version": version("retrodict"),
         "model": validation.model,
         "method": validation.method,
         "complete": validation.complete,

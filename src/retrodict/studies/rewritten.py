@@ -26,7 +26,7 @@ _OF_UNIT = {unit: dimension for dimension in _DIMENSIONS for unit in dimension.u
 _NUMBER = r"[+-]?[0-9]+(?:\.[0-9]+)?"
 _TEXT = re.compile(rf"({_NUMBER})(?: ± ({_NUMBER}))? ([a-z][a-z/^2 ]*)")
 _SAME = 1e-9  # relative difference of two numbers that are the same but for rounding
-_TEXTS = ("text", "title", "name", "source")  # fields of records that hold no number
+_TEXTS = ("text", "title", "name", "source", "notes")  # keys and fields that hold no number
 
 
 def exchanged(document: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -78,7 +78,9 @@ def in_other_units(value: Any) -> Any:
                 if isinstance(value.get(key), int | float)
             }
             return {**value, **numbers, "unit": other}
-        return {key: in_other_units(below) for key, below in value.items()}
+        return {
+            key: below if key in _TEXTS else in_other_units(below) for key, below in value.items()
+        }
     if isinstance(value, list):
         return [in_other_units(below) for below in value]
     found = _TEXT.fullmatch(value) if isinstance(value, str) else None
