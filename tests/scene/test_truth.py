@@ -40,7 +40,7 @@ def test_speeds_are_in_metres_per_second(tmp_path):
 def test_groups_are_labels(tmp_path):
     assert load(tmp_path, GOOD).groups == {}
     assert load(tmp_path, f'{GOOD}\n[groups]\nface = "rigid"\n').groups == {"face": "rigid"}
-    with pytest.raises(SceneError, match="kind.*it follows from the scene; leave it out"):
+    with pytest.raises(SceneError, match=r"kind.*it follows from the scene; leave it out"):
         load(tmp_path, f'{GOOD}\n[groups]\nkind = "barrier"\n')
     many = "".join(f'g{i} = "x"\n' for i in range(9))
     with pytest.raises(SceneError, match="9 groups; write at most 8"):

@@ -1,5 +1,6 @@
 """Staged collisions: what counts as covered, what is read when, and what becomes of faulty files."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,8 @@ from scipy.special import ndtri
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Outcome
 from retrodict.progress import Progress
-from retrodict.scene.records import Scene
 from retrodict.scene import load_scene
+from retrodict.scene.records import Scene
 from retrodict.studies.validation import Score, Validation, cases, kind_of, validate
 from tests.report.conftest import fail, make_outcome
 from tests.shared.scene_file import SCENE
@@ -156,9 +157,7 @@ def test_the_share_of_draws_below_the_truth_is_counted(case):
 
 
 def test_files_are_known_by_their_digests(case):
-    """sha256sum of the files."""
-    import hashlib
-
+    """As sha256sum prints them."""
     (score,) = scored(case, lambda *_: drawn(19.0, 1.0)).scores
     assert score.digests == {
         name: hashlib.sha256((case / name).read_bytes()).hexdigest()
@@ -189,7 +188,7 @@ def test_each_group_is_counted_alone():
         ("face", "deformable"): (1, 1),
         ("face", "rigid"): (2, 2),
     }
-    assert list(of)[0] == ("kind", "barrier")
+    assert next(iter(of)) == ("kind", "barrier")
 
 
 @pytest.mark.parametrize(
