@@ -153,6 +153,12 @@ def _of_exchange(validation: Validation) -> list[str]:
             f"With A and B exchanged the median moves by {abs(moved[most] or 0.0):.2g} sd at most "
             f"({most}), of {len(moved)} cases."
         )
+    withheld = [s.case for s in validation.scores if s.counts and s.exchanged_reasons]
+    if withheld:
+        names = ", ".join(dict.fromkeys(withheld))
+        lines.append(
+            f"With A and B exchanged the answer is withheld, and it is not without: {names}."
+        )
     tried = {s.case: s.units_agree for s in validation.scores if s.units_agree is not None}
     if tried:
         off = [case for case, agree in tried.items() if not agree]

@@ -55,7 +55,8 @@ class Score:
             truth file.
         seconds: duration of the reconstruction, s; None where there was none.
         digests: SHA-256 of scene.toml and truth.toml, by name.
-        exchanged: answer for the same vehicle where A and B were exchanged; None where not tried.
+        exchanged: answer for the same vehicle where A and B were exchanged; None where there is none.
+        exchanged_reasons: reasons why that answer is not to be relied on.
         units_agree: whether the scene in other units has the same numbers; None where not tried.
     """
 
@@ -73,6 +74,7 @@ class Score:
     seconds: float | None = None
     digests: dict[str, str] = field(default_factory=dict)
     exchanged: Summary | None = None
+    exchanged_reasons: tuple[str, ...] = ()
     units_agree: bool | None = None
 
     @property
@@ -96,9 +98,10 @@ class Score:
 
     @property
     def moved(self) -> float | None:
-        """How far the exchange of A and B moves the median, in sd; None where it was not tried."""
-        if self.exchanged is None or self.answer is None:
+        """How far the exchange of A and B moves the median, in sd; None without both answers."""
+        if self.exchanged is None or self.exchanged_reasons or not self.counts:
             return None
+        assert self.answer is not None
         return (self.exchanged.median - self.answer.median) / self.answer.sd
 
     def inside(self, level: int) -> bool:
@@ -267,13 +270,13 @@ def _scored(folder: Path, run: Run, progress: Progress, exchange: bool) -> list[
     begin = time.perf_counter()
     outcome, refused = _answer(scene, run, progress)
     seconds = time.perf_counter() - begin
-    other, agree = None, None
+    other, other_refused, agree = None, "", None
     if exchange:
         document = tables_of(read_text(folder / SCENE), SCENE)
         agree = same_numbers(build_scene(scene.name, **in_other_units(document)), scene)
         tables = exchanged(document)
         if tables is not None and outcome:
-            other, _ = _answer(
+            other, other_refused = _answer(
                 build_scene(scene.name, **tables), run, prefixed(progress, "A and B exchanged")
             )
 
@@ -306,6 +309,11 @@ def _scored(folder: Path, run: Run, progress: Progress, exchange: bool) -> list[
                 below=float(np.mean(drawn < speed.value)),
                 narrowed=narrowing(outcome, name)[:MAX_NARROWING] if outcome.checks.passed else (),
                 exchanged=summary(_draws(other, _OTHER[name])) if other else None,
+                exchanged_reasons=other.checks.reasons
+                if other
+                else (other_refused,)
+                if other_refused
+                else (),
             )
         scores.append(score)
     return scores
