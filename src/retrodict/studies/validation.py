@@ -268,15 +268,15 @@ def validate(
 def _scored(folder: Path, run: Run, progress: Progress, exchange: bool) -> list[Score]:
     scene = load_scene(folder / SCENE)
     begin = time.perf_counter()
-    outcome, refused = _answer(scene, run, progress)
+    outcome, reasons = _answer(scene, run, progress)
     seconds = time.perf_counter() - begin
-    other, other_refused, agree = None, "", None
+    other, other_reasons, agree = None, (), None
     if exchange:
         document = tables_of(read_text(folder / SCENE), SCENE)
         agree = same_numbers(build_scene(scene.name, **in_other_units(document)), scene)
         tables = exchanged(document)
         if tables is not None and outcome:
-            other, other_refused = _answer(
+            other, other_reasons = _answer(
                 build_scene(scene.name, **tables), run, prefixed(progress, "A and B exchanged")
             )
 
@@ -286,7 +286,7 @@ def _scored(folder: Path, run: Run, progress: Progress, exchange: bool) -> list[
     shared = Score(
         case=folder.name,
         model=outcome.description.name if outcome else "",
-        reasons=outcome.checks.reasons if outcome else (refused,),
+        reasons=reasons,
         note=truth.note,
         groups=kind_of(scene) | truth.groups,
         seconds=seconds,
@@ -309,25 +309,21 @@ def _scored(folder: Path, run: Run, progress: Progress, exchange: bool) -> list[
                 below=float(np.mean(drawn < speed.value)),
                 narrowed=narrowing(outcome, name)[:MAX_NARROWING] if outcome.checks.passed else (),
                 exchanged=summary(_draws(other, _OTHER[name])) if other else None,
-                exchanged_reasons=other.checks.reasons
-                if other
-                else (other_refused,)
-                if other_refused
-                else (),
+                exchanged_reasons=other_reasons,
             )
         scores.append(score)
     return scores
 
 
-def _answer(scene: Scene, run: Run, progress: Progress) -> tuple[Outcome | None, str]:
-    """The outcome, or why there is none."""
+def _answer(scene: Scene, run: Run, progress: Progress) -> tuple[Outcome | None, tuple[str, ...]]:
+    """The outcome, if there is one, and the reasons not to rely on it."""
     try:
         outcome = run(scene, progress)
     except Unanswerable as error:
-        return None, str(error)
+        return None, (str(error),)
     if not outcome.complete:
         raise Interrupted("stopped before the case was finished")
-    return outcome, ""
+    return outcome, outcome.checks.reasons
 
 
 def _draws(outcome: Outcome, name: str) -> np.ndarray:
