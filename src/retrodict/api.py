@@ -55,6 +55,8 @@ __all__ = [
     "validate",
 ]
 
+_KEPT_EVERY = 20.0  # s between two writings of a validation that goes on
+
 ladder = shown_in_notebooks(_ladder)
 
 
@@ -382,11 +384,19 @@ def validate(
     def run(scene: Scene, progress: Progress) -> Outcome:
         return reconstruct(scene, model=model, method=method, progress=progress).outcome
 
+    written = -_KEPT_EVERY
+
     def write(found: Validation) -> None:
         if out is not None:
             from retrodict.report.validation import write_validation
 
             write_validation(found, Path(out), units)
+
+    def keep(found: Validation) -> None:
+        nonlocal written
+        if time.monotonic() - written >= _KEPT_EVERY:  # charts of many cases take a second or two
+            write(found)
+            written = time.monotonic()
 
     folders = [folder] if isinstance(folder, str | Path) else folder
     found = _validation.validate(
@@ -395,7 +405,7 @@ def validate(
         model=model,
         method=method,
         progress=progress,
-        keep=write,
+        keep=keep,
         exchange=exchange,
     )
     write(found)

@@ -28,6 +28,7 @@ ERRORS_CAPTION = (
     "sets of so many independent speeds."
 )
 _BARS = {95: 1.2, 90: 4.0, 50: 9.0}  # widths, in points
+_FEW = 20  # speeds that have room for high rows
 _NAMED = 24  # characters of a case's name that have room
 
 
@@ -44,7 +45,8 @@ def validation_figure(validation: Validation, units: Units = "si") -> Figure:
     unit = unit_of("speed", units)
     scores = [score for score in validation.scores if score.truth is not None]
     with mpl.rc_context(drawing.STYLE):
-        figure = drawing.new_figure(7.2, 1.3 + 0.36 * max(2, len(scores)))
+        row_height = 0.36 if len(scores) <= _FEW else 0.2  # inches
+        figure = drawing.new_figure(7.2, 1.3 + row_height * max(2, len(scores)))
         axes = figure.subplots()
         if not scores:
             drawing.nothing_here(axes, "no case was finished")
