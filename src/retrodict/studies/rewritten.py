@@ -70,14 +70,12 @@ def in_other_units(value: Any) -> Any:
     """
     if isinstance(value, Mapping):
         unit = value.get("unit")
-        if "value" in value and unit in _OTHER:
+        if "value" in value:
+            written = {key: value[key] for key in ("value", "sd") if key in value}
+            if unit not in _OTHER or not all(isinstance(n, int | float) for n in written.values()):
+                return dict(value)
             other, by = _conversion(unit)
-            numbers = {
-                key: value[key] * by
-                for key in ("value", "sd")
-                if isinstance(value.get(key), int | float)
-            }
-            return {**value, **numbers, "unit": other}
+            return {**value, **{key: n * by for key, n in written.items()}, "unit": other}
         return {
             key: below if key in _TEXTS else in_other_units(below) for key, below in value.items()
         }
