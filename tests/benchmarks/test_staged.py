@@ -1,13 +1,20 @@
 """The second set of staged collisions: written by its script, and true speeds kept out of the scenes."""
 
 import csv
+import json
 import math
+from dataclasses import asdict
 
 import pytest
 
 from benchmarks.staged.__main__ import CASES, TABLE, files
+from benchmarks.validation import score_of
 from retrodict.scene import load_scene
+from retrodict.scene.records import Measured
 from retrodict.scene.truth import load_truth
+from retrodict.studies.narrowing import Narrowed
+from retrodict.studies.validation import Score
+from tests.studies.made_up import summary
 
 ROWS = list(csv.DictReader(x for x in TABLE.read_text("utf-8").splitlines() if x[0] != "#"))
 
@@ -69,3 +76,16 @@ def test_momentum_of_the_standing_target_closes():
             car.mass.value * complex(forward, left) * complex(math.cos(angle), math.sin(angle))
         )
     assert abs(gained) < 0.06 * 1735 * math.hypot(51.5, 17.6) / 3.6
+
+
+def test_a_score_comes_back_from_json():
+    """A run goes on from the scores that it has kept."""
+    score = Score(
+        *("c", "speed_b", 10.0, "m", summary(10.0, 1.0), ("withheld",)),
+        narrowed=(Narrowed("mass_a", Measured(1500.0, 30.0), 0.5), Narrowed("e", None, 0.4)),
+        groups={"kind": "barrier"},
+        exchanged=summary(11.0, 1.0),
+        units_agree=True,
+    )
+    assert score_of(json.loads(json.dumps(asdict(score)))) == score
+    assert score_of(json.loads(json.dumps(asdict(Score("c"))))) == Score("c")

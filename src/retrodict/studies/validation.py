@@ -290,7 +290,7 @@ def _scored(folder: Path, run: Run, progress: Progress, exchange: bool) -> list[
         note=truth.note,
         groups=kind_of(scene) | truth.groups,
         seconds=seconds,
-        digests={name: _digest(folder / name) for name in (SCENE, TRUTH)},
+        digests={name: digest(folder / name) for name in (SCENE, TRUTH)},
         units_agree=agree,
     )
     scores = []
@@ -330,7 +330,8 @@ def _draws(outcome: Outcome, name: str) -> np.ndarray:
     return np.asarray(outcome.idata["posterior"][name]).ravel()
 
 
-def _digest(file: Path) -> str:
+def digest(file: Path) -> str:
+    """SHA-256 of a file, in hexadecimal digits."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
