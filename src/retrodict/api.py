@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -54,6 +54,8 @@ __all__ = [
     "replay",
     "validate",
 ]
+
+_KEPT_EVERY = 20.0  # s between two writings of a validation that goes on
 
 ladder = shown_in_notebooks(_ladder)
 
@@ -343,10 +345,11 @@ def _see_that_engine_is_installed(workers: int | None, scheduler: str | None) ->
 
 @shown_in_notebooks
 def validate(
-    folder: str | Path = "examples",
+    folder: str | Path | Sequence[str | Path] = "examples",
     *,
     model: str = AUTO,
-    method: str = "nuts",
+    method: str = "importance",
+    exchange: bool = False,
     units: Units = "si",
     out: str | Path | None = None,
     progress: Progress | None = None,
@@ -354,11 +357,12 @@ def validate(
     """How reconstructions of staged collisions compare with what was measured.
 
     Args:
-        folder: folder of the cases, each a folder with scene.toml and truth.toml.
+        folder: folder of the cases, each a folder with scene.toml and truth.toml; or several of them.
         model: name of a rung, or "auto" for the one that the ladder chooses.
         method: sampling method, as in `reconstruct`.
+        exchange: whether each case is also run with A and B exchanged, and read in other units.
         units: units of the table and the chart, "si" or "us".
-        out: folder for validation.md, .csv, .json, .png and .svg. None writes nothing.
+        out: folder for validation.md, .csv, .json and the charts. None writes nothing.
         progress: progress callback, as in `reconstruct`; each stage begins with the name of the case.
 
     Returns:
@@ -380,15 +384,29 @@ def validate(
     def run(scene: Scene, progress: Progress) -> Outcome:
         return reconstruct(scene, model=model, method=method, progress=progress).outcome
 
+    written = -_KEPT_EVERY
+
     def write(found: Validation) -> None:
         if out is not None:
             from retrodict.report.validation import write_validation
 
             write_validation(found, Path(out), units)
 
-    folders = _validation.cases(Path(folder))
+    def keep(found: Validation) -> None:
+        nonlocal written
+        if time.monotonic() - written >= _KEPT_EVERY:  # charts of many cases take a second or two
+            write(found)
+            written = time.monotonic()
+
+    folders = [folder] if isinstance(folder, str | Path) else folder
     found = _validation.validate(
-        folders, run, model=model, method=method, progress=progress, keep=write
+        _validation.cases(*map(Path, folders)),
+        run,
+        model=model,
+        method=method,
+        progress=progress,
+        keep=keep,
+        exchange=exchange,
     )
     write(found)
     return found

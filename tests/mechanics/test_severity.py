@@ -198,10 +198,10 @@ def test_a_barrier_lies_beyond_the_contact() -> None:
 
 # Small-overlap tests into rigid barriers: e, mu over critical, centre of gravity to impact centre (ft),
 # its angle and Gamma (deg), speed, delta-v backwards and to the right (ft/s), yaw rate after (deg/s).
-# SAE 2014-01-0469, Appendix 2, as PyCrash holds it (github.com/joe-cormier/pycrash, Brach Matrix.xlsx)
+# SAE 2014-01-0469, Appendix 2, Part 1
 FORD_FUSION = {
     "CF10028, a pole": (0.232, 0.718, 3.9, 32.9, 74.6, 58.51, 32.29, 13.70, 60.83),
-    "CF11002, a wall": (0.0, 0.842, 4.1, 29.0, 74.6, 58.60, 38.49, 10.69, 102.75),
+    "CF11002, a wall": (0.0, 0.852, 4.1, 29.0, 74.6, 58.60, 38.49, 10.69, 102.75),
     "CF11004, a wall": (0.0, 0.823, 4.0, 31.3, 74.6, 58.60, 36.41, 10.56, 103.00),
     "CF11012, a wall": (0.127, 0.865, 4.0, 30.6, 74.6, 58.69, 40.91, 12.51, 110.00),
     "CF11013, a wall": (0.0, 0.895, 3.9, 32.9, 74.6, 58.60, 41.95, 9.51, 142.19),

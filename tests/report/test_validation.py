@@ -9,9 +9,11 @@ import pytest
 from rich.console import Console
 
 from retrodict.report.figures.drawing import ORANGE
-from retrodict.report.figures.validation import validation_figure
+from retrodict.report.figures.validation import errors_figure, validation_figure
 from retrodict.report.validation import (
     cells,
+    groups,
+    narrowing_lines,
     print_validation,
     remark_lines,
     table_lines,
@@ -32,6 +34,9 @@ def validation() -> Validation:
             Score(
                 *("one", "speed_a", 10.0, "low", summary(10.5, 1.0)),
                 published={"P": 11.176},
+                below=0.3,
+                groups={"kind": "barrier"},
+                seconds=12.0,
                 narrowed=(Narrowed("Omega_b", None, 0.525), Narrowed("mass_a", None, 0.84)),
             ),
             Score("one", "speed_b", 10.0, "low", summary(12.5, 1.0), note="a remark"),
@@ -65,8 +70,25 @@ def test_coverage_is_that_of_answers_that_count(validation):
     assert "one: a remark" in said
 
 
+def test_groups_have_their_own_rows(validation):
+    everything, barrier = groups(validation)
+    assert (everything["group"], everything["speeds"], everything["answered"]) == ("all", "3", "2")
+    assert (barrier["group"], barrier["speeds"]) == ("kind: barrier", "1")
+    assert everything["90 %"] == "1 (1% to 99%)"  # Clopper & Pearson: 0.0126 to 0.9874
+    assert everything["median error"] == "15.0 %"  # of 5 and 25 %
+    assert barrier["rms error/sd"] == "0.50"
+
+
+def test_errors_over_sd_and_shares_are_drawn_of_answers_that_count(validation):
+    left, right = errors_figure(validation).axes
+    points = [line for line in left.lines if line.get_marker() == "o"]
+    assert sorted(x for line in points for x in line.get_xdata()) == [0.5, 2.5]
+    (steps,) = [line for line in right.lines if line.get_drawstyle() == "steps-post"]
+    assert list(steps.get_xdata()) == [0.0, 0.3, 1.0]
+
+
 def test_what_would_narrow_an_answer_is_printed_next_to_its_sd(validation):
-    said = "\n".join(remark_lines(validation))
+    said = "\n".join(narrowing_lines(validation))
     assert (
         "one: the sd of the impact speed of A is 9.5 %; known exactly, the yaw rate of B after "
         "impact would leave 5.0 %, the mass of A 8.0 %."
@@ -96,6 +118,9 @@ def test_files_hold_the_numbers(validation, tmp_path):
     assert "| one | A | 10.00 | 10.5 ± 1.0 |" in (tmp_path / "validation.md").read_text()
     assert (tmp_path / "validation.svg").read_text().startswith("<?xml")
     assert matplotlib.image.imread(tmp_path / "validation.png").shape[0] > 200
+    assert (tmp_path / "validation-errors.svg").read_text().startswith("<?xml")
+    assert {(g["group"], g["label"]) for g in content["groups"]} == {("kind", "barrier")}
+    assert content["scores"][0]["below"] == 0.3
 
 
 def test_each_row_of_the_chart_holds_its_truth_and_none_an_answer_withheld(validation):

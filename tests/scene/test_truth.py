@@ -37,6 +37,16 @@ def test_speeds_are_in_metres_per_second(tmp_path):
     assert truth.note == "a remark"
 
 
+def test_groups_are_labels(tmp_path):
+    assert load(tmp_path, GOOD).groups == {}
+    assert load(tmp_path, f'{GOOD}\n[groups]\nface = "rigid"\n').groups == {"face": "rigid"}
+    with pytest.raises(SceneError, match=r"kind.*it follows from the scene; leave it out"):
+        load(tmp_path, f'{GOOD}\n[groups]\nkind = "barrier"\n')
+    many = "".join(f'g{i} = "x"\n' for i in range(9))
+    with pytest.raises(SceneError, match="9 groups; write at most 8"):
+        load(tmp_path, f"{GOOD}\n[groups]\n{many}")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

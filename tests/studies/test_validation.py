@@ -1,5 +1,6 @@
 """Staged collisions: what counts as covered, what is read when, and what becomes of faulty files."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,9 @@ from scipy.special import ndtri
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.outcome import Outcome
 from retrodict.progress import Progress
+from retrodict.scene import load_scene
 from retrodict.scene.records import Scene
-from retrodict.studies.validation import Score, Validation, cases, validate
+from retrodict.studies.validation import Score, Validation, cases, kind_of, validate
 from tests.report.conftest import fail, make_outcome
 from tests.shared.scene_file import SCENE
 from tests.studies.made_up import summary
@@ -30,13 +32,11 @@ def case(tmp_path: Path) -> Path:
     return folder
 
 
-def drawn(mean: float, sd: float) -> Outcome:
-    """An outcome whose draws of B's speed are normal quantiles."""
+def drawn(mean: float, sd: float, name: str = "speed_b") -> Outcome:
+    """An outcome whose draws of a speed are normal quantiles."""
     quantiles = ndtri((np.arange(4000) + 0.5) / 4000)
     speed = mean + sd * np.random.default_rng(3).permuted(quantiles)
-    return replace(
-        make_outcome(), idata=from_dict({"posterior": {"speed_b": speed.reshape(4, -1)}})
-    )
+    return replace(make_outcome(), idata=from_dict({"posterior": {name: speed.reshape(4, -1)}}))
 
 
 def scored(case: Path, run) -> Validation:
@@ -146,3 +146,98 @@ def test_coverage_has_exact_binomial_limits():
     assert (found.inside, found.of) == (9, 10)
     assert (found.low, found.high) == pytest.approx((0.5550, 0.9975), abs=1e-4)
     assert Validation((), "auto", "nuts").coverage(90).of == 0
+
+
+def test_the_share_of_draws_below_the_truth_is_counted(case):
+    """The truth is one sd above the mean: Φ(1) is 0.841."""
+    (score,) = scored(case, lambda *_: drawn(18.0, 1.0)).scores
+    assert score.below == pytest.approx(0.8413, abs=0.001)
+    assert score.standardised == pytest.approx(-1.0, abs=0.01)
+    assert score.seconds is not None
+
+
+def test_files_are_known_by_their_digests(case):
+    """As sha256sum prints them."""
+    (score,) = scored(case, lambda *_: drawn(19.0, 1.0)).scores
+    assert score.digests == {
+        name: hashlib.sha256((case / name).read_bytes()).hexdigest()
+        for name in ("scene.toml", "truth.toml")
+    }
+
+
+def test_each_group_is_counted_alone():
+    inside, outside = summary(10.0, 1.0), summary(20.0, 1.0)
+    found = Validation(
+        tuple(
+            Score(f"{i}", "speed_b", 10.0, "m", outside if i == 3 else inside, groups=groups)
+            for i, groups in enumerate(
+                [{"kind": "barrier", "face": "rigid"}] * 2
+                + [{"kind": "barrier", "face": "deformable"}, {"kind": "impact only"}]
+            )
+        ),
+        "auto",
+        "nuts",
+    )
+    of = {
+        group: (part.coverage(90).inside, part.coverage(90).of)
+        for group, part in found.groups().items()
+    }
+    assert of == {
+        ("kind", "barrier"): (3, 3),
+        ("kind", "impact only"): (0, 1),
+        ("face", "deformable"): (1, 1),
+        ("face", "rigid"): (2, 2),
+    }
+    assert next(iter(of)) == ("kind", "barrier")
+
+
+@pytest.mark.parametrize(
+    ("folder", "kind"),
+    [
+        ("examples/ricsac-06", {"kind": "whole scene", "wheels": "rolling"}),
+        ("examples/brach-1977", {"kind": "whole scene", "wheels": "locked"}),
+        ("examples/nhtsa-4363", {"kind": "impact only"}),
+        ("benchmarks/staged/cases/iihs-cf11002", {"kind": "barrier"}),
+    ],
+)
+def test_the_kind_of_a_case_follows_from_its_scene(folder, kind):
+    root = Path(__file__).parents[2]
+    assert kind_of(load_scene(root / folder / "scene.toml")) == kind
+
+
+def test_uneven_shares_are_improbable():
+    """Twenty truths below every draw: the statistic is 1, whose probability is nil."""
+
+    def of(shares):
+        scores = [
+            Score(f"{i}", "speed_b", 10.0, "m", summary(10.0, 1.0), below=share)
+            for i, share in enumerate(shares)
+        ]
+        return Validation(tuple(scores), "auto", "nuts").evenness()
+
+    assert of([0.0] * 20) < 1e-9
+    assert of((np.arange(20) + 0.5) / 20) == pytest.approx(1.0, abs=1e-6)
+    assert of([0.5] * 4) is None
+
+
+def test_with_a_and_b_exchanged_the_same_vehicle_is_compared(case):
+    """B's answer is 19 ± 1 m/s; where it is called A, 19.5: half a standard deviation."""
+
+    def run(scene: Scene, progress: Progress) -> Outcome:
+        if scene.approach["a"].speed is None:
+            assert scene.approach["b"].speed is not None
+            return drawn(19.5, 1.0, "speed_a")
+        return drawn(19.0, 1.0)
+
+    found = validate((case,), run, model="auto", method="nuts", exchange=True)
+    (score,) = found.scores
+    assert score.moved == pytest.approx(0.5, abs=0.01)
+    assert score.units_agree
+
+
+def test_folders_are_scored_together(case, tmp_path):
+    other = tmp_path / "more" / "crash-2"
+    other.mkdir(parents=True)
+    for each in ("scene.toml", "truth.toml"):
+        (other / each).write_text((case / each).read_text())
+    assert cases(case.parent, other.parent) == (case, other)

@@ -20,12 +20,22 @@ from retrodict.cli.running import (
 
 
 def validate(
-    folder: Annotated[
-        Path, typer.Argument(help="holds the cases: folders with scene.toml and truth.toml")
-    ] = Path("examples"),
+    folders: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[FOLDER]...",
+            help="hold the cases: folders with scene.toml and truth.toml [default: examples]",
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(help="folder for the results")] = Path("out/validation"),
     model: ModelName = "auto",
-    method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.nuts,
+    method: Annotated[MethodChoice, typer.Option(help="how to draw")] = MethodChoice.importance,
+    exchange: Annotated[
+        bool,
+        typer.Option(
+            "--exchange", help="each case also with A and B exchanged, and in other units"
+        ),
+    ] = False,
     units: ResultUnits = UnitChoice.si,
     quiet: Quiet = False,
 ) -> None:
@@ -39,9 +49,10 @@ def validate(
 
         try:
             done = run(
-                folder,
+                folders or [Path("examples")],
                 model=model,
                 method=method.value,
+                exchange=exchange,
                 units=units.value,
                 out=out,
                 progress=progress,

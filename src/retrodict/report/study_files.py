@@ -20,6 +20,7 @@ def write_study(
     table: str,
     figure: Figure,
     page: str | None = None,
+    more: Mapping[str, Figure] | None = None,
 ) -> None:
     """Write a study's results: NAME.json, NAME.csv, the chart as NAME.png and NAME.svg, and a page.
 
@@ -30,6 +31,7 @@ def write_study(
         table: CSV text.
         figure: the chart.
         page: Markdown text of NAME.md; None for no page.
+        more: further charts by the name of their files without suffix.
 
     Raises:
         OSError: something could not be written; then nothing in the directory has changed.
@@ -42,4 +44,6 @@ def write_study(
         f"{name}.png": to_png(figure),
         f"{name}.svg": to_svg(figure),
     }
+    for other, chart in (more or {}).items():
+        files |= {f"{other}.png": to_png(chart), f"{other}.svg": to_svg(chart)}
     write_together(directory, files)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from retrodict.scene import units
-from retrodict.scene.entries.table import Note, Title
+from retrodict.scene.entries.table import Note, Title, one_line
 from retrodict.scene.errors import SceneError
 from retrodict.scene.explain import problems_of
 from retrodict.scene.kinds import Kind, fault
@@ -42,11 +42,13 @@ class Truth:
         speeds: true speeds before impact, by name, m/s, each with its source.
         published: reconstructions of others.
         note: a remark; empty where there is none.
+        groups: groups that the case is counted with: a label by the group's name.
     """
 
     speeds: dict[str, Measured]
     published: tuple[Published, ...] = ()
     note: str = ""
+    groups: dict[str, str] = field(default_factory=dict)
 
 
 def load_truth(path: str | Path) -> Truth:
@@ -70,7 +72,7 @@ def load_truth(path: str | Path) -> Truth:
         Published(each.name, {k: m.value for k, m in each.speeds().items()}, each.source)
         for each in entry.published
     )
-    return Truth(entry.speeds(), published, entry.note)
+    return Truth(entry.speeds(), published, entry.note, dict(entry.groups))
 
 
 def _sourced(speed: Measured) -> Measured:
@@ -83,6 +85,20 @@ _EXAMPLE = '{ value = 9.6, unit = "m/s", source = "…" }'
 _SPEED = Kind(
     units.SPEED, 0, 150, "9.6 m/s", uncertainty="refused", advice="it is compared with, as it is"
 )
+_MOST_GROUPS = 8
+_OWN = ("kind", "wheels")  # groups that follow from the scene
+_Label = Annotated[str, one_line(40)]
+
+
+def _few(groups: dict[str, str]) -> dict[str, str]:
+    if len(groups) > _MOST_GROUPS:
+        raise fault(f"{len(groups)} groups; write at most {_MOST_GROUPS}")
+    for name in _OWN:
+        if name in groups:
+            raise fault("it follows from the scene; leave it out", name)
+    return groups
+
+
 _TrueSpeed = Annotated[Measured, _SPEED, AfterValidator(_sourced)]
 _Speed = Annotated[Measured, _SPEED]
 
@@ -120,3 +136,6 @@ class _TruthEntry(_Entry):
         [], examples=['[{ name = "a program", speed_a = "10.7 m/s", source = "…" }]']
     )
     note: Note = Field("", examples=['"one line"'])
+    groups: Annotated[dict[_Label, _Label], AfterValidator(_few)] = Field(
+        {}, examples=['{ face = "rigid" }']
+    )
