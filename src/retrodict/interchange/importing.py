@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
@@ -33,6 +32,7 @@ from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.load import READERS, read_text, scene_from, toml_of, value_at
 from retrodict.scene.outlines import outline_fault
 from retrodict.scene.records import Measured, Scene, Vehicle
+from retrodict.scene.text_edit import edited_in_place
 from retrodict.scene.write import document_toml
 
 # a map's table on a file of points -> what reads these, with a line on each thing that it leaves
@@ -40,7 +40,6 @@ POINTS: dict[str, Callable[[SourceFile, Any], tuple[list[Point], list[str]]]] = 
     "survey": survey_points,
     "drawing": drawing_points,
 }
-_IN_A_LINE = 12  # items of a list, beyond which each has a line
 _MISFIT = 4.0  # standard deviations of a point that points of one line or vehicle may miss it by
 
 
@@ -105,7 +104,7 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     changed = deepcopy(document)
     write_keys(changed, changes, str(into))
     name = Path(into).stem if Path(into).stem != "scene" else Path(into).resolve().parent.name
-    new = _kept(text, changes, changed, str(into))
+    new = edited_in_place(text, changes, changed, str(into))
     if not new:
         new = document_toml(changed)
         left.append("comments of the scene file: its layout could not be kept, it is written anew")
@@ -137,40 +136,6 @@ def _finished(
         others = f", and {len(more)} more" if more else ""
         left.append(f"the scene is not complete yet: {first}{others}")
         return None
-
-
-def _kept(text: str, changes: Mapping[str, Any], changed: dict[str, Any], file: str) -> str:
-    """The text of a scene file with changes, its comments kept; empty where its layout cannot be."""
-    import tomlkit
-
-    try:
-        styled = tomlkit.parse(text)
-        write_keys(styled, {key: _inline(value) for key, value in changes.items()}, file)
-        new = tomlkit.dumps(styled)
-        if tomllib.loads(new) == changed:
-            return new
-    except (tomlkit.exceptions.TOMLKitError, ValueError, TypeError, AttributeError):
-        pass
-    return ""
-
-
-def _inline(value: Any, nested: bool = False) -> Any:
-    """A value as an item of tomlkit: tables in a line, a list of tables one a line."""
-    import tomlkit
-
-    if value is None:
-        return None
-    if isinstance(value, dict):
-        table = tomlkit.inline_table()
-        table.update({key: _inline(each, nested=True) for key, each in value.items()})
-        return table
-    if isinstance(value, list):
-        array = tomlkit.array()
-        array.extend(_inline(each, nested=True) for each in value)
-        tables = not nested and any(isinstance(each, dict) for each in value)
-        array.multiline(tables or len(value) > _IN_A_LINE)
-        return array
-    return tomlkit.item(value)
 
 
 @dataclass
