@@ -93,7 +93,8 @@ def test_a_scene_drawn_from_nothing_is_the_one_written_by_hand(board: Board) -> 
         assert abs(math.remainder(turned, math.tau)) < math.radians(0.5)
         mine, his = ours.rest[v], theirs.rest[v]
         assert math.dist((mine.x.value, mine.y.value), (his.x.value, his.y.value)) < 0.02
-        assert mine.heading and his.heading
+        assert mine.heading
+        assert his.heading
         assert mine.turns_known == (v == "b")
         rotation = mine.heading.value - ours.vehicles[v].heading.value
         assert abs(rotation - (his.heading.value - theirs.vehicles[v].heading.value)) < 0.03
@@ -168,7 +169,10 @@ def test_a_vehicle_that_is_turned_stays_where_it_is_and_its_rotation_too(board: 
     before = board.plan.cars["B"]
     assert board.do("turn", {"vehicle": "B", "at": "impact", "by": 30})
     after = board.plan.cars["B"]
-    assert before.at and after.at and before.rest and after.rest
+    assert before.at
+    assert after.at
+    assert before.rest
+    assert after.rest
     assert math.dist(before.at, after.at) < 0.002
     assert after.heading == pytest.approx(math.radians(8), abs=1e-3)
     assert after.rest_heading == before.rest_heading
@@ -226,9 +230,11 @@ def test_a_barrier_takes_the_place_of_b_and_gives_it_back(board: Board) -> None:
     drawn(board)
     board.do("barrier", {"kind": "pole"})
     assert not {need.thing for need in board.needs} & {"B"}
-    assert board.plan.barrier == "pole" and "B" not in board.plan.cars
+    assert board.plan.barrier == "pole"
+    assert "B" not in board.plan.cars
     board.do("barrier", {"kind": "wall"})
-    assert board.scene is not None and board.scene.barrier is not None
+    assert board.scene is not None
+    assert board.scene.barrier is not None
     board.do("barrier", {"kind": "vehicle"})
     assert any(need.thing == "B" for need in board.needs)
     for _ in range(3):
@@ -241,7 +247,9 @@ def test_wheels_go_from_locked_to_rolling_to_damaged(board: Board) -> None:
     for state in ("rolling", "damaged", "locked"):
         board.do("wheel", {"vehicle": "A", "wheel": "rear_right"})
         wheels = board.plan.cars["A"].wheels
-        assert wheels and wheels["rear_right"] == state and wheels["front_left"] == "locked"
+        assert wheels
+        assert wheels["rear_right"] == state
+        assert wheels["front_left"] == "locked"
 
 
 def test_a_photograph_is_scaled_and_turned_about_what_was_clicked() -> None:
@@ -249,12 +257,14 @@ def test_a_photograph_is_scaled_and_turned_about_what_was_clicked() -> None:
 
     state = State(EMPTY, backdrop=Backdrop("a.png", "0" * 64, 1000, 500, 0.1, x=-50, y=25))
     scaled = perform(state, "scale", {"x1": 10, "y1": 0, "x2": 20, "y2": 0, "distance": 5}).backdrop
-    assert scaled and scaled.metres == pytest.approx(0.05)
+    assert scaled
+    assert scaled.metres == pytest.approx(0.05)
     assert (scaled.x, scaled.y) == pytest.approx((-20, 12.5))
     north = perform(
         State(EMPTY, backdrop=scaled), "north", {"x1": 0, "y1": 0, "x2": 3, "y2": 0}
     ).backdrop
-    assert north and north.turn == pytest.approx(math.pi / 2)
+    assert north
+    assert north.turn == pytest.approx(math.pi / 2)
     assert (north.x, north.y) == pytest.approx((-12.5, -20))
 
 
@@ -270,7 +280,9 @@ def test_a_board_goes_on_where_it_was(tmp_path: Path) -> None:
     again = Board(tmp_path / "new.toml")
     assert (again.state, again.undoes) == (state, undoes)
     assert "goes on where it was" in again.note
-    assert again.redo() and again.redo() and not again.redo()
+    assert again.redo()
+    assert again.redo()
+    assert not again.redo()
     assert again.needs == ()
     for _ in DRAWN:
         assert again.undo()
@@ -433,8 +445,7 @@ class Drawing(RuleBasedStateMachine):
         try:
             if self.board.do(name, json.loads(json.dumps(values))):
                 self.steps += 1
-        except SceneError as refusal:
-            assert str(refusal)
+        except SceneError:
             assert self.board.state is before
 
     @rule(vehicle=_letter, at=_at, x=_coordinate, y=_coordinate)
