@@ -492,6 +492,11 @@ class Drawing(RuleBasedStateMachine):
     def wheel(self, vehicle: str, wheel: str) -> None:
         self.do("wheel", vehicle=vehicle, wheel=wheel)
 
+    @rule(vehicle=_letter, at=_at, x=st.floats(-9, 9), y=st.floats(-9, 9))
+    def corners(self, vehicle: str, at: str, x: float, y: float) -> None:
+        places = [[x + u, y + w] for u, w in ((2.3, 0.9), (2.3, -0.9), (-2.3, -0.9), (-2.3, 0.9))]
+        self.do("corners", vehicle=vehicle, at=at, corners=places)
+
     @rule(kind=st.sampled_from(["wall", "pole", "vehicle", "tree"]))
     def barrier(self, kind: str) -> None:
         self.do("barrier", kind=kind)

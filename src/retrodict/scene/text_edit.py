@@ -107,6 +107,26 @@ def in_missing_tables(document: Mapping[str, Any], changes: Mapping[str, Any]) -
     return found
 
 
+def emptied(document: Mapping[str, Any], key: str) -> str:
+    """The key to remove so that no empty table stays where another key is removed.
+
+    Args:
+        document: tables and keys of a scene file.
+        key: key to remove, whose parts have no dots of their own.
+
+    Returns:
+        The key, or that of the outermost table below a vehicle, a surface or a section that has nothing
+        else.
+    """
+    parts = key.split(".")
+    while len(parts) > _SECTIONS.get(parts[0], 1) + 1:
+        table = value_at(document, ".".join(parts[:-1]))
+        if not isinstance(table, dict) or len(table) > 1 or parts[-1] not in table:
+            break
+        parts.pop()
+    return ".".join(parts)
+
+
 def rewritten(
     raw: object,
     value: float,

@@ -11,16 +11,18 @@ from typing import Any
 from retrodict.explore.board.needs import faults, is_missing
 from retrodict.explore.board.plan import FILE, WHEELS, Car, Plan, plan_of
 from retrodict.explore.board.state import Place, State
+from retrodict.interchange.points import fitted_pose
 from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.load import value_at
-from retrodict.scene.text_edit import edited, in_missing_tables, rewritten
-from retrodict.scene.units import ANGLE, LENGTH
+from retrodict.scene.text_edit import edited, emptied, in_missing_tables, rewritten
+from retrodict.scene.units import ANGLE, LENGTH, QuantityError, read_quantity
 
 _FARTHEST = 1000.0  # m: of a coordinate, as the schema has it
 _LINE_SD = math.radians(5)  # of a contact line that was turned by its handle
 _WORDS = 2000  # characters of what is typed
 _NEXT_WHEEL = {"locked": "rolling", "rolling": "damaged", "damaged": "locked"}
 _ITEMS = 100  # of a list
+_MISFIT = 0.5  # m: of four corners, beyond which they are those of another vehicle
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,28 @@ class Given:
     def place(self, x: str = "x", y: str = "y") -> Place:
         """A place on the ground, m."""
         return self.number(x), self.number(y)
+
+    def length(self, name: str) -> float:
+        """A length: metres, or a text with its unit."""
+        value = self.values.get(name)
+        if not isinstance(value, str):
+            return self.number(name)
+        try:
+            return read_quantity(value, LENGTH, "12.5 m").value
+        except QuantityError as error:
+            raise refused(f"{shown(value)}: {error.fix}") from None
+
+    def places(self, name: str, least: int, most: int) -> list[Place]:
+        """Several places on the ground, m."""
+        value = self.values.get(name)
+        if not isinstance(value, list) or not least <= len(value) <= most:
+            raise refused(
+                f"{name}: click {least if least == most else f'{least} to {most}'} places"
+            )
+        pairs = [
+            each if isinstance(each, list) and len(each) == 2 else [None] * 2 for each in value
+        ]
+        return [Given({"x": x, "y": y}).place() for x, y in pairs]
 
     def word(self, name: str, words: Sequence[str]) -> str:
         """One of some words."""
@@ -338,6 +362,33 @@ def _end_of_rotation(state: State, plan: Plan, given: Given) -> State:
 # the impact and its surroundings
 
 
+def _corners(state: State, plan: Plan, given: Given) -> State:
+    """Put a vehicle where its corners are: front left, front right, rear right, rear left."""
+    car = given.car(plan)
+    places = given.places("corners", 4, 4)
+    ahead, half = car.length / 2, car.width / 2
+    body = [(ahead, half), (ahead, -half), (-ahead, -half), (-ahead, half)]
+    body = [(u + car.middle, w) for u, w in body]
+    try:
+        pose = fitted_pose(body, places, 0.05)
+    except ValueError:
+        raise refused("corners: click four places that differ") from None
+    if pose.misfit > _MISFIT:
+        raise refused(
+            f"the corners miss {car.letter}'s outline by {pose.misfit:.2f} m: click front left, front "
+            "right, rear right, rear left, or look at its length and width"
+        )
+    at, said = given.word("at", ("impact", "rest")), f"{car.letter} placed by its corners"
+    if at == "rest":
+        key = f"{car.key}.rest"
+        changes = _place_at(plan, f"{key}.position", (pose.x, pose.y))
+        changes[f"{key}.heading"] = _new(plan, f"{key}.heading", pose.heading, ANGLE)
+        return written(state, plan, changes, said)
+    key = f"{car.key}.impact.heading"
+    changes = {key: _new(plan, key, pose.heading, ANGLE)}
+    return _stand(state, plan, car, (pose.x, pose.y), pose.heading, changes, said)
+
+
 def _line(state: State, plan: Plan, given: Given) -> State:
     """Turn the contact line to an angle from the y axis, degrees counter-clockwise."""
     angle = math.radians(given.number("angle", 360))
@@ -397,15 +448,7 @@ def _edge(state: State, plan: Plan, given: Given) -> State:
 def _outline(state: State, plan: Plan, given: Given) -> State:
     """Draw the corners of a surface."""
     name, key = _surface(given)
-    corners = given.values.get("corners")
-    if not isinstance(corners, list) or not 3 <= len(corners) <= _ITEMS:
-        raise refused(f"corners: click 3 to {_ITEMS}")
-    places = [
-        Given({"x": each[0], "y": each[1]}).place()
-        if isinstance(each, list) and len(each) == 2
-        else given.place("corners", "corners")
-        for each in corners
-    ]
+    places = given.places("corners", 3, _ITEMS)
     before = value_at(plan.document, f"{key}.outline.corners")
     if isinstance(before, list) and len(before) == len(places):
         changes = {}
@@ -449,11 +492,32 @@ def _write(state: State, plan: Plan, given: Given) -> State:
             new = value or None
         case _:
             raise refused("value: write a text")
-    changes = {key: new}
+    changes = {key if new is not None else emptied(plan.document, key): new}
     if new is not None:
+        changes |= _along_with(plan, key, new)
         for other in _IN_PLACE_OF.get(key.rpartition(".")[2], ()):
             changes[f"{key.rpartition('.')[0]}.{other}"] = None
     return written(state, plan, changes, f"{key} written" if new else f"{key} taken away")
+
+
+def _along_with(plan: Plan, key: str, new: object) -> dict[str, Any]:
+    """What follows a heading at the impact that was typed: the vehicle turns where it stands."""
+    for car in plan.cars.values():
+        if key != f"{car.key}.impact.heading" or car.heading is None or not isinstance(new, str):
+            continue
+        try:
+            by = read_quantity(new, ANGLE, "1 deg").value - car.heading
+        except QuantityError:
+            return {}
+        changes = {}
+        if car.rotation is not None:
+            at = f"{car.key}.rest.rotation"
+            turned = car.rotation - math.remainder(by, math.tau)
+            changes[at] = _new(plan, at, turned, ANGLE, whole_turns=True)
+        if car.touches and car.hit is not None:
+            changes |= _hit(plan, car, complex(*car.hit) * cmath.rect(1, -by))
+        return changes
+    return {}
 
 
 # keys of one table of which the one that was written last holds
@@ -474,7 +538,7 @@ def _spelled(plan: Plan, key: str) -> str:
 def _scale(state: State, plan: Plan, given: Given) -> State:
     """Scale the photograph so that two of its points are as far apart as was measured."""
     one, other = complex(*given.place("x1", "y1")), complex(*given.place("x2", "y2"))
-    distance = given.number("distance")
+    distance = given.length("distance")
     if state.backdrop is None or distance <= 0 or abs(other - one) < 1e-6:
         raise refused("click two points of the photograph, and write how far apart they are")
     by = distance / abs(other - one)
@@ -529,6 +593,7 @@ ACTIONS: dict[str, Action] = {
     "move_mark": _move_mark,
     "remove_mark": _remove_mark,
     "end_of_rotation": _end_of_rotation,
+    "corners": _corners,
     "line": _line,
     "course": _course,
     "barrier": _barrier,
