@@ -222,6 +222,31 @@ class Explorer:
             await self._run(_WRITING, result.save, directory, units)
         return directory / "report.html"
 
+    async def archive(self, directory: Path) -> Path:
+        """Put the result that was written into one file beside its folder.
+
+        Args:
+            directory: folder that `confirm` wrote to.
+
+        Returns:
+            Path of the archive.
+
+        Raises:
+            NotStored: there is no result in the folder.
+            OSError: the archive could not be written.
+        """
+        from retrodict.result import load_result
+        from retrodict.storage.archive import SUFFIX
+
+        path = directory.resolve().with_name(f"{directory.resolve().name}{SUFFIX}")
+
+        def work() -> Path:
+            load_result(directory).archive(path)
+            return path
+
+        async with self._busy:
+            return await self._run(_WRITING, work)
+
     def save(self, directory: Path, name: str, replace: bool = False) -> Path:
         """Write the scene as it is now.
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from retrodict.explore.board.actions import perform
-from retrodict.explore.board.journal import SUFFIX, History, Journal
+from retrodict.explore.board.journal import SUFFIX, History, InUse, Journal
 from retrodict.explore.board.needs import Need, needs_of, scene_of
 from retrodict.explore.board.plan import Plan, plan_of
 from retrodict.explore.board.state import EMPTY, State
 from retrodict.scene.errors import Problem, SceneError
-from retrodict.scene.load import toml_of
+from retrodict.scene.load import parse_scene, toml_of
 from retrodict.scene.records import Scene
+from retrodict.scene.text_edit import edited
 from retrodict.storage.files import write_whole
 
 UNTITLED = "untitled"
@@ -119,6 +121,32 @@ class Board:
         """Go on to a state that a function makes of the present one, and keep it, as `do` does."""
         return self._go(how(self.state))
 
+    def edit(self, changes: Mapping[str, object]) -> Scene:
+        """Write values at keys of the scene file, as `Scene.change` takes them, and keep it.
+
+        Args:
+            changes: new values by key.
+
+        Returns:
+            The changed scene.
+
+        Raises:
+            SceneError: the scene would be wrong or incomplete; nothing has changed.
+            OSError: it cannot be kept; nothing has changed.
+        """
+        state = self.state
+        text = edited(state.text.removeprefix("\ufeff"), changes, str(self.path))
+        scene = parse_scene(text, self.name)
+        bom = "\ufeff" if state.text.startswith("\ufeff") else ""
+        self._go(
+            replace(state, text=bom + text, said=f"{next(iter(changes), 'nothing')} by a slider")
+        )
+        return scene
+
+    def restore(self, scene: Scene) -> None:
+        """Go back to the text of a scene that was drawn here, and keep it."""
+        self._go(replace(self.state, text=scene.text, said="all sliders back"))
+
     def undo(self) -> bool:
         """Take the last step back; returns whether there was one."""
         if not self._history.past:
@@ -172,15 +200,25 @@ class Board:
     def _go(self, state: State) -> bool:
         if state == self.state:
             return False
+        if self._journal and not self._begun:
+            self._begin(self._journal)
         if self._journal:
-            if not self._begun:
-                self._journal.begin(self.state)
-                if self._saved is not None:
-                    self._journal.saved(self._saved.encode())
-                self._begun = True
             self._journal.step(self.state, state)
         self._history.add(state)
         return True
+
+    def _begin(self, journal: Journal) -> None:
+        """Begin the journal; a folder that nobody may write to has none."""
+        try:
+            journal.begin(self.state)
+            if self._saved is not None:
+                journal.saved(self._saved.encode())
+            self._begun = True
+        except InUse:
+            raise
+        except OSError as error:
+            self._journal = None
+            self.note = f"No journal is kept here, so save the scene under another name: {error}"
 
 
 def named(folder: Path, name: str, over: bool = False) -> Path:
@@ -235,6 +273,4 @@ def _text_of(path: Path) -> str:
 
 
 def _digest(text: str) -> str:
-    import hashlib
-
     return hashlib.sha256(text.encode()).hexdigest()

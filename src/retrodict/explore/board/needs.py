@@ -46,10 +46,11 @@ def needs_of(state: State) -> tuple[Need, ...]:
     found = [*_missing(plan)]
     problems = [each for each in faults(state.text) if not is_missing(each)]
     found += [
-        Need(f"{each.key}: {each.fix}", _thing(each.key), each.key, wrong=True) for each in problems
+        Need(f"{each.key}: {each.fix}", thing_of(each.key), each.key, wrong=True)
+        for each in problems
     ]
     if not found and (left := faults(state.text)):
-        found += [Need(f"{each.key}: {each.fix}", _thing(each.key), each.key) for each in left]
+        found += [Need(f"{each.key}: {each.fix}", thing_of(each.key), each.key) for each in left]
     return tuple(found)
 
 
@@ -138,7 +139,12 @@ def _of_vehicle(plan: Plan, v: str) -> Iterator[Need]:
         yield Need(f"{v} at the impact: place it on the board", v, f"vehicles.{v}.impact")
 
 
-def _thing(key: str) -> str:
+def thing_of(key: str) -> str:
+    """What a line or a key is about: "A", "B", "impact", "ground" or "scene".
+
+    Args:
+        key: key of the scene file, or a line that begins with one.
+    """
     first, _, rest = key.partition(".")
     if first == "vehicles" and rest[:1].upper() in ("A", "B"):
         return rest[:1].upper()
