@@ -113,6 +113,30 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     return Import(tuple(taken), tuple(left), scene, new)
 
 
+def placed_points(file: str | Path, map_file: str | Path) -> tuple[tuple[str, float, float], ...]:
+    """Every point of a file in the scene's frame, as a map says.
+
+    Args:
+        file: survey points as CSV, or a drawing as DXF.
+        map_file: map (TOML) that says how to read the file; see docs/import.md.
+
+    Returns:
+        Name, x and y (m) of each point that can be used; none of a recorder's table.
+
+    Raises:
+        SceneError: the file or the map cannot be used.
+    """
+    refuse_vendor(file)
+    entry = load_map(map_file)
+    if entry.recorder is not None:
+        return ()
+    taking = _Taking(read_source(file), str(map_file), entry, {}, "")
+    taking.read()
+    return tuple(
+        (point.name, *taking.frame.position(point)) for point in taking.points if not point.fault
+    )
+
+
 def _finished(
     document: dict[str, Any],
     changed: dict[str, Any],
@@ -149,14 +173,19 @@ class _Taking:
     into: str
     used: set[Point] = field(default_factory=set)
 
-    def all(self) -> tuple[list[Taken], list[str]]:
-        """Everything taken, and lines on what is left."""
+    def read(self) -> list[str]:
+        """Read the points and their frame; returns lines on what is left of the file."""
         table = next(name for name in POINTS if getattr(self.map, name) is not None)
         entry: FrameEntry = getattr(self.map, table)
         points, left = POINTS[table](self.file, entry)
         self.points, self.by_name = points, named(points)
         self.precision = entry.precision.value
         self.frame = self._frame(entry)
+        return left
+
+    def all(self) -> tuple[list[Taken], list[str]]:
+        """Everything taken, and lines on what is left."""
+        left = self.read()
         others = [*self._impact_point(), *self._marks(), *self._edges(), *self._outlines()]
         taken = [*others, *self._rests(others)]
         for point in points:

@@ -19,6 +19,7 @@ from retrodict.explore.board.backdrop import LARGEST, by_world_file, kept
 from retrodict.explore.board.board import Board
 from retrodict.explore.board.contact import proposed
 from retrodict.explore.board.drawing import drawing
+from retrodict.explore.board.evidence import taken
 from retrodict.explore.board.needs import thing_of
 from retrodict.explore.board.plan import WHEELS, Car, Plan
 from retrodict.explore.board.rows import Row
@@ -73,6 +74,7 @@ class BoardPage:
         self._count = 0
         self._rows: list[TypedRow] = []
         self._points = board.state.points
+        self._files: dict[bool, tuple[str, bytes]] = {}  # a map, and a file that it is for
         self._classes: dict[str, ui.select] = {}
         self._kinds: dict[str, ui.select] = {}
         self._surfaces: tuple[str, ...] | None = None
@@ -189,6 +191,13 @@ class BoardPage:
         why = self._try(self.board.save)
         self._kept.set_text(why or f"Saved: {self.board.path}")
 
+    def _copied(self) -> None:
+        try:
+            path = self.board.save_as(str(self._name.value or ""), bool(self._replace.value))
+            self._kept.set_text(f"Saved: {path}")
+        except (SceneError, OSError) as error:
+            self._kept.set_text(str(error))
+
     def _use(self, units: Units) -> None:
         self.units = units
         self.sheet.run_method("measure", units)
@@ -262,7 +271,7 @@ class BoardPage:
     # parts of the page
 
     def _panels(self) -> None:
-        names = ("A", "B", "Impact", "Ground", "Photograph", "Scene")
+        names = ("A", "B", "Impact", "Ground", "Photograph", "Evidence", "Scene")
         with ui.tabs().props("dense no-caps align=left") as self._tabs:
             for name in names:
                 ui.tab(name)
@@ -278,8 +287,14 @@ class BoardPage:
                 self._ground()
             with ui.tab_panel("Photograph"):
                 self._photo()
+            with ui.tab_panel("Evidence"):
+                self._evidence()
             with ui.tab_panel("Scene"):
                 self._typed(rows.SCENE, "")
+                with ui.row().classes("save"):
+                    self._name = ui.input("save a copy as").props("dense outlined")
+                    self._replace = ui.checkbox("replace it")
+                    ui.button("Save a copy", on_click=self._copied).props("no-caps outline")
 
     def _typed(self, several: Sequence[Row], name: str) -> None:
         for row in several:
@@ -402,6 +417,26 @@ class BoardPage:
         ui.button("Take the photograph away", on_click=lambda: self._do("no_backdrop", {})).props(
             "flat dense no-caps"
         )
+
+    def _evidence(self) -> None:
+        ui.label(
+            "Survey points (CSV), a plan (DXF) or a recorder's table (CSV), and the map (TOML) that "
+            "says how to read it. Points are shown, and clicks near one take it."
+        ).classes("small")
+        ui.upload(
+            label="file and map", multiple=True, auto_upload=True, on_upload=self._brought
+        ).props("flat bordered accept=.csv,.dxf,.toml").classes("wide")
+
+    async def _brought(self, event: events.UploadEventArguments) -> None:
+        name = event.file.name
+        self._files[name.lower().endswith(".toml")] = (name, await event.file.read())
+        if len(self._files) < 2:
+            self._kept.set_text(f"{name}: now its {'file' if True in self._files else 'map'}")
+            return
+        file, of_map = self._files.pop(False), self._files.pop(True)
+        why = self._try(lambda: self.board.change(lambda state: taken(state, *file, *of_map)))
+        self._kept.set_text(why or f"Taken from {file[0]}")
+        self.sheet.run_method("fit")
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         content, name = await event.file.read(), event.file.name
