@@ -113,6 +113,7 @@ class Explorer:
         self.answer: Answer | None = None
         self.of_file: Answer | None = None  # the answer for the original scene, by the same model
         self.fault = ""
+        self.result: Saved | None = None  # the newest that was confirmed
         self._open = open_session
         self._session: Session | None = None
         self._model = ""  # the model of the session
@@ -218,7 +219,7 @@ class Explorer:
             if self._session is None or self._model != self.model or self.answer is None:
                 raise RuntimeError(self.fault or "there is no answer to confirm")
             confirm = partial(self._session.confirm, progress=self._record)
-            result = await self._run(_PREPARING, confirm)
+            result = self.result = await self._run(_PREPARING, confirm)
             await self._run(_WRITING, result.save, directory, units)
         return directory / "report.html"
 

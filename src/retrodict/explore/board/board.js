@@ -221,6 +221,7 @@ export default {
           element("circle", { cx: d.point[0] + r * n[0], cy: d.point[1] + r * n[1], r, class: "barrier" }, this.world);
         }
       }
+      for (const each of d.paths || []) this.path(each.points, { class: `way ${each.letter}` });
       for (const car of d.cars) {
         for (const at of ["rest", "impact"]) {
           const pose = this.now(car, at);

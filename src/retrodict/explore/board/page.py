@@ -35,6 +35,7 @@ from retrodict.scene.units import LENGTH, QuantityError, read_quantity
 from retrodict.scene.vehicle_library import vehicles
 
 _BEAT = 0.25  # s between looks at how far the work is
+_PATHS = 21  # motions that are drawn
 _PACKAGE = "retrodict.explore.board"
 _UNITS = {"si": "metres, m/s", "us": "feet, mph"}
 _LOOK = "dense outlined options-dense"
@@ -73,6 +74,8 @@ class BoardPage:
         self._begun = False
         self._count = 0
         self._rows: list[TypedRow] = []
+        self._paths: list[dict[str, Any]] = []  # of the result that was confirmed last
+        self._confirmed: State | None = None
         self._points = board.state.points
         self._files: dict[bool, tuple[str, bytes]] = {}  # a map, and a file that it is for
         self._classes: dict[str, ui.select] = {}
@@ -231,6 +234,7 @@ class BoardPage:
         plan, scene, needs = board.plan, board.scene, board.needs
         drawn = self._drawn()
         warned = [] if scene is None else list(plausibility_warnings(scene))
+        drawn["paths"] = self._paths if state == self._confirmed else []
         drawn["warnings"] = [{"thing": thing_of(line), "words": line} for line in warned]
         self.sheet.run_method("show", drawn)
         self._note.set_text(board.note)
@@ -301,7 +305,9 @@ class BoardPage:
             self._rows.append(TypedRow(row, row.of(name), self._write))
 
     def _write(self, key: str, text: str) -> str:
-        return self._do("write", {"key": key, "value": text})
+        several = [each.strip() for each in text.split(",") if each.strip()]
+        value = several if key in rows.LISTS else text
+        return self._do("write", {"key": key, "value": value})
 
     def _vehicle(self, letter: str) -> None:
         kinds = [_OWN, *vehicles()]
@@ -492,11 +498,14 @@ class BoardPage:
             self._written = ui.html("", sanitize=False).classes("small")
 
     async def _confirmed(self) -> None:
+        asked = self.board.state
         self._confirm.disable()
         self._written.set_content("")
         try:
             path = await self.explorer.confirm(self.setting.out, self.units)
             said = template("written.html.j2").render(path=str(path), why="")
+            self._paths, self._confirmed = _paths(self.explorer.result), asked
+            self._refresh()
             self._archive.set_enabled(True)
         except Exception as error:  # any is shown beside the button
             said = template("written.html.j2").render(path="", why=str(error))
@@ -568,6 +577,23 @@ def _coordinate(letter: str, at: str, axis: str, plan: Plan) -> str:
         pair = value_at(plan.document, f"{car.key}.rest.position")
         return rows.said(plan, f"{car.key}.rest.position[{i}]") if isinstance(pair, list) else ""
     return "" if car.at is None else f"{car.at[i]:.3f} m"
+
+
+def _paths(result: object) -> list[dict[str, Any]]:
+    """Paths of the vehicles in some draws of a result, to be drawn; none where none is recorded."""
+    outcome = getattr(result, "outcome", None)
+    if outcome is None:
+        return []
+    from retrodict.findings.run_outs import motions
+
+    return [
+        {
+            "letter": v.upper(),
+            "points": motion.pose[v][:: max(1, len(motion.pose[v]) // 60), :2].tolist(),
+        }
+        for motion in motions(outcome, _PATHS)
+        for v in outcome.scene.vehicles
+    ]
 
 
 def _placed_by(content: bytes, state: State) -> State:

@@ -116,7 +116,11 @@ SLOPE = (
     Row("slope.grade", "grade of the road", "4 ± 0.5 %", "", "level"),
     Row("slope.uphill", "direction uphill", "90 deg", "uphill"),
 )
-SCENE = (Row("title", "title", "Two cars on a bend"),)
+SCENE = (
+    Row("title", "title", "Two cars on a bend"),
+    Row("questions.exceeds", "was it faster than", "speed_a > 35 mph", "", "not asked"),
+)
+LISTS = ("questions.exceeds",)  # keys of lists of texts
 
 
 def said(plan: Plan, key: str) -> str:
@@ -130,6 +134,8 @@ def said(plan: Plan, key: str) -> str:
     if isinstance(raw, dict) and "value" in raw:
         spread = f" ± {raw['sd']}" if "sd" in raw else ""
         return f"{raw['value']}{spread} {raw.get('unit', '')}".rstrip()
+    if key in LISTS and isinstance(raw, list):
+        return ", ".join(map(str, raw))
     return "" if raw is None or isinstance(raw, dict | list) else str(raw)
 
 
