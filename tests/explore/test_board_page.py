@@ -92,15 +92,15 @@ def test_the_papers_collision_is_drawn_from_nothing(browser: Browser, tmp_path: 
         user.click(0, 0)
         expect(user.page.locator(".knob.impact")).to_have_count(1)
         # the fine adjustment is typed, as from a survey's list
+        user.tab("Impact")
+        user.write("impact.point[0]", "0 ± 0.1 m")
+        user.write("impact.point[1]", "0 ± 0.1 m")
+        user.write("impact.contact_line", "-8.9 ± 3 deg")
         for letter in "AB":
             user.tab(letter)
             x, y = theirs.at_impact(letter.lower())
             user.write(f"{letter}.impact.x", f"{x:.3f} m")
             user.write(f"{letter}.impact.y", f"{y:.3f} m")
-        user.tab("Impact")
-        user.write("impact.point[0]", "0 ± 0.1 m")
-        user.write("impact.point[1]", "0 ± 0.1 m")
-        user.write("impact.contact_line", "-8.9 ± 3 deg")
         for letter, (x, y), keys in (
             ("A", (-3.628, 2.221), ["Shift+Q"] * 2 + ["q"] * 8),
             ("B", (8.968, -12.896), []),
@@ -202,9 +202,9 @@ def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_pat
     with served(path) as (address, _):
         user = opened(browser, address)
         user.tab("Evidence")
-        files = user.page.get_by_role("tabpanel", name="Evidence").locator("input[type=file]")
-        files.set_input_files([survey, of_map])
+        user.page.locator("input[type=file]").last.set_input_files([survey, of_map])
         expect(user.page.locator(".survey")).to_have_count(1)
+        expect(user.page.get_by_text("Taken from survey.csv")).to_be_visible()
         user.tab("Impact")
         user.choose("A struck", "a wall")
         user.press("0")
@@ -220,6 +220,7 @@ def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_pat
             user.write(f"vehicles.A.{key}", text)
         user.use("point")
         user.click(0.03, -0.02)  # it snaps to the gouge
+        user.tab("A")
         user.write("A.impact.x", f"{x:.3f} m")
         user.write("A.impact.y", f"{y:.3f} m")
         user.use("line")
@@ -227,6 +228,7 @@ def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_pat
         user.click(5.97, 0.02)
         user.use("put:A:rest")
         user.click(3.72, 1.41)
+        expect(user.page.locator("g.car.A.rest")).to_have_count(1)
         user.write("vehicles.A.rest.heading", "-1 deg")
         user.write("vehicles.A.departure.delta_v", "43 ± 3 km/h")
         user.tab("Impact")
@@ -304,7 +306,7 @@ def test_a_bad_quantity_is_refused_beside_it(browser: Browser, tmp_path: Path) -
         fault = user.page.locator('[data-key="vehicles.A.mass"] .fault')
         expect(fault).to_contain_text("write it like")
         user.use("point")
-        user.click(8, 8)
+        user.click(8, 2)
         expect(user.page.locator(".hint")).to_contain_text("which touches it")
         assert not user.complaints
         user.page.close()

@@ -221,7 +221,7 @@ class BoardPage:
             return
         self._begun = True
         self.explorer.show_in(self)
-        self.explorer.follow(self.board.scene)
+        self._refresh()
 
     # showing
 
@@ -236,7 +236,8 @@ class BoardPage:
         warned = [] if scene is None else list(plausibility_warnings(scene))
         drawn["paths"] = self._paths if state == self._confirmed else []
         drawn["warnings"] = [{"thing": thing_of(line), "words": line} for line in warned]
-        self.sheet.run_method("show", drawn)
+        if self._begun:  # before, it has the first drawing
+            self.sheet.run_method("show", drawn)
         self._note.set_text(board.note)
         if state.points != self._points:
             self._points = state.points
