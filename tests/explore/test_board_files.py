@@ -17,7 +17,7 @@ from retrodict.explore.board.evidence import taken
 from retrodict.explore.board.plan import plan_of
 from retrodict.explore.board.state import EMPTY, Backdrop, State, state_from
 from retrodict.scene.errors import SceneError
-from tests.explore.test_board_page import png
+from tests.explore.photographs import png
 
 IMPORT = Path(__file__).parents[2] / "examples" / "import"
 JPEG = (
@@ -124,5 +124,5 @@ def test_a_map_that_takes_nothing_shows_the_points() -> None:
     of_map += b'columns = { id = "id", x = "x", y = "y" }\n'
     after = taken(State(EMPTY), "p.csv", b"id,x,y\na,1,2\nb,3,4\n", "m.toml", of_map)
     assert after == replace(State(EMPTY), points=(("a", 1.0, 2.0), ("b", 3.0, 4.0)), said="p.csv")
-    with pytest.raises(SceneError, match="p.csv|m.toml"):
+    with pytest.raises(SceneError, match=r"p\.csv"):
         taken(State(EMPTY), "p.csv", b"\xff", "m.toml", of_map)

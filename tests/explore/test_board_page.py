@@ -5,8 +5,6 @@ from __future__ import annotations
 import http.client
 import math
 import signal
-import struct
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -18,6 +16,7 @@ from retrodict.explore.board.board import Board
 from retrodict.scene import Scene, load_scene
 from tests.explore.drawing_user import User, served
 from tests.explore.made_up import BRACH
+from tests.explore.photographs import png
 from tests.explore.test_page import BROWSER
 
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="no browser is installed")
@@ -35,21 +34,6 @@ def browser() -> Iterator[Browser]:
 
 def opened(browser: Browser, address: str, size: tuple[int, int] = (1440, 900)) -> User:
     return User(browser.new_page(viewport={"width": size[0], "height": size[1]}), address)
-
-
-def png(width: int, height: int, shade: int = 160) -> bytes:
-    """A photograph of one shade of grey, with a white line along its middle."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        body = kind + data
-        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
-
-    rows = b"".join(
-        b"\0" + bytes([255 if abs(y - height // 2) < 3 else shade]) * width for y in range(height)
-    )
-    head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
-    parts = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + parts
 
 
 def same_scene(ours: Scene, theirs: Scene) -> None:
