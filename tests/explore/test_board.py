@@ -207,7 +207,7 @@ def test_a_quantity_keeps_its_unit_and_its_uncertainty(tmp_path: Path) -> None:
         ("write", {"key": "vehicles.A.mass.x", "value": "1 kg"}),
         ("write", {"key": "a..b", "value": "1"}),
         ("write", {"key": "title", "value": "\ud800"}),
-        ("write", {"key": "schema", "value": ""}),
+        ("write", {"key": "foo.bar", "value": "1"}),
         ("edge", {"name": "Über", "kind": "gravel", "x": 0, "y": 0, "angle": 0, "side": "left"}),
         ("outline", {"name": "x", "kind": "gravel", "corners": [[0, 0], [1, 1], [2, 2]]}),
         ("move_mark", {"vehicle": "A", "number": 3, "x": 0, "y": 0}),
@@ -440,10 +440,10 @@ class Drawing(RuleBasedStateMachine):
         self.first = self.board.state
         self.steps = 0
 
-    def do(self, name: str, **values: object) -> None:
+    def do(self, action: str, **values: object) -> None:
         before = self.board.state
         try:
-            if self.board.do(name, json.loads(json.dumps(values))):
+            if self.board.do(action, json.loads(json.dumps(values))):
                 self.steps += 1
         except SceneError:
             assert self.board.state is before

@@ -188,7 +188,7 @@ class _Taking:
         left = self.read()
         others = [*self._impact_point(), *self._marks(), *self._edges(), *self._outlines()]
         taken = [*others, *self._rests(others)]
-        for point in points:
+        for point in self.points:
             if point not in self.used:
                 of = f" ({shown(point.group)})" if point.group not in ("", point.name) else ""
                 why = point.fault or "not in the map"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -20,6 +21,7 @@ from retrodict.scene.units import ANGLE, LENGTH, QuantityError, read_quantity
 _FARTHEST = 1000.0  # m: of a coordinate, as the schema has it
 _LINE_SD = math.radians(5)  # of a contact line that was turned by its handle
 _WORDS = 2000  # characters of what is typed
+_KEY = re.compile(r"[A-Za-z0-9_]+(\[[0-9]{1,3}\])?(\.[A-Za-z0-9_]+(\[[0-9]{1,3}\])?){0,6}")
 _NEXT_WHEEL = {"locked": "rolling", "rolling": "damaged", "damaged": "locked"}
 _ITEMS = 100  # of a list
 _MISFIT = 0.5  # m: of four corners, beyond which they are those of another vehicle
@@ -147,7 +149,7 @@ def written(
         wrong = [
             each
             for each in faults(text)
-            if not is_missing(each) and each not in before and _concerns(each.key, new)
+            if not is_missing(each) and each not in before and _concerns(each.key, new | whole)
         ]
         if wrong:
             raise SceneError(FILE, wrong)
@@ -482,6 +484,8 @@ def _of_kind(plan: Plan, given: Given, key: str) -> dict[str, Any]:
 def _write(state: State, plan: Plan, given: Given) -> State:
     """Write what is known at a key, as it was typed; an empty text takes the key away."""
     key = _spelled(plan, given.text("key"))
+    if not _KEY.fullmatch(key):
+        raise refused(f"{shown(key)}: not a key of a scene file")
     value = given.values.get("value")
     match value:
         case str() if len(value) <= _WORDS:
