@@ -452,6 +452,16 @@ class Drawing(RuleBasedStateMachine):
     def place(self, vehicle: str, at: str, x: object, y: object) -> None:
         self.do("place", vehicle=vehicle, at=at, x=x, y=y)
 
+    @rule(
+        thing=st.sampled_from(["car", "point", "mark", "x"]),
+        vehicle=_letter,
+        at=_at,
+        dx=st.sampled_from([0.1, -1, 0.0]),
+        along=st.booleans(),
+    )
+    def nudge(self, thing: str, vehicle: str, at: str, dx: float, along: bool) -> None:
+        self.do("nudge", thing=thing, vehicle=vehicle, at=at, dx=dx, dy=0.01, along=along, number=0)
+
     @rule(vehicle=_letter, at=_at, by=_angle)
     def turn(self, vehicle: str, at: str, by: float) -> None:
         self.do("turn", vehicle=vehicle, at=at, by=by)

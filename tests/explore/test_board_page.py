@@ -90,7 +90,7 @@ def test_the_papers_collision_is_drawn_from_nothing(browser: Browser, tmp_path: 
             ("B", (8.968, -12.896), []),
         ):
             user.press("0")
-            user.press("-", "-", "-")
+            user.press("-", "-", "-", "-", "-")
             user.use(f"put:{letter}:rest")
             user.click(x, y)
             expect(user.page.locator(f"g.car.{letter}.rest")).to_have_count(1)
@@ -127,6 +127,7 @@ def test_a_crash_is_drawn_on_a_photograph(browser: Browser, tmp_path: Path) -> N
         image = user.page.locator("img.ground")
         expect(image).to_be_visible()
         expect(user.page.get_by_text("a guess, set the scale")).to_be_visible()
+        user.page.wait_for_timeout(500)  # until everything is in view
         # two points that are 20 m apart on the ground are 400 pixels apart
         user.use("scale")
         metres = 60 / 800  # the guess

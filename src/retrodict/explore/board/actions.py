@@ -301,6 +301,29 @@ def _point(state: State, plan: Plan, given: Given) -> State:
     return written(state, plan, changes, "the impact point", loose=loose)
 
 
+def _nudge(state: State, plan: Plan, given: Given) -> State:
+    """Move a thing by a step: a vehicle, the impact point, or a mark."""
+    by = given.place("dx", "dy")
+    thing = given.word("thing", ("car", "point", "mark"))
+    if thing == "point":
+        if plan.point is None:
+            raise refused("there is no impact point yet: click it first")
+        x, y = plan.point
+        moved = {"x": x + by[0], "y": y + by[1], "along": bool(given.values.get("along"))}
+        return _point(state, plan, Given(moved))
+    car = given.car(plan)
+    if thing == "mark":
+        number = _numbered(car, given)
+        x, y = next(each[1:3] for each in car.marks if each[0] == number)
+    else:
+        at = car.rest if given.word("at", ("impact", "rest")) == "rest" else car.at
+        if at is None:
+            raise refused(f"{car.letter} is not placed there yet: place it first")
+        x, y = at
+    moved = dict(given.values) | {"x": x + by[0], "y": y + by[1]}
+    return (_move_mark if thing == "mark" else _place)(state, plan, Given(moved))
+
+
 def _wheel(state: State, plan: Plan, given: Given) -> State:
     """Go on from locked to rolling to damaged, of one wheel after the impact."""
     car, wheel = given.car(plan), given.word("wheel", WHEELS)
@@ -589,6 +612,7 @@ def wrapped(angle: float) -> float:
 
 ACTIONS: dict[str, Action] = {
     "place": _place,
+    "nudge": _nudge,
     "turn": _turn,
     "struck": _struck,
     "point": _point,

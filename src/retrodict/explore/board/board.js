@@ -630,14 +630,9 @@ export default {
       if (arrow && this.tool !== "select") {
         this.cursor = plus(this.cursor || this.m(this.w / 2, this.h / 2), [arrow[0] * fine * 5, arrow[1] * fine * 5]);
         this.view();
-      } else if (arrow && s && s.kind === "car") {
-        const pose = this.poseOf(s);
-        this.act("place", { vehicle: s.letter, at: s.at, x: pose.at[0] + fine * arrow[0], y: pose.at[1] + fine * arrow[1] });
-      } else if (arrow && s && s.kind === "point") {
-        this.act("point", { x: this.d.point[0] + fine * arrow[0], y: this.d.point[1] + fine * arrow[1], along: event.shiftKey });
-      } else if (arrow && s && s.kind === "mark") {
-        const car = this.d.cars.find((each) => each.letter === s.letter), mark = car.marks.find((each) => each[0] === s.number);
-        this.act("move_mark", { vehicle: s.letter, number: s.number, x: mark[1] + fine * arrow[0], y: mark[2] + fine * arrow[1] });
+      } else if (arrow && s && ["car", "point", "mark"].includes(s.kind)) {
+        // by steps, so that none is lost while the server answers
+        this.act("nudge", { thing: s.kind, vehicle: s.letter, at: s.at, number: s.number, dx: fine * arrow[0], dy: fine * arrow[1] });
       } else if (arrow) {
         this.pan(-40 * arrow[0], 40 * arrow[1]);
       } else if (/^[qe]$/i.test(key)) {

@@ -543,7 +543,8 @@ class TypedRow:
         self.row, self.key = row, key
         self._write, self._shown = write, shown
         self._said = ""
-        with ui.element("div").classes("typed").props(f"data-key={key}"):
+        with ui.element("div").classes("typed") as place:
+            place.props["data-key"] = key  # it may have brackets
             ui.label(row.label).classes("label")
             self._text = ui.input(placeholder=row.example).props("dense outlined")
             self._text.props["aria-label"] = row.label
