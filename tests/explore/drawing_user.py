@@ -16,16 +16,23 @@ from tests.explore.test_page import PATIENCE
 
 
 @contextmanager
-def served(scene: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """The address of a served board, and its server, which is killed at the end."""
+def served(
+    scene: Path, *command: str, folder: Path | None = None
+) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """The address of a served board, and its server, which is killed at the end.
+
+    Args:
+        scene: scene file that is drawn on.
+        command: arguments of Python that serve it; none for a board with a made-up session.
+        folder: folder that the command runs in.
+    """
+    made_up = ("-m", "tests.explore.made_up_board", str(scene))
     with subprocess.Popen(
-        [sys.executable, "-m", "tests.explore.made_up_board", str(scene)],
-        stdout=subprocess.PIPE,
-        text=True,
+        [sys.executable, *(command or made_up)], stdout=subprocess.PIPE, text=True, cwd=folder
     ) as server:
         assert server.stdout
         try:
-            yield server.stdout.readline().strip(), server
+            yield server.stdout.readline().split()[0], server
         finally:
             server.send_signal(signal.SIGKILL)
             server.wait(60)

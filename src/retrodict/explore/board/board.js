@@ -632,7 +632,7 @@ export default {
         this.view();
       } else if (arrow && s && ["car", "point", "mark"].includes(s.kind)) {
         // by steps, so that none is lost while the server answers
-        this.act("nudge", { thing: s.kind, vehicle: s.letter, at: s.at, number: s.number, dx: fine * arrow[0], dy: fine * arrow[1] });
+        this.act("nudge", { thing: s.kind, vehicle: s.letter, at: s.at, number: s.number, dx: fine * arrow[0], dy: fine * arrow[1], along: event.shiftKey });
       } else if (arrow) {
         this.pan(-40 * arrow[0], 40 * arrow[1]);
       } else if (/^[qe]$/i.test(key)) {

@@ -80,7 +80,7 @@ class BoardPage:
         self._files: dict[bool, tuple[str, bytes]] = {}  # a map, and a file that it is for
         self._classes: dict[str, ui.select] = {}
         self._kinds: dict[str, ui.select] = {}
-        self._surfaces: tuple[str, ...] | None = None
+        self._surfaces: dict[str, bool] = {}  # whether each that has rows has an edge
 
     def build(self) -> None:
         """Make the page's elements, and begin to show."""
@@ -387,9 +387,11 @@ class BoardPage:
     def _show_surfaces(self, plan: Plan) -> None:
         """Rows for every surface, made anew where there are others."""
         known = plan.document.get("surfaces")
-        names = tuple(known) if isinstance(known, dict) else ()
-        names = names if any("edge" not in each for each in _tables(known)) else (*names, "road")
-        names = tuple(dict.fromkeys(names)) or ("road",)
+        tables = known if isinstance(known, dict) else {}
+        tables = {name: each for name, each in tables.items() if isinstance(each, dict)}
+        names = {name: "edge" in each for name, each in tables.items()}
+        if all("edge" in each or "outline" in each for each in tables.values()):
+            names["road"] = False  # everywhere else
         if names == self._surfaces:
             return
         self._surfaces = names
@@ -404,6 +406,8 @@ class BoardPage:
                     on_change=lambda e, name=name: self._surface(name, e.value),
                 ).props(_LOOK).classes("wide")  # fmt: skip
                 self._typed(rows.GROUND, name)
+                if names[name]:
+                    self._typed(rows.EDGE, name)
 
     def _surface(self, name: str, kind: str) -> None:
         key = f"surfaces.{name}.kind"
@@ -603,10 +607,3 @@ def _placed_by(content: bytes, state: State) -> State:
         raise refused("the photograph comes before its world file")
     placed = by_world_file(state.backdrop, content[:1000].decode("ascii", "replace"))
     return replace(state, backdrop=placed, said="the photograph placed by its world file")
-
-
-def _tables(surfaces: object) -> list[dict[str, Any]]:
-    """Tables of surfaces whose end is not an outline."""
-    if not isinstance(surfaces, dict):
-        return []
-    return [each for each in surfaces.values() if isinstance(each, dict) and "outline" not in each]

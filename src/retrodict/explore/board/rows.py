@@ -37,7 +37,28 @@ class Row:
 VEHICLE = (
     Row("vehicles.{}.name", "name", "sedan"),
     Row("vehicles.{}.mass", "mass", "1500 kg, or 3307 lb", "mass"),
+    Row(
+        "vehicles.{}.yaw_inertia",
+        "yaw inertia",
+        "3374 kg m^2",
+        "yaw_inertia",
+        "estimated from mass and wheelbase",
+    ),
     Row("vehicles.{}.wheelbase", "wheelbase", "2.70 m, or 106.3 in"),
+    Row(
+        "vehicles.{}.cg_to_front_axle",
+        "centre of gravity to front axle",
+        "1.35 m",
+        "",
+        "by the wheelbase",
+    ),
+    Row(
+        "vehicles.{}.cg_to_rear_axle",
+        "centre of gravity to rear axle",
+        "1.50 m",
+        "",
+        "by the wheelbase",
+    ),
     Row("vehicles.{}.track", "track", "1.52 m"),
     Row("vehicles.{}.length", "length", "4.60 m, or 15' 1\"", "", "for drawing"),
     Row("vehicles.{}.width", "width", "1.80 m", "", "for drawing"),
@@ -111,6 +132,13 @@ IMPACT = (
 )
 GROUND = (
     Row("surfaces.{}.friction", "friction by skid tests", "0.72 ± 0.03", "", "that of its kind"),
+)
+EDGE = (
+    Row("surfaces.{}.edge.point[0]", "point on its edge, x", "0 m"),
+    Row("surfaces.{}.edge.point[1]", "point on its edge, y", "1.75 m"),
+    Row("surfaces.{}.edge.direction", "direction of its edge", "0 deg"),
+    Row("surfaces.{}.edge.side", "side on which it lies", "left, or right"),
+    Row("surfaces.{}.edge.uncertainty", "uncertainty of the edge", "0.1 m", "", "exact"),
 )
 SLOPE = (
     Row("slope.grade", "grade of the road", "4 ± 0.5 %", "", "level"),
