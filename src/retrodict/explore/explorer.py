@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from retrodict.explore.board.board import named
+from retrodict.explore.naming import named
 from retrodict.progress import Progress, Tracker
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene

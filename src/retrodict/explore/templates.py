@@ -1,4 +1,4 @@
-"""Templates and style sheets of the pages."""
+"""Templates and styles of the pages."""
 
 from __future__ import annotations
 

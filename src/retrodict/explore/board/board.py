@@ -13,6 +13,7 @@ from retrodict.explore.board.journal import SUFFIX, History, InUse, Journal
 from retrodict.explore.board.needs import Need, needs_of, scene_of
 from retrodict.explore.board.plan import Plan, plan_of
 from retrodict.explore.board.state import EMPTY, State
+from retrodict.explore.naming import named
 from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.load import parse_scene, toml_of
 from retrodict.scene.records import Scene
@@ -219,27 +220,6 @@ class Board:
         except OSError as error:
             self._journal = None
             self.note = f"No journal is kept here, so save the scene under another name: {error}"
-
-
-def named(folder: Path, name: str, over: bool = False) -> Path:
-    """The path of a scene file by the name that somebody typed.
-
-    Args:
-        folder: folder of the file.
-        name: name of the file, without a folder.
-        over: whether there may be such a file.
-
-    Raises:
-        SceneError: the name is no file name, or is taken.
-    """
-    plain = name.strip()
-    if not plain.strip(".") or Path(plain).name != plain or "\\" in plain:
-        raise SceneError(name, [Problem("", "", "write the name of a file, without a folder")])
-    path = folder / (plain if plain.endswith(".toml") else f"{plain}.toml")
-    if path.exists() and not over:
-        fix = 'there is such a file; choose another name, or tick "replace it"'
-        raise SceneError(path.name, [Problem("", "", fix)])
-    return path
 
 
 def untitled(folder: Path) -> Path:
