@@ -344,7 +344,9 @@ for i in range(100000):
 """
 
 
-@pytest.mark.parametrize("moment", [0, 3, 17, 40])
+@pytest.mark.parametrize(
+    "moment", [0, 3, 17, 40, *(pytest.param(n, marks=pytest.mark.slow) for n in range(50, 210, 10))]
+)
 def test_a_killed_board_has_every_step_that_was_shown(tmp_path: Path, moment: int) -> None:
     path = tmp_path / "new.toml"
     with subprocess.Popen(

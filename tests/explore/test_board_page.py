@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import math
+import random
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -334,6 +335,85 @@ def test_a_bad_quantity_is_refused_beside_it(browser: Browser, tmp_path: Path) -
         assert not user.complaints
         user.page.close()
     assert not list(tmp_path.glob("*.jsonl"))
+
+
+@pytest.mark.slow  # some thousand clicks and keys
+@pytest.mark.parametrize("seed", range(5))
+def test_random_use_complains_of_nothing_and_is_undone(
+    browser: Browser, tmp_path: Path, seed: int
+) -> None:
+    chance, path = random.Random(seed), tmp_path / "scene.toml"
+    if seed % 2:
+        path.write_bytes(BRACH.read_bytes())
+    first = Board(path).state.text
+    keys = [*"qeQEwvpmndl.,0+-", "ArrowLeft", "Shift+ArrowUp", "Delete", "Enter", "Escape"]
+    keys += ["Control+z", "Control+y", "Alt+q"]
+    with served(path) as (address, _):
+        user = opened(browser, address)
+        tools = [each.get_attribute("data-tool") for each in user.page.locator("[data-tool]").all()]
+        for _ in range(150):
+            match chance.randrange(4):
+                case 0:
+                    user.use(chance.choice([tool for tool in tools if tool]))
+                case 1:
+                    user.click(chance.uniform(-4, 4), chance.uniform(-3, 3))
+                case 2:
+                    start = chance.uniform(-4, 4), chance.uniform(-3, 3)
+                    user.drag(start, (start[0] + chance.uniform(-2, 2), chance.uniform(-3, 3)))
+                case 3:
+                    user.press(chance.choice(keys))
+            if user.page.locator(".ask").is_visible():
+                user.page.locator(".ask input").press("Escape")
+        user.press("Escape", "Escape")
+        undo = user.page.get_by_role("button", name="Undo")
+        for _ in range(400):
+            user.page.wait_for_timeout(20)
+            if undo.is_disabled():
+                break
+            user.press("Control+z")
+        expect(undo).to_be_disabled()
+        assert not user.complaints
+        user.page.close()
+    board = Board(path)
+    assert board.state.text == first
+    board.close()
+
+
+@pytest.mark.slow
+def test_a_large_photograph_and_ten_thousand_points_stay_usable(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path, photograph = tmp_path / "large.toml", tmp_path / "drone.png"
+    photograph.write_bytes(png(8000, 6000))
+    survey, of_map = tmp_path / "survey.csv", tmp_path / "map.toml"
+    lines = (f"p{i},{0.3 * (i % 100)},{0.3 * (i // 100)}\n" for i in range(10_000))
+    survey.write_text("id,x,y\n" + "".join(lines))
+    of_map.write_text(
+        'schema = 1\n[survey]\nunit = "m"\nprecision = "0.02 m"\naxes = ["east", "north"]\n'
+        'columns = { id = "id", x = "x", y = "y" }\n'
+    )
+    with served(path) as (address, _):
+        user = opened(browser, address)
+        user.tab("Photograph")
+        user.page.locator("input[type=file]").first.set_input_files(photograph)
+        expect(user.page.locator("img.ground")).to_be_visible()
+        user.tab("Evidence")
+        user.page.locator("input[type=file]").last.set_input_files([survey, of_map])
+        expect(user.page.locator(".survey")).to_have_count(1)
+        user.page.evaluate(
+            "() => { window.frames_ = []; let last = performance.now(); const tick = (now) => {"
+            " window.frames_.push(now - last); last = now; requestAnimationFrame(tick); };"
+            " requestAnimationFrame(tick); }"
+        )
+        for _ in range(5):
+            user.drag((1, 1), (6, 4))
+            user.drag((6, 4), (1, 1))
+        frames = sorted(user.page.evaluate("window.frames_"))
+        print(
+            f"frames: median {frames[len(frames) // 2]:.0f} ms, 95 % {frames[-len(frames) // 20]:.0f} ms"
+        )
+        assert not user.complaints
+        user.page.close()
 
 
 def test_what_comes_from_elsewhere_is_refused(browser: Browser, tmp_path: Path) -> None:
