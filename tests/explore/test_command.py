@@ -84,7 +84,7 @@ def test_a_slider_moves_the_posterior_of_a_real_scene(tmp_path: Path) -> None:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
         page = browser.new_page()
         page.set_default_timeout(PATIENCE)
-        page.goto(address)
+        page.goto(f"{address}sliders")
         median = page.locator('tr[data-name="speed_b"] td').first
         expect(median).to_contain_text("19.")
         slider = page.locator(f"{SPEED} .q-slider").first

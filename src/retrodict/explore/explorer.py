@@ -11,8 +11,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from retrodict.explore.naming import named
 from retrodict.progress import Progress, Tracker
-from retrodict.scene.errors import Problem, SceneError
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 from retrodict.storage.files import write_whole
@@ -90,18 +90,30 @@ class Explorer:
     arrive meanwhile are answered together, so that no answer is computed that nobody waits for.
 
     Args:
-        scene: scene as its file has it.
+        scene: scene as its file has it; None while it is not complete.
         open_session: function that makes a session of a scene and a model.
         model: a rung's name, or "auto".
+        edit: function that makes the changed scene of changes by key, such as on a drawing board; None
+            for `Scene.change`.
+        reset: function that is called where the scene goes back to the original.
     """
 
-    def __init__(self, scene: Scene, open_session: Open, model: str = "auto") -> None:
+    def __init__(
+        self,
+        scene: Scene | None,
+        open_session: Open,
+        model: str = "auto",
+        edit: Callable[[Mapping[str, object]], Scene] | None = None,
+        reset: Callable[[Scene], object] | None = None,
+    ) -> None:
         self.original = self.scene = scene
+        self._edit, self._reset = edit, reset
         self.model = model
         self.texts: dict[str, str] = {}  # texts of changed quantities, by key
         self.answer: Answer | None = None
         self.of_file: Answer | None = None  # the answer for the original scene, by the same model
         self.fault = ""
+        self.result: Saved | None = None  # the newest that was confirmed
         self._open = open_session
         self._session: Session | None = None
         self._model = ""  # the model of the session
@@ -118,8 +130,28 @@ class Explorer:
         self._view = view
         if self.answer is not None:
             view.answered(self.answer)
-        if self.answer is None:
+        if self.answer is None and self.scene is not None:
             self._ask()
+
+    def follow(self, scene: Scene | None) -> None:
+        """Go on to a scene that was drawn, and ask about it.
+
+        Args:
+            scene: scene as it is now; None while it is not complete.
+        """
+        if scene == self.scene:
+            return
+        self.scene, self.answer = scene, None
+        self.fault = ""
+        if scene is None:
+            self._asked = False
+        else:
+            self._ask()
+
+    def start_from_here(self) -> None:
+        """Take the present scene for the one that changes are compared with."""
+        if self.original is not self.scene:
+            self.original, self.texts, self.of_file = self.scene, {}, None
 
     def leave(self, view: View) -> None:
         """Stop showing in a view that was closed."""
@@ -141,13 +173,17 @@ class Explorer:
         Raises:
             SceneError: the scene would be wrong; it stays as it was.
         """
-        self.scene = self.scene.change(changes)
+        assert self.scene is not None
+        self.scene = self._edit(changes) if self._edit else self.scene.change(changes)
         self.texts[key] = text
         self._ask()
 
     def reset(self) -> None:
         """Go back to the scene as its file has it."""
-        self.scene, self.texts = self.original, {}
+        self.texts = {}
+        if self._reset and self.original is not None:
+            self._reset(self.original)
+        self.scene = self.original
         self._ask()
 
     def choose(self, model: str) -> None:
@@ -183,9 +219,34 @@ class Explorer:
             if self._session is None or self._model != self.model or self.answer is None:
                 raise RuntimeError(self.fault or "there is no answer to confirm")
             confirm = partial(self._session.confirm, progress=self._record)
-            result = await self._run(_PREPARING, confirm)
+            result = self.result = await self._run(_PREPARING, confirm)
             await self._run(_WRITING, result.save, directory, units)
         return directory / "report.html"
+
+    async def archive(self, directory: Path) -> Path:
+        """Put the result that was written into one file beside its folder.
+
+        Args:
+            directory: folder that `confirm` wrote to.
+
+        Returns:
+            Path of the archive.
+
+        Raises:
+            NotStored: there is no result in the folder.
+            OSError: the archive could not be written.
+        """
+        from retrodict.result import load_result
+        from retrodict.storage.archive import SUFFIX
+
+        path = directory.resolve().with_name(f"{directory.resolve().name}{SUFFIX}")
+
+        def work() -> Path:
+            load_result(directory).archive(path)
+            return path
+
+        async with self._busy:
+            return await self._run(_WRITING, work)
 
     def save(self, directory: Path, name: str, replace: bool = False) -> Path:
         """Write the scene as it is now.
@@ -202,13 +263,8 @@ class Explorer:
             SceneError: the name is no file name, or is taken.
             OSError: the file could not be written.
         """
-        plain = name.strip()
-        if not plain.strip(".") or Path(plain).name != plain or "\\" in plain:
-            raise SceneError(name, [Problem("", "", "write the name of a file, without a folder")])
-        path = directory / (plain if plain.endswith(".toml") else f"{plain}.toml")
-        if path.exists() and not replace:
-            fix = 'there is such a file; choose another name, or tick "replace it"'
-            raise SceneError(path.name, [Problem("", "", fix)])
+        path = named(directory, name, replace)
+        assert self.scene is not None
         return write_whole(path, self.scene.to_toml().encode())
 
     @property
@@ -235,6 +291,8 @@ class Explorer:
 
     async def _answer(self) -> None:
         scene, model = self.scene, self.model
+        if scene is None:
+            return
         session = self._session if self._model == model else None
         try:
             if session is None:
@@ -249,8 +307,10 @@ class Explorer:
             self.answer, self.fault = answer, ""
             if scene is self.original:
                 self.of_file = answer
-        if self.model != model or self._view is None:
-            return  # the model is no longer asked, or there is no view
+        if self.scene is None:
+            self.answer = None  # it was drawn on, and is no longer complete
+        if self.model != model or self._view is None or self.scene is None:
+            return  # nobody asks any longer, or there is no view
         if self.answer is None:
             self._view.failed(self.fault)
         else:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache, partial
-from importlib.resources import files
+from functools import partial
 from typing import Any, cast
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from nicegui import ui
 
 from retrodict.explore import answers
 from retrodict.explore.answers import Answer
 from retrodict.explore.controls import GROUPS, Control, controls
 from retrodict.explore.explorer import Explorer, Setting
+from retrodict.explore.templates import template, text_of
 from retrodict.report.figures.drawing import BLUE, GREY
 from retrodict.report.scene_svg import scene_svg, view_of
 from retrodict.scene.errors import SceneError
@@ -39,14 +38,16 @@ class Page:
         self._begun = False
         self._count = 0
         self._windows: dict[str, tuple[float, float]] = {}
-        self._view = view_of(explorer.original)
+        assert explorer.original is not None, "its sliders are shown once it is complete"
+        self._original = explorer.original
+        self._view = view_of(self._original)
         self._rows: list[ControlRow] = []
         self._marginals: dict[str, ui.echart] = {}
 
     def build(self) -> None:
         """Make the page's elements, and begin to show."""
-        ui.add_css(_text("page.css"))
-        scene = self.explorer.original
+        ui.add_css(text_of("page.css"))
+        scene = self._original
         with ui.element("header").classes("top"):
             ui.label(scene.title).classes("title")
             ui.select(
@@ -99,13 +100,13 @@ class Page:
             "model": answer.model,
             "count": self._count,
         }
-        self._answer.set_content(_template("answer.html.j2").render(content))
+        self._answer.set_content(template("answer.html.j2").render(content))
         self._draw_marginals(answer)
         self._draw_joint(answer)
 
     def failed(self, why: str) -> None:
         """Say why there is no answer."""
-        self._answer.set_content(_template("failed.html.j2").render(why=why))
+        self._answer.set_content(template("failed.html.j2").render(why=why))
         for chart in self._marginals.values():
             chart.options["series"][-1]["data"] = []
             chart.update()
@@ -157,7 +158,7 @@ class Page:
     # parts of the page
 
     def _controls(self) -> None:
-        every = controls(self.explorer.original)
+        every = controls(self._original)
         with ui.row().classes("heading"):
             ui.label("Measurements and priors").classes("part")
             ui.button("Reset all", on_click=self._reset).props("flat dense no-caps")
@@ -212,9 +213,9 @@ class Page:
         self._written.set_content("")
         try:
             path = await self.explorer.confirm(self.setting.out, self.units)
-            said = _template("written.html.j2").render(path=str(path), why="")
+            said = template("written.html.j2").render(path=str(path), why="")
         except Exception as error:  # any is shown beside the button
-            said = _template("written.html.j2").render(path="", why=str(error))
+            said = template("written.html.j2").render(path="", why=str(error))
         self._written.set_content(said)
         self._confirm.enable()
 
@@ -231,6 +232,8 @@ class Page:
 
     def _draw_scene(self) -> None:
         scene = self.explorer.scene
+        if scene is None:
+            return
         self._view = view_of(scene, self._view)
         self._scene.set_content(scene_svg(scene, self.units, self._view))
 
@@ -413,19 +416,3 @@ def _joint_options() -> dict[str, Any]:
 def _axis() -> dict[str, Any]:
     labels = {"showMinLabel": False, "showMaxLabel": False, "hideOverlap": True}
     return {"type": "value", "splitLine": {"show": False}, "axisLabel": labels, "splitNumber": 4}
-
-
-def _text(name: str) -> str:
-    return files(__package__).joinpath(name).read_text("utf-8")
-
-
-@cache
-def _template(name: str) -> Template:
-    environment = Environment(
-        loader=PackageLoader(__package__, "."),
-        autoescape=True,  # what it shows of a scene is a stranger's text
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(name)

@@ -12,6 +12,7 @@ from retrodict.report.libraries import imported
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+    from retrodict.explore.board.board import Board
     from retrodict.explore.explorer import Explorer, Setting
 
 HOST = "127.0.0.1"
@@ -55,14 +56,20 @@ def address(listening: socket.socket) -> str:
 
 
 def serve(
-    explorer: Explorer, setting: Setting, listening: socket.socket, *, browser: bool = False
+    explorer: Explorer,
+    setting: Setting,
+    listening: socket.socket,
+    *,
+    board: Board | None = None,
+    browser: bool = False,
 ) -> None:
-    """Serve the page until the process is interrupted; once in a process.
+    """Serve the pages until the process is interrupted; once in a process.
 
     Args:
         explorer: explorer of the scene.
-        setting: settings of the page, besides the scene.
+        setting: settings of the pages, besides the scene.
         listening: socket from `listen`.
+        board: drawing board, which is the first page; None for the sliders alone.
         browser: whether to open the page in a browser.
 
     Raises:
@@ -72,7 +79,7 @@ def serve(
     ui = imported("nicegui", "the page", "explore").ui
     uvicorn = imported("uvicorn", "the page", "explore")
     from fastapi import FastAPI
-    from fastapi.responses import FileResponse, PlainTextResponse, Response
+    from fastapi.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
 
     from retrodict.explore.page import Page
 
@@ -83,8 +90,32 @@ def serve(
         path = setting.out / "report.html"
         return FileResponse(path) if path.is_file() else PlainTextResponse("No report.", 404)
 
+    def sliders() -> Response | None:
+        if explorer.scene is None:  # nothing to slide yet
+            return RedirectResponse("/")
+        explorer.start_from_here()
+        Page(explorer, setting).build()
+        return None
+
     app.get("/report")(report)
-    ui.page("/")(lambda: Page(explorer, setting).build())
+    if board is None:
+        ui.page("/")(lambda: Page(explorer, setting).build())
+    else:
+        from retrodict.explore.board.backdrop import image_at
+        from retrodict.explore.board.page import BoardPage
+
+        def ground() -> Response:
+            found = image_at(board.path.parent, board.state.backdrop)
+            if found is None:
+                return PlainTextResponse("No photograph.", 404)
+            path, kind = found
+            return FileResponse(
+                path, media_type=kind, headers={"X-Content-Type-Options": "nosniff"}
+            )
+
+        app.get("/ground")(ground)
+        ui.page("/")(lambda: BoardPage(board, explorer, setting).build())
+        ui.page("/sliders")(sliders)
     ui.run_with(
         app,
         title="retrodict explore",

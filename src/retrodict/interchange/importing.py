@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
@@ -34,6 +33,7 @@ from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.load import READERS, read_text, scene_from, toml_of, value_at
 from retrodict.scene.outlines import outline_fault
 from retrodict.scene.records import Measured, Scene, Vehicle
+from retrodict.scene.text_edit import edited_in_place
 from retrodict.scene.write import document_toml
 
 # a map's table on a file of points -> what reads these, with a line on each thing that it leaves
@@ -42,7 +42,6 @@ POINTS: dict[str, Callable[[SourceFile, Any], tuple[list[Point], list[str]]]] = 
     "drawing": drawing_points,
     "landxml": landxml_points,
 }
-_IN_A_LINE = 12  # items of a list, beyond which each has a line
 _MISFIT = 4.0  # standard deviations of a point that points of one line or vehicle may miss it by
 
 
@@ -108,13 +107,37 @@ def import_evidence(file: str | Path, map_file: str | Path, into: str | Path) ->
     changed = deepcopy(document)
     write_keys(changed, changes, str(into))
     name = Path(into).stem if Path(into).stem != "scene" else Path(into).resolve().parent.name
-    new = _kept(text, changes, changed, str(into))
+    new = edited_in_place(text, changes, changed, str(into))
     if not new:
         new = document_toml(changed)
         left.append("comments of the scene file: its layout could not be kept, it is written anew")
     scene = _finished(document, changed, name, new, str(into), left)
     toml_of(new, str(into))  # refuses what is too long to be read again
     return Import(tuple(taken), tuple(left), scene, new)
+
+
+def placed_points(file: str | Path, map_file: str | Path) -> tuple[tuple[str, float, float], ...]:
+    """Every point of a file in the scene's frame, as a map says.
+
+    Args:
+        file: survey points as CSV, or a drawing as DXF.
+        map_file: map (TOML) that says how to read the file; see docs/import.md.
+
+    Returns:
+        Name, x and y (m) of each point that can be used; none of a recorder's table.
+
+    Raises:
+        SceneError: the file or the map cannot be used.
+    """
+    refuse_vendor(file)
+    entry = load_map(map_file)
+    if entry.recorder is not None:
+        return ()
+    taking = _Taking(read_source(file), str(map_file), entry, {}, "")
+    taking.read()
+    return tuple(
+        (point.name, *taking.frame.position(point)) for point in taking.points if not point.fault
+    )
 
 
 def _finished(
@@ -142,40 +165,6 @@ def _finished(
         return None
 
 
-def _kept(text: str, changes: Mapping[str, Any], changed: dict[str, Any], file: str) -> str:
-    """The text of a scene file with changes, its comments kept; empty where its layout cannot be."""
-    import tomlkit
-
-    try:
-        styled = tomlkit.parse(text)
-        write_keys(styled, {key: _inline(value) for key, value in changes.items()}, file)
-        new = tomlkit.dumps(styled)
-        if tomllib.loads(new) == changed:
-            return new
-    except (tomlkit.exceptions.TOMLKitError, ValueError, TypeError, AttributeError):
-        pass
-    return ""
-
-
-def _inline(value: Any, nested: bool = False) -> Any:
-    """A value as an item of tomlkit: tables in a line, a list of tables one a line."""
-    import tomlkit
-
-    if value is None:
-        return None
-    if isinstance(value, dict):
-        table = tomlkit.inline_table()
-        table.update({key: _inline(each, nested=True) for key, each in value.items()})
-        return table
-    if isinstance(value, list):
-        array = tomlkit.array()
-        array.extend(_inline(each, nested=True) for each in value)
-        tables = not nested and any(isinstance(each, dict) for each in value)
-        array.multiline(tables or len(value) > _IN_A_LINE)
-        return array
-    return tomlkit.item(value)
-
-
 @dataclass
 class _Taking:
     """What is taken of one file, as a map says."""
@@ -187,17 +176,22 @@ class _Taking:
     into: str
     used: set[Point] = field(default_factory=set)
 
-    def all(self) -> tuple[list[Taken], list[str]]:
-        """Everything taken, and lines on what is left."""
+    def read(self) -> list[str]:
+        """Read the points and their frame; returns lines on what is left of the file."""
         table = next(name for name in POINTS if getattr(self.map, name) is not None)
         entry: FrameEntry = getattr(self.map, table)
         points, left = POINTS[table](self.file, entry)
         self.points, self.by_name = points, named(points)
         self.precision = entry.precision.value
         self.frame = self._frame(entry)
+        return left
+
+    def all(self) -> tuple[list[Taken], list[str]]:
+        """Everything taken, and lines on what is left."""
+        left = self.read()
         others = [*self._impact_point(), *self._marks(), *self._edges(), *self._outlines()]
         taken = [*others, *self._rests(others)]
-        for point in points:
+        for point in self.points:
             if point not in self.used:
                 of = f" ({shown(point.group)})" if point.group not in ("", point.name) else ""
                 why = point.fault or "not in the map"

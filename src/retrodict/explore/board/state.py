@@ -1,0 +1,96 @@
+"""States of the drawing board: a scene file's text, and what such a file cannot say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+Place = tuple[float, float]
+
+EMPTY = """\
+# Made on the drawing board of retrodict explore.
+schema = 1
+title = "Untitled collision"
+
+[vehicles.A]
+
+[vehicles.B]
+
+[impact]
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Backdrop:
+    """A photograph under the drawing.
+
+    Args:
+        file: name of the image, which lies beside the scene file.
+        sha256: digest of the image's bytes.
+        width: width of the image, pixels.
+        height: height of the image, pixels.
+        metres: length of a pixel on the ground, m.
+        x: x coordinate of the image's upper left corner, m.
+        y: y coordinate of the image's upper left corner, m.
+        turn: angle by which the image is turned counter-clockwise about that corner, rad.
+        scaled: whether somebody has set the scale; else it is a guess.
+    """
+
+    file: str
+    sha256: str
+    width: int
+    height: int
+    metres: float
+    x: float = 0.0
+    y: float = 0.0
+    turn: float = 0.0
+    scaled: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A state of the board.
+
+    Args:
+        text: text of the scene file, which need not be complete.
+        said: what led to the state, in words.
+        loose: positions at impact, by letter, of vehicles that do not touch the impact point yet, m.
+        backdrop: photograph under the drawing; None for none.
+        points: surveyed points that are shown and snapped to: name, x, y in m.
+    """
+
+    text: str
+    said: str = ""
+    loose: Mapping[str, Place] = field(default_factory=dict)
+    backdrop: Backdrop | None = None
+    points: tuple[tuple[str, float, float], ...] = ()
+
+    def rest(self) -> dict[str, Any]:
+        """Everything but the text, in the form that JSON has."""
+        return {
+            "said": self.said,
+            "loose": {v: list(at) for v, at in self.loose.items()},
+            "backdrop": asdict(self.backdrop) if self.backdrop else None,
+            "points": [list(point) for point in self.points],
+        }
+
+
+def state_from(text: str, rest: Mapping[str, Any]) -> State:
+    """The state that `State.rest` and a text describe.
+
+    Args:
+        text: text of the scene file.
+        rest: everything else, as JSON has it.
+
+    Raises:
+        ValueError, TypeError, KeyError: it describes none.
+    """
+    backdrop = rest["backdrop"]
+    return State(
+        text=text,
+        said=str(rest["said"]),
+        loose={str(v): (float(x), float(y)) for v, (x, y) in rest["loose"].items()},
+        backdrop=Backdrop(**backdrop) if backdrop else None,
+        points=tuple((str(name), float(x), float(y)) for name, x, y in rest["points"]),
+    )
