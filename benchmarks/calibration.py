@@ -31,7 +31,10 @@ BY = {
     "wall": ["importance"],
     "together": ["importance"],
 }
-MODELS = {"wall": "planar+spin", "together": "joined-body+wheels"}  # of a design; the default rung of the others
+MODELS = {
+    "wall": "planar+spin",
+    "together": "joined-body+wheels",
+}  # of a design; the default rung of the others
 HERE = Path(__file__).parent
 DESIGNS = {
     "rolling": HERE / "rolling" / "design.toml",
