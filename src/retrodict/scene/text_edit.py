@@ -12,6 +12,7 @@ from retrodict.scene.edit import write_keys
 from retrodict.scene.load import toml_of, value_at
 from retrodict.scene.units import (
     ANGLE,
+    DIRECTION,
     Dimension,
     QuantityError,
     factor,
@@ -158,7 +159,7 @@ def rewritten(
     finest = _FINEST.get(dimension.name, 0.0)
     digits = max(0, math.ceil(-math.log10(finest / worth) - 1e-9)) if finest else 6
     off = value - before.value if before else math.inf
-    if dimension is ANGLE and before and not whole_turns:
+    if dimension in (ANGLE, DIRECTION) and before and not whole_turns:
         off = math.remainder(off, math.tau)
     if before and sd is None and abs(off) <= finest / 2:
         return raw

@@ -211,7 +211,9 @@ def kind_of(scene: Scene) -> dict[str, str]:
     """The groups that follow from a scene: its kind and, of a whole scene, whether wheels roll."""
     if scene.barrier:
         return {KIND: "barrier"}
-    if not (scene.rest or scene.marks or scene.end_of_rotation):
+    if scene.alone:
+        return {KIND: "one vehicle"}
+    if not (scene.rest or scene.from_impact or scene.marks or scene.end_of_rotation):
         return {KIND: "impact only"}
     rolls = any(vehicle.wheels for vehicle in scene.vehicles.values())
     return {KIND: "whole scene", "wheels": "rolling" if rolls else "locked"}

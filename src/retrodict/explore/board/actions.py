@@ -16,7 +16,7 @@ from retrodict.interchange.points import fitted_pose
 from retrodict.scene.errors import Problem, SceneError, shown
 from retrodict.scene.load import value_at
 from retrodict.scene.text_edit import edited, emptied, in_missing_tables, rewritten
-from retrodict.scene.units import ANGLE, LENGTH, QuantityError, read_quantity
+from retrodict.scene.units import ANGLE, DIRECTION, LENGTH, QuantityError, read_quantity
 
 _FARTHEST = 1000.0  # m: of a coordinate, as the schema has it
 _LINE_SD = math.radians(5)  # of a contact line that was turned by its handle
@@ -198,14 +198,14 @@ def _place(state: State, plan: Plan, given: Given) -> State:
         if car.rest is None:
             heading = given.number("heading", 360) if "heading" in given.values else None
             heading = math.radians(heading) if heading is not None else car.heading or 0.0
-            changes[f"{car.key}.rest.heading"] = rewritten(None, wrapped(heading), ANGLE)
+            changes[f"{car.key}.rest.heading"] = rewritten(None, wrapped(heading), DIRECTION)
         return written(state, plan, changes, f"{car.letter} placed at rest")
     changes = {}
     heading = car.heading
     if heading is None:
         heading = math.radians(given.number("heading", 360)) if "heading" in given.values else 0.0
         key = f"{car.key}.impact.heading"
-        changes[key] = rewritten(None, wrapped(heading), ANGLE)
+        changes[key] = rewritten(None, wrapped(heading), DIRECTION)
     return _stand(state, plan, car, place, heading, changes, f"{car.letter} placed at the impact")
 
 
@@ -245,7 +245,9 @@ def _turn(state: State, plan: Plan, given: Given) -> State:
             raise refused(f"{car.letter} is not placed at rest yet: place it first")
         heading = car.rest_heading if car.rest_heading is not None else car.heading or 0.0
         changes = {
-            f"{key}.rest.heading": _new(plan, f"{key}.rest.heading", wrapped(heading + by), ANGLE)
+            f"{key}.rest.heading": _new(
+                plan, f"{key}.rest.heading", wrapped(heading + by), DIRECTION
+            )
         }
         rotation = (
             car.rotation
@@ -258,7 +260,7 @@ def _turn(state: State, plan: Plan, given: Given) -> State:
     if car.heading is None:
         raise refused(f"{car.letter} is not placed at the impact yet: place it first")
     heading = wrapped(car.heading + by)
-    changes = {f"{key}.impact.heading": _new(plan, f"{key}.impact.heading", heading, ANGLE)}
+    changes = {f"{key}.impact.heading": _new(plan, f"{key}.impact.heading", heading, DIRECTION)}
     if car.rotation is not None:  # the heading at rest stays
         changes[of_rotation] = _new(plan, of_rotation, car.rotation - by, ANGLE, whole_turns=True)
     if car.touches and car.hit is not None:
@@ -407,10 +409,10 @@ def _corners(state: State, plan: Plan, given: Given) -> State:
     if at == "rest":
         key = f"{car.key}.rest"
         changes = _place_at(plan, f"{key}.position", (pose.x, pose.y))
-        changes[f"{key}.heading"] = _new(plan, f"{key}.heading", pose.heading, ANGLE)
+        changes[f"{key}.heading"] = _new(plan, f"{key}.heading", pose.heading, DIRECTION)
         return written(state, plan, changes, said)
     key = f"{car.key}.impact.heading"
-    changes = {key: _new(plan, key, pose.heading, ANGLE)}
+    changes = {key: _new(plan, key, pose.heading, DIRECTION)}
     return _stand(state, plan, car, (pose.x, pose.y), pose.heading, changes, said)
 
 
@@ -429,7 +431,7 @@ def _course(state: State, plan: Plan, given: Given) -> State:
     """Turn a vehicle's direction of travel before the impact, degrees counter-clockwise from x."""
     car, angle = given.car(plan), math.radians(given.number("angle", 360))
     key = f"{car.key}.approach.direction"
-    changes = {key: _new(plan, key, wrapped(angle), ANGLE)}
+    changes = {key: _new(plan, key, wrapped(angle), DIRECTION)}
     return written(state, plan, changes, f"the course of {car.letter}")
 
 
@@ -462,7 +464,10 @@ def _edge(state: State, plan: Plan, given: Given) -> State:
     changes = _of_kind(plan, given, key) | _place_at(plan, f"{key}.edge.point", given.place())
     changes |= {
         f"{key}.edge.direction": _new(
-            plan, f"{key}.edge.direction", wrapped(math.radians(given.number("angle", 360))), ANGLE
+            plan,
+            f"{key}.edge.direction",
+            wrapped(math.radians(given.number("angle", 360))),
+            DIRECTION,
         ),
         f"{key}.edge.side": given.word("side", ("left", "right")),
         f"{key}.outline": None,
@@ -533,7 +538,7 @@ def _along_with(plan: Plan, key: str, new: object) -> dict[str, Any]:
         if key != f"{car.key}.impact.heading" or car.heading is None or not isinstance(new, str):
             continue
         try:
-            by = read_quantity(new, ANGLE, "1 deg").value - car.heading
+            by = read_quantity(new, DIRECTION, "1 deg").value - car.heading
         except QuantityError:
             return {}
         changes = {}

@@ -43,7 +43,9 @@ def needs_of(state: State) -> tuple[Need, ...]:
         Nothing where the scene is complete.
     """
     plan = plan_of(state)
-    found = [*_missing(plan)]
+    # of these kinds of scene the board draws no more than the file says
+    plain = plan.document.get("alone") is True or value_at(plan.document, "impact.together") is True
+    found = [] if plain else [*_missing(plan)]
     problems = [each for each in faults(state.text) if not is_missing(each)]
     found += [
         Need(f"{each.key}: {each.fix}", thing_of(each.key), each.key, wrong=True)

@@ -12,7 +12,7 @@ from typing import Any
 from retrodict.explore.board.state import Place, State
 from retrodict.scene.defaults import DEFAULTS
 from retrodict.scene.load import toml_of, value_at
-from retrodict.scene.units import ANGLE, LENGTH, Dimension, QuantityError, read_quantity
+from retrodict.scene.units import ANGLE, DIRECTION, LENGTH, Dimension, QuantityError, read_quantity
 from retrodict.scene.vehicle_library import find
 
 FILE = "the scene"  # in messages
@@ -194,7 +194,7 @@ def _car(key: str, table: Mapping[str, Any], point: Place | None, loose: Place |
         length = front + rear + DEFAULTS["length"].value if sized else _LENGTH
     if width is None:
         width = track + DEFAULTS["width"].value if track else _WIDTH
-    heading = si(value_at(table, "impact.heading"), ANGLE)
+    heading = si(value_at(table, "impact.heading"), DIRECTION)
     distance = si(value_at(table, "impact_centre.distance"), LENGTH)
     angle = si(value_at(table, "impact_centre.angle"), ANGLE)
     hit = at = None
@@ -223,9 +223,9 @@ def _car(key: str, table: Mapping[str, Any], point: Place | None, loose: Place |
         at=at or loose,
         touches=at is not None,
         rest=rest,
-        rest_heading=si(value_at(table, "rest.heading"), ANGLE) if rest else None,
+        rest_heading=si(value_at(table, "rest.heading"), DIRECTION) if rest else None,
         rotation=si(value_at(table, "rest.rotation"), ANGLE) if rest else None,
-        course=si(value_at(table, "approach.direction"), ANGLE),
+        course=si(value_at(table, "approach.direction"), DIRECTION),
         marks=tuple(
             (number, *at, str(mark.get("of", "centre")))
             for number, mark in enumerate(marks if isinstance(marks, list) else ())
@@ -246,7 +246,7 @@ def _ground(name: str, table: object) -> Ground | None:
     if not isinstance(table, dict):
         return None
     if (point := _pair(value_at(table, "edge.point"))) is not None:
-        direction = si(value_at(table, "edge.direction"), ANGLE) or 0.0
+        direction = si(value_at(table, "edge.direction"), DIRECTION) or 0.0
         side = value_at(table, "edge.side")
         return Ground(name, point, direction, "right" if side == "right" else "left")
     corners = value_at(table, "outline.corners")
