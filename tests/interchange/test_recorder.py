@@ -331,14 +331,12 @@ def test_first_and_last_sample_are_shown(
 
 def test_a_scene_that_is_not_complete_yet_takes_evidence(tmp_path: Path) -> None:
     """What was missing before is said, and anything that the import would make wrong is refused."""
-    text = "\n".join(
-        line for line in PAPER.text.splitlines() if not line.startswith("contact_line")
-    )
+    text = "\n".join(line for line in PAPER.text.splitlines() if not line.startswith("title"))
     (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
     (tmp_path / "points.csv").write_text(PRE_CRASH, encoding="utf-8")
     (tmp_path / "map.toml").write_text("schema = 1\n" + BEFORE, encoding="utf-8")
     found = import_evidence(*(tmp_path / name for name in ("points.csv", "map.toml", "scene.toml")))
     assert found.scene is None
     assert any("speed_record" in taken.key for taken in found.taken)
-    assert found.left[-1].startswith("the scene is not complete yet: impact.contact_line: missing")
+    assert found.left[-1].startswith("the scene is not complete yet: title: missing")
     assert "speed_record" in found.text
