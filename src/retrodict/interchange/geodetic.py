@@ -100,7 +100,7 @@ def refuse_degrees(
 
     Args:
         file: file of the points.
-        points: its points, as they stand there.
+        points: points of the file, in its own coordinates.
         survey: the map's [survey] table.
         headings: headings of the columns x and y; empty where there is no header.
 

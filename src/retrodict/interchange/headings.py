@@ -47,7 +47,7 @@ def number_in(cell: str, decimal: str, units: Sequence[float], unit: float) -> f
     """The number of a cell in one of the units of its heading.
 
     Args:
-        cell: one number, or one for each unit, like "22 [35]".
+        cell: text of the cell: a number, or a number for each unit, like "22 [35]".
         decimal: decimal sign, "." or ",".
         units: worth of the units of the heading in SI units, none to two.
         unit: worth of the wanted unit in SI units.
