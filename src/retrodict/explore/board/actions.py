@@ -101,7 +101,7 @@ def perform(state: State, name: str, values: Mapping[str, Any]) -> State:
     Args:
         state: state before the action.
         name: name of the action, in `ACTIONS`.
-        values: what the action is given, as JSON has it.
+        values: arguments of the action, as JSON has them.
 
     Returns:
         The new state; the same one where nothing changes.
@@ -126,9 +126,9 @@ def written(
 
     Args:
         state: state before.
-        plan: what it has to draw.
+        plan: plan of that state.
         changes: new values by key; None removes a key, if it is there.
-        said: what was done, in words.
+        said: name of the step, in words.
         others: other fields of the state.
 
     Raises:

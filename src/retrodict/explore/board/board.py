@@ -107,7 +107,7 @@ class Board:
 
         Args:
             name: name of the action, in `ACTIONS`.
-            values: what it is given, as JSON has it.
+            values: arguments of the action, as JSON has them.
 
         Returns:
             Whether something has changed.

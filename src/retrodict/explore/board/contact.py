@@ -22,7 +22,7 @@ class Proposal:
     Args:
         angle: angle from the y axis, rad, from -90 deg to 90 deg.
         sd: standard deviation, rad.
-        why: where the line comes from, in words.
+        why: reason for the line, in words.
     """
 
     angle: float
@@ -38,7 +38,7 @@ def proposed(plan: Plan) -> Proposal | None:
     nearest to the impact point.
 
     Args:
-        plan: what the board has to draw.
+        plan: plan of the present state.
     """
     placed = [car for car in plan.cars.values() if car.at is not None and car.heading is not None]
     if plan.barrier == "wall" or not placed:  # the line is the wall's face, which somebody draws

@@ -18,7 +18,7 @@ def drawing(state: State, plan: Plan) -> dict[str, Any]:
 
     Args:
         state: state of the board.
-        plan: what it has to draw.
+        plan: plan of that state.
     """
     backdrop = state.backdrop
     proposal = proposed(plan)

@@ -21,8 +21,8 @@ class Need:
     """Something that stands between a scene and its answer.
 
     Args:
-        words: what to do about it, in words.
-        thing: what it is about: "A", "B", "impact", "ground" or "scene".
+        words: advice on it, in words.
+        thing: subject: "A", "B", "impact", "ground" or "scene".
         key: key of the scene file; empty where there are several.
         wrong: whether something is written and wrong; else it is missing.
     """

@@ -532,7 +532,7 @@ class TypedRow:
 
     Args:
         row: quantity.
-        key: its key, with the vehicle's letter or the surface's name.
+        key: dotted key, with the vehicle's letter or the surface's name.
         write: function that writes a text at a key and returns why that is refused.
         shown: function that finds its present text; None for what the file says at the key.
     """

@@ -17,10 +17,10 @@ class Row:
 
     Args:
         key: key of the file; {} stands for the vehicle or the surface.
-        label: what it is, in words.
-        example: what may be typed.
+        label: name of the quantity, in words.
+        example: text that may be typed.
         default: name of the default in `DEFAULTS` of its uncertainty; empty where there is none.
-        otherwise: what holds where nothing is typed, in words.
+        otherwise: assumption where nothing is typed, in words.
     """
 
     key: str
@@ -155,7 +155,7 @@ def said(plan: Plan, key: str) -> str:
     """What the file says at a key, as somebody would type it; empty where it says nothing.
 
     Args:
-        plan: what the board has to draw.
+        plan: plan of the present state.
         key: key of the file.
     """
     raw = value_at(plan.document, key)
@@ -171,9 +171,9 @@ def note(plan: Plan, row: Row, key: str) -> tuple[str, str]:
     """What holds where the file is silent: a few words, and the whole with grade and source.
 
     Args:
-        plan: what the board has to draw.
+        plan: plan of the present state.
         row: quantity.
-        key: its key, with the vehicle's letter or the surface's name.
+        key: dotted key, with the vehicle's letter or the surface's name.
     """
     raw = value_at(plan.document, key)
     if raw is None:

@@ -54,7 +54,7 @@ class State:
 
     Args:
         text: text of the scene file, which need not be complete.
-        said: what led to the state, in words.
+        said: name of the step that led to the state, in words.
         loose: positions at impact, by letter, of vehicles that do not touch the impact point yet, m.
         backdrop: photograph under the drawing; None for none.
         points: surveyed points that are shown and snapped to: name, x, y in m.
