@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
-
 from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
@@ -21,6 +20,7 @@ from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import joined as joined_run_outs
 from retrodict.models.runouts import roll, slide, spin, wheels
 from retrodict.models.standard_normal import sample_unknowns, sizes
+
 from retrodict.scene.fields import COEFFICIENTS
 from retrodict.scene.names import parsed, vehicle_of
 from retrodict.scene.quantities import describe
@@ -184,7 +184,7 @@ _JOINED = [
 _ALONE_RUNGS = [
     Rung(none.IMPACT, run_out) for run_out in (slide.RUN_OUT, spin.RUN_OUT, wheels.RUN_OUT)
 ]
-RUNGS: dict[str, Rung] = {rung.name: rung for rung in (*_ALONE_RUNGS, *_JOINED, *_PARTING)}
+RUNGS: dict[str, Rung] = {rung.name: rung for rung in (*_PARTING, *_JOINED, *_ALONE_RUNGS)}
 
 
 def rungs_for(scene: Scene) -> dict[str, Rung]:

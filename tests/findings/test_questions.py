@@ -177,7 +177,7 @@ def test_a_bound_is_printed_without_powers_of_ten(outcome):
 def test_a_session_too_answers_for_both_speeds_of_a_vehicle_that_skidded() -> None:
     speeds = {"travelling_speed_a": np.full(400, 19.7), "speed_a": np.linspace(13.0, 17.0, 400)}
     estimate = SimpleNamespace(
-        scene=SimpleNamespace(skidded=("a",)),
+        scene=SimpleNamespace(travelled=("a",), alone=False),
         quantities=speeds,
         checks=SimpleNamespace(passed=True, min_ess_bulk=400.0, pareto_k=0.2),
         weighted=SimpleNamespace(mean=lambda holds: (holds.mean(), 0.02)),

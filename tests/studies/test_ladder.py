@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from retrodict.models import rungs_for
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.psis import log_mean
-from retrodict.models import rungs_for
 from retrodict.scene import load_scene
 from retrodict.studies import ladder as ladders
 from retrodict.studies.comparison import FACTOR, SHARE
@@ -156,7 +156,7 @@ def rungs(monkeypatch):
     def rung(rank, answers, explains=""):
         return SimpleNamespace(
             answers=answers, explains=lambda name: explains in name, rank=rank,
-            nests=lambda other: rank > other.rank, impact=rank, of_scene=lambda _: (None, None),
+            nests=lambda other: rank > other.rank, impact=SimpleNamespace(kind="impact"), of_scene=lambda _: (None, None),
             refusal=lambda _: "", run_out=None,
         )  # fmt: skip
 
