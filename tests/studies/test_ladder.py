@@ -156,8 +156,8 @@ def rungs(monkeypatch):
     def rung(rank, answers, explains=""):
         return SimpleNamespace(
             answers=answers, explains=lambda name: explains in name, rank=rank,
-            nests=lambda other: rank > other.rank, impact=SimpleNamespace(kind="impact"), of_scene=lambda _: (None, None),
-            refusal=lambda _: "", run_out=None,
+            nests=lambda other: rank > other.rank, impact=SimpleNamespace(kind="impact"),
+            of_scene=lambda _: (None, None), refusal=lambda _: "", run_out=None,
         )  # fmt: skip
 
     made = {

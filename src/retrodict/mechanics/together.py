@@ -35,7 +35,7 @@ def common_motion(
 
     Args:
         before: velocities before, A's first: x and y, m/s, and yaw rate, rad/s.
-        apart: from A's centre of gravity to B's, m.
+        apart: vector from A's centre of gravity to B's, m.
         of: masses and yaw inertias.
 
     Returns:
@@ -61,7 +61,7 @@ class Layout(NamedTuple):
 
     Args:
         pose: x, y of the common centre of gravity, m, and A's heading, rad, which counts as the body's.
-        offset: from there to each vehicle's own centre of gravity, m, road frame at the impact.
+        offset: vectors from there to the vehicles' own centres of gravity, m, road frame at the impact.
         heading: heading of each vehicle at the impact, rad.
     """
 
@@ -118,7 +118,7 @@ def joined(at: Layout, of: Masses, cars: Car, grip: Float[Array, "2"]) -> Joined
     Each vehicle's weight stays on its own wheels.
 
     Args:
-        at: how they lie.
+        at: arrangement of the vehicles.
         of: masses and yaw inertias.
         cars: axles, tracks and wheels of both, stacked; loads are static.
         grip: factor of the surfaces' friction for each one's tyres.
