@@ -124,11 +124,12 @@ def joined(at: Layout, of: Masses, cars: Car, grip: Float[Array, "2"]) -> Joined
         grip: factor of the surfaces' friction for each one's tyres.
     """
     share = of.mass / of.mass.sum()
-    k2 = of.yaw_inertia.sum() / of.mass.sum() + share @ jnp.sum(at.offset**2, axis=1)
+    whole = of.yaw_inertia.sum() / of.mass.sum() + share @ jnp.sum(at.offset**2, axis=1)
     ahead, left, load, drag, steer = [], [], [], [], []
     back_c, back_s = cos_sin(-at.pose[2])
     for i in range(2):
-        own = Car(*(jnp.asarray(each)[i] for each in cars[:4]))
+        k2, front, rear, track = (jnp.asarray(each)[i] for each in cars[:4])
+        own = Car(k2, front, rear, track)
         u, v = wheel_places(own)
         c, s = cos_sin(at.heading[i])
         x, y = at.offset[i, 0] + c * u - s * v, at.offset[i, 1] + s * u + c * v
@@ -139,4 +140,6 @@ def joined(at: Layout, of: Masses, cars: Car, grip: Float[Array, "2"]) -> Joined
             drag.append(jnp.asarray(cars.wheels.drag)[i])
             steer.append(jnp.asarray(cars.wheels.steer)[i] + at.heading[i] - at.pose[2])
     wheels = Wheels(jnp.concatenate(drag), jnp.concatenate(steer)) if drag else None
-    return Joined(k2, *map(jnp.concatenate, (ahead, left, load)), wheels)
+    return Joined(
+        whole, jnp.concatenate(ahead), jnp.concatenate(left), jnp.concatenate(load), wheels
+    )

@@ -184,13 +184,10 @@ def _unwritten(entry: SceneEntry, complain: Complain) -> tuple[str, ...]:
         found.append("impact.contact_line")
     if impact.point is None:
         found.append("impact.point")
-        places = [s for s in entry.surfaces.values() if s.edge or s.outline]
-        places += [
-            v
-            for v in entries.values()
-            if v.marks or v.end_of_rotation or (v.rest and v.rest.position)
-        ]
-        if (places and not entry.alone) or entry.barrier:
+        placed = any(s.edge or s.outline for s in entry.surfaces.values()) or any(
+            v.marks or v.end_of_rotation or (v.rest and v.rest.position) for v in entries.values()
+        )
+        if (placed and not entry.alone) or entry.barrier:
             complain("impact.point", f"missing; write {_POINT}")
     if entry.barrier and impact.together:
         complain("impact.together", "a barrier does not go on with the vehicle; leave it out")

@@ -162,7 +162,7 @@ class Mark:
     sd: float
     of: str
     source: str = ""
-    assumed: Literal["", "sd", "value"] = ""
+    assumed: Literal["", "sd", "value", "stand-in"] = ""
     speed: Measured | None = None
     course: Measured | None = None
 
@@ -384,10 +384,11 @@ class Scene:
             if rest.heading is not None:
                 flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(way))
         for v, seen in self.from_impact.items():
-            missed = self.vehicles[v].run_out_error.of_position(seen["distance"].value)
+            far = seen["distance"].value
+            aside = self.vehicles[v].run_out_error.of_position(far)
             for name in FROM_IMPACT:
                 if (measured := seen.get(name)) is not None:
-                    off = missed if name == "distance" else missed / seen["distance"].value
+                    off = aside if name == "distance" else aside / far
                     flat[f"run_out_{name}_{v}"] = measured.with_model_sd(off)
         for v in self.vehicles:
             departure, missed = self.departure.get(v, {}), self.vehicles[v].run_out_error

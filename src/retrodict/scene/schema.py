@@ -59,7 +59,7 @@ class SceneEntry(Table):
     barrier: BarrierEntry | None = Field(None, examples=['{ kind = "wall" }'])
     alone: bool = Field(default=False, strict=True, examples=["true"])
     impact: ImpactEntry = Field(
-        ImpactEntry(),
+        ImpactEntry.model_validate({}),
         examples=['{ point = ["0 ± 0.3 m", "0 ± 0.3 m"], contact_line = "-8.9 ± 3 deg" }'],
     )
     surfaces: Annotated[dict[SurfaceName, SurfaceEntry], AfterValidator(_one_without_end)] = Field(

@@ -272,7 +272,8 @@ def _scored(folder: Path, run: Run, progress: Progress, exchange: bool) -> list[
     begin = time.perf_counter()
     outcome, reasons = _answer(scene, run, progress)
     seconds = time.perf_counter() - begin
-    other, other_reasons, agree = None, (), None
+    other, agree = None, None
+    other_reasons: tuple[str, ...] = ()
     if exchange:
         document = tables_of(read_text(folder / SCENE), SCENE)
         agree = same_numbers(build_scene(scene.name, **in_other_units(document)), scene)

@@ -480,8 +480,8 @@ def _outline(state: State, plan: Plan, given: Given) -> State:
     name, key = _surface(given)
     places = given.places("corners", 3, _ITEMS)
     before = value_at(plan.document, f"{key}.outline.corners")
+    changes: dict[str, Any] = {}
     if isinstance(before, list) and len(before) == len(places):
-        changes = {}
         for i, place in enumerate(places):
             changes |= _place_at(plan, f"{key}.outline.corners[{i}]", place)
     else:

@@ -75,7 +75,7 @@ class BoardPage:
         self._count = 0
         self._rows: list[TypedRow] = []
         self._paths: list[dict[str, Any]] = []  # of the result that was confirmed last
-        self._confirmed: State | None = None
+        self._paths_of: State | None = None
         self._points = board.state.points
         self._files: dict[bool, tuple[str, bytes]] = {}  # a map, and a file that it is for
         self._classes: dict[str, ui.select] = {}
@@ -234,7 +234,7 @@ class BoardPage:
         plan, scene, needs = board.plan, board.scene, board.needs
         drawn = self._drawn()
         warned = [] if scene is None else list(plausibility_warnings(scene))
-        drawn["paths"] = self._paths if state == self._confirmed else []
+        drawn["paths"] = self._paths if state == self._paths_of else []
         drawn["warnings"] = [{"thing": thing_of(line), "words": line} for line in warned]
         if self._begun:  # before, it has the first drawing
             self.sheet.run_method("show", drawn)
@@ -509,7 +509,7 @@ class BoardPage:
         try:
             path = await self.explorer.confirm(self.setting.out, self.units)
             said = template("written.html.j2").render(path=str(path), why="")
-            self._paths, self._confirmed = _paths(self.explorer.result), asked
+            self._paths, self._paths_of = _paths(self.explorer.result), asked
             self._refresh()
             self._archive.set_enabled(True)
         except Exception as error:  # any is shown beside the button
