@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-
-from retrodict.mechanics import undo
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
+
+from retrodict.mechanics import undo
 from retrodict.scene.records import SceneKind
 
 Separation = Float[Array, " separation"]

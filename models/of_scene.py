@@ -9,11 +9,11 @@ from typing import Any
 import jax
 import numpy as np
 from jaxtyping import Array
+from retrodict.models.arrays import OF_B, STEPS, Data, Structure
+from retrodict.models.run_out import RunOut
 
 from retrodict.mechanics import Zone
 from retrodict.mechanics.integration import fixed_steps
-from retrodict.models.arrays import OF_B, STEPS, Data, Structure
-from retrodict.models.run_out import RunOut
 from retrodict.scene.priors import OF_PYTHON, Prior
 from retrodict.scene.records import Mark, Measured, Scene
 

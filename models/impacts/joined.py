@@ -5,13 +5,13 @@ from __future__ import annotations
 import jax.numpy as jnp
 import numpyro
 from jaxtyping import Array, Float
-
-from retrodict.mechanics.together import Masses, common_motion
 from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
 from retrodict.models.impacts.planar import approach_of_b
+
+from retrodict.mechanics.together import Masses, common_motion
 
 
 def as_points(structure: Structure, data: Data, x: parts.Values) -> Separation:

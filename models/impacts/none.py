@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpyro
-
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description

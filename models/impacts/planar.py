@@ -14,22 +14,6 @@ import jax.numpy as jnp
 import numpyro
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
-
-from retrodict.mechanics import (
-    Bodies,
-    Coefficients,
-    audit,
-    axes,
-    closing_speed,
-    contact_velocity,
-    critical_mu,
-    either_side,
-    impulse,
-    inverse_log_det,
-    separation,
-    towards_b,
-    undo,
-)
 from retrodict.models import evidence, parts, priors
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
@@ -46,6 +30,22 @@ from retrodict.models.impact import (
     Separation,
 )
 from retrodict.models.priors import Number
+
+from retrodict.mechanics import (
+    Bodies,
+    Coefficients,
+    audit,
+    axes,
+    closing_speed,
+    contact_velocity,
+    critical_mu,
+    either_side,
+    impulse,
+    inverse_log_det,
+    separation,
+    towards_b,
+    undo,
+)
 
 
 def forward_model(

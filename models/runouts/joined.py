@@ -8,16 +8,16 @@ from typing import Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-
-from retrodict.mechanics import Path, rest, run_out
-from retrodict.mechanics.integration import Paced, Steps
-from retrodict.mechanics.runout import ROWS
-from retrodict.mechanics.together import Layout, joined, layout
 from retrodict.models import parts
 from retrodict.models.arrays import STEPS, Data, Structure
 from retrodict.models.impacts.joined import masses
 from retrodict.models.run_out import OF_WHEELS, RunOut
 from retrodict.models.runouts import slide, wheels
+
+from retrodict.mechanics import Path, rest, run_out
+from retrodict.mechanics.integration import Paced, Steps
+from retrodict.mechanics.runout import ROWS
+from retrodict.mechanics.together import Layout, joined, layout
 
 
 def slid(

@@ -10,6 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from retrodict.models import parts
+from retrodict.models.arrays import Data, Structure
+from retrodict.models.description import Description
+from retrodict.models.run_out import NORMAL_ERRORS, OF_WHEELS, RunOut, level
 
 from retrodict.mechanics import (
     Car,
@@ -26,10 +30,6 @@ from retrodict.mechanics import (
 from retrodict.mechanics.rollout import MEAN_YAW_RATE, WayTaken, turning
 from retrodict.mechanics.rotation import cos_sin
 from retrodict.mechanics.runout import ROWS
-from retrodict.models import parts
-from retrodict.models.arrays import Data, Structure
-from retrodict.models.description import Description
-from retrodict.models.run_out import NORMAL_ERRORS, OF_WHEELS, RunOut, level
 from retrodict.scene.records import WHEELS, Measured, Scene
 
 _SOURCE = "run-outs on wheels simulated at random, of which this model misses so much (grade B)"

@@ -5,15 +5,15 @@ from __future__ import annotations
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
-
-from retrodict.constants import GRAVITY
-from retrodict.mechanics import Path
-from retrodict.mechanics.runout import ROWS
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.run_out import NORMAL_ERRORS, ONE_FRICTION, RunOut, rolls
 from retrodict.models.runouts import spin
+
+from retrodict.constants import GRAVITY
+from retrodict.mechanics import Path
+from retrodict.mechanics.runout import ROWS
 
 
 def rest_poses(

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from numpyro import handlers
 from numpyro.infer.util import log_density
+from retrodict.models import RUNGS, parts, rungs_for
 from scipy import stats
 
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
-from retrodict.models import RUNGS, parts, rungs_for
 from retrodict.options import RunOptions
 from retrodict.scene.records import Approach, Barrier, Contact, Departure, Measured, Scene
 from tests.models.test_friction import density

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro.infer.util import log_density
+from retrodict.models import RUNGS, rungs_for
 from scipy import stats
 
 import retrodict as rd
-from retrodict.models import RUNGS, rungs_for
 from retrodict.scene.quantities import describe
 from retrodict.scene.records import FREEDOM, Measured, Scene
 from retrodict.studies.conflict import conflicts

@@ -9,10 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro.infer.util import log_density
-
-from retrodict.mechanics import rest
 from retrodict.models import RUNGS, parts, rungs_for
 from retrodict.models.arrays import Data, Structure
+
+from retrodict.mechanics import rest
 from retrodict.scene.records import Measured, Scene
 from tests.shared.scenes import collision
 

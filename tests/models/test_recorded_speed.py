@@ -12,10 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro import handlers
+from retrodict.models import RUNGS, parts, rungs_for
 from scipy import integrate, stats
 
 import retrodict as rd
-from retrodict.models import RUNGS, parts, rungs_for
 from retrodict.scene import SceneError, parse_scene
 from retrodict.scene.records import Measured, Scene
 from retrodict.scene.speed_record import SpeedRecord

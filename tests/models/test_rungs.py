@@ -9,13 +9,13 @@ import pytest
 from jax.flatten_util import ravel_pytree
 from numpyro import handlers
 from numpyro.infer.util import constrain_fn, potential_energy, unconstrain_fn
+from retrodict.models import RUNGS, rungs_for
 from scipy import stats
 
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
-from retrodict.models import RUNGS, rungs_for
 from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
 from tests.models.closed_form import everything_exact, momentum_and_slide
 from tests.shared.scenes import collision, rolls

@@ -10,12 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpyro import handlers
+from retrodict.models import RUNGS, parts, rungs_for
+from retrodict.models.arrays import Data, Structure
 
 import retrodict as rd
 from retrodict.constants import GRAVITY
 from retrodict.mechanics import Ground, Incline, rest
-from retrodict.models import RUNGS, parts, rungs_for
-from retrodict.models.arrays import Data, Structure
 from retrodict.scene.records import Measured, Scene, Slope
 from tests.shared.scenes import at_rest, collision, positive, rolls
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from retrodict.models import rungs_for
 
 from retrodict.explore.controls import controls
-from retrodict.models import rungs_for
 from retrodict.scene import SceneError, parse_scene
 from retrodict.scene.priors import default_priors
 from retrodict.scene.records import Measured
