@@ -14,7 +14,7 @@ from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import Impact
-from retrodict.models.impacts import joined, momentum, none, planar
+from retrodict.models.impacts import alone, joined, momentum, planar
 from retrodict.models.of_scene import of_scene
 from retrodict.models.run_out import RunOut
 from retrodict.models.runouts import joined as joined_run_outs
@@ -182,7 +182,7 @@ _JOINED = [
     Rung(joined.AS_POINTS, joined_run_outs.AS_POINTS), Rung(joined.AS_BODY, joined_run_outs.AS_BODY)
 ]  # fmt: skip
 _ALONE_RUNGS = [
-    Rung(none.IMPACT, run_out) for run_out in (slide.RUN_OUT, spin.RUN_OUT, wheels.RUN_OUT)
+    Rung(alone.IMPACT, run_out) for run_out in (slide.RUN_OUT, spin.RUN_OUT, wheels.RUN_OUT)
 ]
 RUNGS: dict[str, Rung] = {rung.name: rung for rung in (*_PARTING, *_JOINED, *_ALONE_RUNGS)}
 
