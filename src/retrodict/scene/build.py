@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -58,17 +57,18 @@ from retrodict.scene.records import (
 from retrodict.scene.schema import SceneEntry
 from retrodict.scene.speed_record import SpeedRecord
 from retrodict.scene.units import ANGLE, GRADE
+from retrodict.scene.unwritten import (
+    AROUND_SLIDING,
+    OF_CONTACT,
+    STANDS_IN,
+    impact_centre,
+    other_side,
+    unwritten_keys,
+    with_stand_ins,
+)
 from retrodict.scene.vehicle_library import find
 
 _SLIDES = math.radians(15)  # off its heading a vehicle slides: tyres that roll slip by some 10 deg
-_STANDS_IN = "stands in for drawing; no model that applies uses it"
-# what slides is drawn as large as a motorcycle, m: that and what lies around it
-_OF_SLIDING, _AROUND_SLIDING = {"wheelbase": 1.4, "track": 0.5}, (0.8, 0.3)
-_LIKE = "intermediate car"  # of which wheelbase and track stand in
-_ALIKE = 0.3  # length of the difference of two unit vectors along nearly the same way
-_POINT = 'point = ["0 ± 0.3 m", "0 ± 0.3 m"]'
-_CENTRE = 'impact_centre = {{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }}'
-_LINE = 'contact_line = "-8.9 ± 3 deg"'
 _SURE = 2  # standard deviations by which friction has to exceed a slope
 
 
@@ -94,13 +94,13 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     )
     surfaces = tuple(_surface(*item) for item in in_order)
     priors = _priors(entry, complain)
-    unwritten = _unwritten(entry, complain)
+    unwritten = unwritten_keys(entry, complain)
     scene = Scene(
         title=entry.title,
         name=name,
         text=text,
         vehicles={
-            v.lower(): _vehicle(v, entries[v], _other_side(v, entries), surfaces[0], complain)
+            v.lower(): _vehicle(v, entries[v], other_side(v, entries), surfaces[0], complain)
             for v in entries
         },
         approach={v.lower(): _approach(each.approach, each.heading) for v, each in entries.items()},
@@ -176,81 +176,6 @@ def _barrier(entry: BarrierEntry) -> Barrier:
     return Barrier(entry.kind, entry.name or entry.kind, diameter)
 
 
-def _unwritten(entry: SceneEntry, complain: Complain) -> tuple[str, ...]:
-    """Paths of the keys that only some models need and the file does not have."""
-    entries, impact = entry.vehicles.by_letter, entry.impact
-    found = [f"vehicles.{v}.{key}" for v, each in entries.items() for key in each.unwritten]
-    if impact.contact_line is None:
-        found.append("impact.contact_line")
-    if impact.point is None:
-        found.append("impact.point")
-        placed = any(s.edge or s.outline for s in entry.surfaces.values()) or any(
-            v.marks or v.end_of_rotation or (v.rest and v.rest.position) for v in entries.values()
-        )
-        if (placed and not entry.alone) or entry.barrier:
-            complain("impact.point", f"missing; write {_POINT}")
-    if entry.barrier and impact.together:
-        complain("impact.together", "a barrier does not go on with the vehicle; leave it out")
-    for path in found if entry.barrier else ():
-        fix = {"impact_centre": _CENTRE, "contact_line": _LINE}.get(path.rpartition(".")[2])
-        if fix:
-            complain(path, f"missing; write {fix}: a crash into a barrier cannot do without")
-    return tuple(found)
-
-
-def _other_side(letter: str, entries: Mapping[str, VehicleEntry]) -> complex | None:
-    """Direction of a vehicle as the other one sees it move; None where there is none to see it."""
-    other = next((each for v, each in entries.items() if v != letter), None)
-    if other is None:
-        return None
-    own, its = (cmath.rect(1, each.heading.value) for each in (entries[letter], other))
-    return own - its
-
-
-def _impact_centre(
-    letter: str, entry: VehicleEntry, size: float, towards: complex | None, complain: Complain
-) -> tuple[Measured, Measured]:
-    """Distance and angle of the impact centre: as written, or on the side from which the other came."""
-    if entry.impact_centre:
-        return entry.impact_centre.distance, entry.impact_centre.angle
-    if towards is None:  # it struck no vehicle: places are counted from where its marks begin
-        nowhere = Measured(0.0, source=_STANDS_IN, assumed="stand-in")
-        return nowhere, nowhere
-    reach, side = DEFAULTS["impact_reach"], DEFAULTS["impact_side"]
-    if abs(towards) < _ALIKE:
-        who = "both vehicles head the same way, so that it tells which was in front"
-        complain(f"vehicles.{letter}.impact_centre", f"missing; write {_CENTRE}: {who}")
-    angle = math.remainder(cmath.phase(towards) - entry.heading.value, math.tau)
-    distance = size / 4
-    return (
-        Measured(distance, reach.amount(distance), "lognormal", f"assumed: ± {reach}", "value"),
-        Measured(angle, side.amount(angle), source=f"assumed: ± {side}", assumed="value"),
-    )
-
-
-def _with_stand_ins(entry: VehicleEntry) -> VehicleEntry:
-    """The entry with a wheelbase and track, exact, where the file has none."""
-    like = find(_LIKE)
-    assert like is not None, "the library has it"
-    sizes = {key: getattr(like, key).value for key in _OF_SLIDING}
-    size = {
-        key: Measured(value, source=_STANDS_IN, assumed="stand-in")
-        for key, value in (_OF_SLIDING if entry.slides else sizes).items()
-        if key in entry.unwritten
-    }
-    if "wheelbase" not in size:
-        return entry.model_copy(update=size)
-    base = size["wheelbase"].value
-    share = DEFAULTS["cg_to_front_axle"].amount(base)
-    axles = {
-        "cg_to_front_axle": replace(size["wheelbase"], value=share),
-        "cg_to_rear_axle": replace(size["wheelbase"], value=base - share),
-    }
-    inertia = entry.mass.value * DEFAULTS["yaw_radius"].amount(base) ** 2
-    stand_in = replace(size["wheelbase"], value=inertia)
-    return entry.model_copy(update={"yaw_inertia": entry.yaw_inertia or stand_in} | axles | size)
-
-
 def _vehicle(
     letter: str,
     entry: VehicleEntry,
@@ -259,14 +184,14 @@ def _vehicle(
     complain: Complain,
 ) -> Vehicle:
     known = find(entry.kind) if entry.kind else None
-    entry = _with_stand_ins(entry)
+    entry = with_stand_ins(entry)
     assert entry.track is not None, "it stands in where it is missing"
     front, rear = axle_distances(letter, entry, known, complain)
     base = entry.wheelbase or Measured(front.value + rear.value, math.hypot(front.sd, rear.sd))
     wheelbase = base.value
     overhang, margin = DEFAULTS["length"].value, DEFAULTS["width"].value
     if entry.slides:
-        overhang, margin = _AROUND_SLIDING
+        overhang, margin = AROUND_SLIDING
     length = entry.length.value if entry.length else front.value + rear.value + overhang
     width = entry.width.value if entry.width else entry.track.value + margin
     if length < wheelbase:
@@ -276,7 +201,7 @@ def _vehicle(
             wheelbase,
         )
     reach = math.hypot(length, width) / 2 + 0.5
-    distance, angle = _impact_centre(letter, entry, length + width, towards, complain)
+    distance, angle = impact_centre(letter, entry, length + width, towards, complain)
     if entry.impact_centre and distance.value > reach:
         complain(
             f"vehicles.{letter}.impact_centre.distance",
@@ -412,7 +337,7 @@ def _contradicts(entry: RestEntry, at_impact: float) -> bool:
 
 
 def _contact(entry: ImpactEntry) -> Contact:
-    stand_in = Measured(0.0, source=_STANDS_IN, assumed="stand-in")
+    stand_in = Measured(0.0, source=STANDS_IN, assumed="stand-in")
     x, y = entry.point or (stand_in, stand_in)
     kept = _kept(entry, IMPACT)
     kept["Gamma"] = kept["Gamma"] or stand_in
@@ -437,7 +362,7 @@ def _question(
         return ("speed_a",)
     not_asked = {"speed_a" if speed_is_known else "", *fixed}
     not_asked |= {"speed_b"} if entry.vehicles.B is None else set()
-    fixes = {"contact_line": _LINE, "impact_centre": _CENTRE}
+    fixes = OF_CONTACT
     lacks = [key for key in unwritten if key.rpartition(".")[2] in fixes]
     if lacks and (wrong := [name for name in entry.question if name in COEFFICIENTS]):
         for key in lacks:
