@@ -169,6 +169,7 @@ def test_too_little_warm_up_is_harmless(ordinary: Ordinary) -> None:
     assert off(x, sure) < 0.25
 
 
+@pytest.mark.slow
 def test_a_wrong_start_is_flagged(ordinary: Ordinary) -> None:
     """Ten standard deviations off in every unknown: divergences tell. The search never starts so."""
     posterior, _, _ = ordinary

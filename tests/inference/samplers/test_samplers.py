@@ -57,6 +57,7 @@ def test_exact_methods_agree_with_nuts(
         assert draws.std() == pytest.approx(sure.std(), rel=0.1)
 
 
+@pytest.mark.slow
 def test_tempering_finds_the_evidence_that_importance_sampling_finds(reference: Outcome) -> None:
     found = reconstruct(SCENE, RunOptions(method="smc", seed=4)).idata["sample_stats"].attrs
     posterior = prepare(SCENE, DEFAULT_RUNG)

@@ -83,7 +83,7 @@ def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
     assert float((draws["Omega_b"] - draws["Omega_a"]).max()) < 0
 
 
-@pytest.mark.parametrize("seed", [229, 449])
+@pytest.mark.parametrize("seed", [pytest.param(229, marks=pytest.mark.slow), 449])
 def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     """Where the measured values leave B so slow, or so fast, that an impulse would have to pull."""
     crash, truth = scene(np.random.default_rng(seed))
