@@ -63,7 +63,7 @@ class Rung:
         if scene.barrier and self.impact.against_barrier is None:
             return _NO_MOMENTUM
         needed = (*self.impact.needs, *self.run_out.needs)
-        missing = [key for key in scene.unwritten if key.rpartition(".")[2] in needed]
+        missing = scene.missing(needed)
         return f"needs {' and '.join(missing)}, which the scene does not have" if missing else ""
 
     def description(self, scene: Scene) -> Description:

@@ -137,6 +137,50 @@ def approach_of_a(x: Values) -> Float[Array, "3"]:
     return jnp.stack([speed * jnp.cos(direction), speed * jnp.sin(direction), x["omega_a"]])
 
 
+def velocity_of_b(structure: Structure, data: Data) -> Float[Array, "2"]:
+    """Sample B's speed and direction before the impact, as measured or from their priors.
+
+    Args:
+        structure: static structure of the scene, with what was measured of B.
+        data: numbers of the scene.
+
+    Returns:
+        x and y of its velocity, m/s.
+    """
+    if "speed_b" in structure.known_of_b:
+        law = dist.TruncatedNormal(*data.inputs["speed_b"], low=0.0)
+        speed = numpyro.sample("speed_b", law)
+    else:
+        speed = priors.unknown("speed_b", structure, data, dist.HalfNormal)
+    if "direction_b" in structure.known_of_b:
+        law = dist.Normal(*data.inputs["direction_b"])
+    else:
+        law = dist.Uniform(-jnp.pi, jnp.pi)
+    direction = numpyro.sample("direction_b", law)
+    v_bx = numpyro.deterministic("vbx", speed * jnp.cos(direction))
+    v_by = numpyro.deterministic("vby", speed * jnp.sin(direction))
+    return jnp.stack([v_bx, v_by])
+
+
+def approach_of_b(structure: Structure, data: Data) -> Float[Array, "3"]:
+    """Sample B's velocity before the impact.
+
+    Args:
+        structure: static structure of the scene, with what was measured of B.
+        data: numbers of the scene.
+
+    Returns:
+        x and y, m/s, and the yaw rate, rad/s.
+    """
+    velocity = velocity_of_b(structure, data)
+    if "omega_b" in structure.known_of_b:
+        law = dist.Normal(*data.inputs["omega_b"])
+    else:
+        law = dist.Normal(0.0, data.priors["omega_b"][0])
+    omega_b = numpyro.sample("omega_b", law)
+    return jnp.append(velocity, omega_b)
+
+
 def impact_poses(x: Values) -> Float[Array, "vehicles 3"]:
     """Poses of the vehicles at impact: the impact centre minus each lever, and the headings."""
     centre = jnp.stack([x["impact_x"], x["impact_y"]]) - levers(x)
@@ -316,8 +360,18 @@ def record_motion(after: Float[Array, " separation"], delta_v: Float[Array, "veh
         delta_v: change of velocity of A and of B, m/s; of A alone where A struck a barrier.
     """
     count = len(delta_v)
+    record_velocities(after, count)
+    for v, change in zip(VEHICLES[:count], delta_v, strict=True):
+        numpyro.deterministic(f"delta_v_{v}", jnp.hypot(*change))
+
+
+def record_velocities(after: Float[Array, " separation"], count: int) -> None:
+    """Record velocities after the impact.
+
+    Args:
+        after: velocities as in `record_motion`.
+        count: number of vehicles.
+    """
     names = [name for of_one in AFTER[:count] for name in of_one[: after.size // count]]
     for name, value in zip(names, after, strict=True):
         numpyro.deterministic(name, value)
-    for v, change in zip(VEHICLES[:count], delta_v, strict=True):
-        numpyro.deterministic(f"delta_v_{v}", jnp.hypot(*change))

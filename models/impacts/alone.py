@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpyro
 from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
@@ -15,8 +14,7 @@ def forward_model(structure: Structure, data: Data, x: parts.Values) -> Separati
     motion = parts.approach_of_a(x)
     if "heading" not in structure.rests:
         motion = motion[:2]
-    for name, value in zip(parts.AFTER[0], motion, strict=False):
-        numpyro.deterministic(name, value)
+    parts.record_velocities(motion, 1)
     return motion
 
 

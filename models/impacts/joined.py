@@ -9,7 +9,6 @@ from retrodict.models import evidence, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
-from retrodict.models.impacts.planar import approach_of_b
 
 from retrodict.mechanics.together import Masses, common_motion
 
@@ -45,7 +44,7 @@ def _apart(x: parts.Values) -> Float[Array, "2"]:
 
 
 def _before(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "2 3"]:
-    before = jnp.stack([parts.approach_of_a(x), approach_of_b(structure, data)])
+    before = jnp.stack([parts.approach_of_a(x), parts.approach_of_b(structure, data)])
     # nothing tells in which direction the contact pushes: the centres of gravity approach each other
     past = before[1, :2] - before[0, :2]
     parts.close_in(-(past @ _apart(x)))

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpyro
 from jaxtyping import Array, Float
 from numpyro import distributions as dist
-from retrodict.models import parts, priors
+from retrodict.models import parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.description import Description
 from retrodict.models.impact import MOMENTUM, SHORT, Impact, Separation
@@ -17,20 +17,7 @@ def forward_model(structure: Structure, data: Data, x: parts.Values) -> Separati
     m_a, m_b = x["mass_a"], x["mass_b"]
     v_a = parts.approach_of_a(x)[:2]
 
-    # B's approach
-    if "speed_b" in structure.known_of_b:
-        law = dist.TruncatedNormal(*data.inputs["speed_b"], low=0.0)
-        speed_b = numpyro.sample("speed_b", law)
-    else:
-        speed_b = priors.unknown("speed_b", structure, data, dist.HalfNormal)
-    if "direction_b" in structure.known_of_b:
-        law = dist.Normal(*data.inputs["direction_b"])
-    else:
-        law = dist.Uniform(-jnp.pi, jnp.pi)
-    direction_b = numpyro.sample("direction_b", law)
-    v_bx = numpyro.deterministic("vbx", speed_b * jnp.cos(direction_b))
-    v_by = numpyro.deterministic("vby", speed_b * jnp.sin(direction_b))
-    v_b = jnp.stack([v_bx, v_by])
+    v_b = parts.velocity_of_b(structure, data)
 
     # the impact
     impulse = dist.Normal(0.0, m_a * data.priors["impulse"][0])

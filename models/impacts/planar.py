@@ -64,7 +64,7 @@ def forward_model(
         (3,), A's alone, where A struck a barrier, which keeps still.
     """
     bodies = parts.bodies(x)
-    of_b = jnp.zeros(3) if structure.single else approach_of_b(structure, data)
+    of_b = jnp.zeros(3) if structure.single else parts.approach_of_b(structure, data)
     before = jnp.concatenate([parts.approach_of_a(x), of_b])
 
     # coefficient of restitution: lower at higher closing speeds
@@ -113,28 +113,6 @@ def _mu(structure: Structure, data: Data, mu_c: Float[Array, ""]) -> Float[Array
     friction = priors.unknown("mu", structure, data, site="mu_available")
     size = friction if structure.interlocked else jnp.minimum(friction, jnp.abs(mu_c))
     return numpyro.deterministic("mu", jnp.where(mu_c < 0, -size, size))
-
-
-def approach_of_b(structure: Structure, data: Data) -> Float[Array, "3"]:
-    """Sample B's velocity before the impact: x and y (m/s) and yaw rate (rad/s)."""
-    known, inputs = structure.known_of_b, data.inputs
-    if "speed_b" in known:
-        speed_b = numpyro.sample("speed_b", dist.TruncatedNormal(*inputs["speed_b"], low=0.0))
-    else:
-        speed_b = priors.unknown("speed_b", structure, data, dist.HalfNormal)
-    if "direction_b" in known:
-        law = dist.Normal(*inputs["direction_b"])
-    else:
-        law = dist.Uniform(-jnp.pi, jnp.pi)
-    direction_b = numpyro.sample("direction_b", law)
-    v_bx = numpyro.deterministic("vbx", speed_b * jnp.cos(direction_b))
-    v_by = numpyro.deterministic("vby", speed_b * jnp.sin(direction_b))
-    if "omega_b" in known:
-        law = dist.Normal(*inputs["omega_b"])
-    else:
-        law = dist.Normal(0.0, data.priors["omega_b"][0])
-    omega_b = numpyro.sample("omega_b", law)
-    return jnp.stack([v_bx, v_by, omega_b])
 
 
 def _record(

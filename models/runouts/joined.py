@@ -14,9 +14,8 @@ from retrodict.models.impacts.joined import masses
 from retrodict.models.run_out import OF_WHEELS, RunOut
 from retrodict.models.runouts import slide, wheels
 
-from retrodict.mechanics import Path, rest, run_out
-from retrodict.mechanics.integration import Paced, Steps
-from retrodict.mechanics.runout import ROWS
+from retrodict.mechanics import Path, rest
+from retrodict.mechanics.integration import Paced
 from retrodict.mechanics.together import Layout, joined, layout
 
 
@@ -49,11 +48,7 @@ def rest_poses(
 
 def paths(structure: Structure, data: Data, x: parts.Values, after: Float[Array, "6"]) -> Path:
     """Paths of both vehicles to rest, stacked."""
-
-    def follow(pose: Array, velocity: Array, car: Any, on: Any, steps: Any) -> Path:
-        return run_out(pose, velocity, car, on, ROWS if isinstance(steps, Steps) else steps)
-
-    at, path = _follow(follow, structure, data, x, after)
+    at, path = _follow(wheels.in_rows, structure, data, x, after)
     return at.paths(path)
 
 

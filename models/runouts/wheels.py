@@ -16,6 +16,7 @@ from retrodict.models.run_out import NORMAL_ERRORS, OF_WHEELS, RunOut
 
 from retrodict.mechanics import Car, Ground, Path, rest, run_out
 from retrodict.mechanics.integration import Paced, Steps
+from retrodict.mechanics.motion import Joined
 from retrodict.mechanics.runout import ROWS
 
 
@@ -30,11 +31,12 @@ def paths(
     structure: Structure, data: Data, x: parts.Values, after: Float[Array, " separation"]
 ) -> Path:
     """Paths of the vehicles to rest, stacked."""
+    return _both(in_rows, structure, data, x, after)
 
-    def follow(pose: Array, velocity: Array, car: Car, on: Ground, steps: Any) -> Path:
-        return run_out(pose, velocity, car, on, ROWS if isinstance(steps, Steps) else steps)
 
-    return _both(follow, structure, data, x, after)
+def in_rows(pose: Array, velocity: Array, car: Car | Joined, on: Ground, steps: Any) -> Path:
+    """`run_out` with a row a step, whose number a compiled program has to know."""
+    return run_out(pose, velocity, car, on, ROWS if isinstance(steps, Steps) else steps)
 
 
 def _both[T](

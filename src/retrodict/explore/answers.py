@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from retrodict.explore.templates import template
 from retrodict.findings.rounding import format_range, format_value
 from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON, WITHHELD
 from retrodict.inference.digits import decimals_of
@@ -170,3 +171,26 @@ def dots(answer: Answer, one: str, other: str, units: Units) -> list[list[float]
 def _finite(draws: np.ndarray) -> np.ndarray:
     values = np.ravel(draws)
     return values[np.isfinite(values)]
+
+
+def html(answer: Answer, units: Units, count: int) -> str:
+    """The table of an answer, with the verdict of its checks.
+
+    Args:
+        answer: answer of a session.
+        units: "si" or "us".
+        count: number of the answer on its page, from 1.
+
+    Returns:
+        A fragment; every text of the scene is escaped.
+    """
+    checks = answer.checks
+    return template("answer.html.j2").render(
+        rows=rows(answer, units),
+        passed=checks.passed,
+        reasons=checks.reasons,
+        flags=checks.flags,
+        seconds=answer.seconds,
+        model=answer.model,
+        count=count,
+    )

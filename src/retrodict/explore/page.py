@@ -90,17 +90,7 @@ class Page:
     def answered(self, answer: Answer) -> None:
         """Show an answer."""
         self._count += 1
-        checks = answer.checks
-        content = {
-            "rows": answers.rows(answer, self.units),
-            "passed": checks.passed,
-            "reasons": checks.reasons,
-            "flags": checks.flags,
-            "seconds": answer.seconds,
-            "model": answer.model,
-            "count": self._count,
-        }
-        self._answer.set_content(template("answer.html.j2").render(content))
+        self._answer.set_content(answers.html(answer, self.units, self._count))
         self._draw_marginals(answer)
         self._draw_joint(answer)
 

@@ -40,7 +40,7 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
     """
     # one wrong value may cause several of these: only the most specific is given
     wrong = [*_masses(scene), *_inertias(scene), *_courses(scene)]
-    missing = [key for key in scene.unwritten if key.rpartition(".")[2] in _OF_CONTACT]
+    missing = scene.missing(_OF_CONTACT)
     if placed := not missing:
         wrong = wrong or _slips(scene)
         wrong = wrong or _sides(scene) or _beyond_the_wall(scene) or _pushes(scene)

@@ -18,7 +18,7 @@ from retrodict.scene.quantities import REPORTED, UNKNOWNS
 from retrodict.scene.speed_record import SpeedRecord
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from matplotlib.figure import Figure
 
@@ -366,6 +366,10 @@ class Scene:
     def stated(self) -> dict[str, Measured]:
         """The inputs that were measured or assumed: without those that only stand in."""
         return {name: m for name, m in self.inputs().items() if m.assumed != "stand-in"}
+
+    def missing(self, keys: Collection[str]) -> list[str]:
+        """Paths of those of some keys, named without their tables, that the file does not have."""
+        return [path for path in self.unwritten if path.rpartition(".")[2] in keys]
 
     def evidence(self) -> dict[str, Measured]:
         """Items of evidence for the likelihood, by flat name: rest_x_a, departure_speed_b, mark_1_a, …

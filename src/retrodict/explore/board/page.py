@@ -134,17 +134,7 @@ class BoardPage:
     def answered(self, answer: Answer) -> None:
         """Show an answer."""
         self._count += 1
-        checks = answer.checks
-        content = {
-            "rows": answers.rows(answer, self.units),
-            "passed": checks.passed,
-            "reasons": checks.reasons,
-            "flags": checks.flags,
-            "seconds": answer.seconds,
-            "model": answer.model,
-            "count": self._count,
-        }
-        self._answer.set_content(template("answer.html.j2").render(content))
+        self._answer.set_content(answers.html(answer, self.units, self._count))
 
     def failed(self, why: str) -> None:
         """Say why there is no answer."""
