@@ -24,6 +24,7 @@ from retrodict.inference.samplers.importance import adapted, evaluated
 from retrodict.inference.samplers.nested import EXTRA, Nested, nested
 from retrodict.inference.samplers.proposal import Proposal
 from retrodict.inference.samplers.psis import (
+    MAX_PARETO_K,
     effective,
     judged,
     log_mean,
@@ -46,7 +47,7 @@ _THEN_MOST, _THEN_PILOT = 16, 2048
 # Independent draws whose errors are not exceeded: 1000 leave a mean uncertain by 3 % of its sd.
 _AS_GOOD_AS = 1000.0
 # Points of each scrambling at first, and the largest multiple of them, where each is solved for.
-_NESTED_FIRST, _NESTED_MOST = 128, 16
+_NESTED_FIRST, _NESTED_MOST = 128, 64
 TAILS = 2  # coordinates of the unit cube that make the tails of a proposal about a mode
 _SHORT = 1 / 3  # share of the draws that are enough, below which first points shape the proposal
 _DRAWS = 2000  # of equal weight
@@ -212,7 +213,8 @@ class Points:
                 for name in drawn[0].quantities
             }
             precise = precision(scene, quantities, weighted)
-            if times == self._most or min(precise.bulk, precise.tail) >= enough:
+            settled = k <= MAX_PARETO_K and min(precise.bulk, precise.tail) >= enough
+            if times == self._most or settled:
                 break
             if not shaped and min(precise.bulk, precise.tail) < _SHORT * enough:
                 shaped = True
