@@ -51,6 +51,7 @@ def test_the_density_is_that_of_the_model_times_the_jacobian(kind: Kind) -> None
         assert others == pytest.approx([value, value], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_deviates_come_back_from_the_unknowns() -> None:
     own = density("deviates")
     w = np.random.default_rng(1).standard_normal((4, own.size))

@@ -29,7 +29,7 @@ def of_speed(v: np.ndarray) -> np.ndarray:
     return stats.norm(SAID, SURE).logpdf(v)
 
 
-@pytest.mark.parametrize("method", ["importance", "nuts"])
+@pytest.mark.parametrize("method", ["importance", pytest.param("nuts", marks=pytest.mark.slow)])
 def test_a_witness_moves_the_posterior_as_quadrature_says(method: str, tmp_path: Path) -> None:
     expected = by_hand.posterior(SCENE, PRIORS, of_speed)
     without = by_hand.posterior(SCENE, PRIORS)

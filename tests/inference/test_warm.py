@@ -35,7 +35,7 @@ def _rest_of_b(**measured: Measured) -> Scene:
     "scene",
     [
         SCENE,
-        _speed_of_a(22.0),
+        pytest.param(_speed_of_a(22.0), marks=pytest.mark.slow),
         _speed_of_a(18.0, 2.0),
         _rest_of_b(x=Measured(9.4, 0.15), y=Measured(-12.6, 0.3)),
     ],

@@ -166,7 +166,7 @@ def test_no_grade_is_level_ground() -> None:
     np.testing.assert_allclose(flat, level, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("height", [None, 0.55])
+@pytest.mark.parametrize("height", [pytest.param(None, marks=pytest.mark.slow), 0.55])
 @pytest.mark.parametrize("drag", [[1.0] * 4, [1.0, 0.4, 0.2, 0.2]])
 def test_a_slope_agrees_with_scipy(drag: list[float], height: float | None) -> None:
     """Downhill and across, spinning, over an edge; on wheels to the speed at which they would creep."""
@@ -331,6 +331,7 @@ def paced(fineness: float, pose: jax.Array, velocity: jax.Array, car: Car, groun
     return jax.jacfwd(end, has_aux=True)(velocity)
 
 
+@pytest.mark.slow
 def test_paced_steps_follow_cars_that_roll() -> None:
     """Against adaptive steps of order eight; fine ones are off by how the last motion is closed."""
     cars = cars_that_roll(16)

@@ -163,7 +163,7 @@ def test_probabilities_of_friction_are_integrals_of_its_density(
     np.testing.assert_allclose(law.cdf(jnp.asarray(shares * critical)), by_integral, atol=2e-4)
 
 
-@pytest.mark.parametrize("interlocked", [False, True])
+@pytest.mark.parametrize("interlocked", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("critical", CRITICAL)
 def test_slopes_of_a_quantile_of_friction_are_those_of_differences(
     critical: float, interlocked: bool

@@ -96,6 +96,7 @@ def by_prior(scene: Scene) -> tuple[dict[str, np.ndarray], np.ndarray]:
     return columns, weights / weights.sum()
 
 
+@pytest.mark.slow
 def test_an_outlier_is_believed() -> None:
     """B's rest 10 sd off: an answer far from the truth passes, as the report of the scene forewarns."""
     scene, truth = made()
@@ -183,6 +184,7 @@ def test_a_wrong_start_is_flagged(ordinary: Ordinary) -> None:
     assert faults(elsewhere, found, x)
 
 
+@pytest.mark.slow
 def test_long_slides_on_ice_are_answered() -> None:
     """Friction 0.05: A slides 14 m and B 44 m, with the spin that they have."""
     scene, truth = made(grip=0.1)
@@ -191,6 +193,7 @@ def test_long_slides_on_ice_are_answered() -> None:
     assert far_from_truth(outcome, truth) < 2
 
 
+@pytest.mark.slow
 def test_naive_coordinates_are_stiff(ordinary: Ordinary) -> None:
     """In the model's own unknowns correlations are far from a sphere; in ours they are near one."""
     posterior, _, w = ordinary

@@ -96,6 +96,7 @@ def outside(found: Calibration) -> set[str]:
     return {name for name, each in uniformity(found).items() if not each.inside_jointly}
 
 
+@pytest.mark.slow
 def test_the_simplest_rung_is_calibrated_and_a_slip_of_units_is_caught(monkeypatch) -> None:
     """B's speed of the simulated crashes in knots, which the model takes for miles an hour."""
     design = study.design()

@@ -67,14 +67,17 @@ def test_tempering_finds_the_evidence_that_importance_sampling_finds(reference: 
     assert found["log_evidence"] == pytest.approx(np.log(weight.mean()), abs=0.2)
 
 
-def test_approximations_say_that_they_are(reference: Outcome) -> None:
-    for method in ("laplace", "monte-carlo", "linear"):
-        found = reconstruct(SCENE, RunOptions(method=method))
-        assert any("an approximation" in note for note in found.notes)
-        assert found.settings["method"] == method
-        # far from bounds and with little curvature they are not far off
-        speed, sure = (o.idata["posterior"]["speed_b"].values for o in (found, reference))
-        assert abs(speed.mean() - sure.mean()) < 0.5 * sure.std(), method
+@pytest.mark.parametrize(
+    "method",
+    ["linear", *(pytest.param(m, marks=pytest.mark.slow) for m in ("laplace", "monte-carlo"))],
+)
+def test_approximations_say_that_they_are(method: str, reference: Outcome) -> None:
+    found = reconstruct(SCENE, RunOptions(method=method))
+    assert any("an approximation" in note for note in found.notes)
+    assert found.settings["method"] == method
+    # far from bounds and with little curvature they are not far off
+    speed, sure = (o.idata["posterior"]["speed_b"].values for o in (found, reference))
+    assert abs(speed.mean() - sure.mean()) < 0.5 * sure.std()
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,7 @@ def test_every_point_is_bent_to_where_its_levels_are_reached(posterior: Posterio
     assert worst < 1e-11
 
 
+@pytest.mark.slow
 def test_no_crash_is_reached_twice() -> None:
     """Far out the linear equations led back to the mode, which passed for another."""
     scene = load_scene(EXAMPLES / "brach-1977" / "scene.toml")

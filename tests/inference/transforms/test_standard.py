@@ -62,8 +62,6 @@ SCENES = {
 }
 QUICK = {
     ("momentum", "departed"),
-    ("planar-moment", "departed"),
-    ("planar-moment", "course known"),
     ("planar-moment", "wall"),
 }
 
@@ -133,6 +131,7 @@ def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
     np.testing.assert_allclose(whitened.deviates(there), posterior.deviates(w), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_the_compiled_density_and_its_gradient_are_those_of_batches(posterior: Posterior) -> None:
     """NUTS differentiates a program of its own, of a fixed number of steps."""
     fixed = posterior.differentiable()
