@@ -63,6 +63,7 @@ def test_deviates_come_back_from_the_unknowns() -> None:
         density("auto").coordinates({})
 
 
+@pytest.mark.slow
 def test_the_slope_is_that_of_the_density_and_cut_where_it_is_steep() -> None:
     own, steepest = density("deviates"), 3.0
     w, step = 4 * np.random.default_rng(2).standard_normal(own.size), 1e-5

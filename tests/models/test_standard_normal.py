@@ -45,6 +45,14 @@ STRUCTURES |= {
     "nothing measured is uncertain": (collision(share=0.0), FULL),
     "wheels that roll": (rolls(collision(), "b", (0.9, 0.3, 0.2, 0.2)), "planar-moment+wheels"),
 }
+# the run-out is the same for every impact: one structure of each impact by default
+_FIRST = {RUNGS[rung].impact: name for name, (_, rung) in reversed(STRUCTURES.items())}.values()
+OF_EACH_IMPACT = [
+    name
+    if name in _FIRST or name.endswith("wall") or name.endswith("interlocked")
+    else pytest.param(name, marks=pytest.mark.slow)
+    for name in STRUCTURES
+]
 
 
 def drawn(scene: Scene, rung: str) -> tuple[np.ndarray, np.ndarray, Unknowns, Unknowns]:
@@ -87,7 +95,7 @@ def drawn(scene: Scene, rung: str) -> tuple[np.ndarray, np.ndarray, Unknowns, Un
     return np.asarray(allowed), np.asarray(u), values, back
 
 
-@pytest.mark.parametrize("which", STRUCTURES)
+@pytest.mark.parametrize("which", OF_EACH_IMPACT)
 def test_crashes_have_deviates_and_come_back_from_them(which: str) -> None:
     allowed, u, values, back = drawn_of(which)
     assert 0.2 < allowed.mean() <= 1
