@@ -16,7 +16,7 @@ import numpy as np
 
 from retrodict.inference import diagnostics
 from retrodict.inference.digits import decimals_of
-from retrodict.inference.fitting.posterior import Posterior
+from retrodict.inference.fitting.posterior import LEAST_WEIGHT, Posterior
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.modes import SLIGHT, shares, solutions
 from retrodict.inference.outcome import Checks
@@ -48,6 +48,7 @@ _THEN_MOST, _THEN_PILOT = 16, 2048
 _AS_GOOD_AS = 1000.0
 # Points of each scrambling at first, and the largest multiple of them, where each is solved for.
 _NESTED_FIRST, _NESTED_MOST = 128, 64
+_HEAVY_MOST = 8  # the same where weights are too uneven: a Pareto k that is high stays so
 TAILS = 2  # coordinates of the unit cube that make the tails of a proposal about a mode
 _SHORT = 1 / 3  # share of the draws that are enough, below which first points shape the proposal
 _DRAWS = 2000  # of equal weight
@@ -206,6 +207,8 @@ class Points:
             return [part.drawn(points) for part in parts]
 
         times, drawn, shaped = 1, more(0, 1), False
+        counting = np.flatnonzero(_odds(drawn) > LEAST_WEIGHT)
+        parts, drawn = [parts[i] for i in counting], [drawn[i] for i in counting]
         while True:
             weighted, faults, k = _weighted(parts, drawn)
             quantities = {
@@ -214,7 +217,8 @@ class Points:
             }
             precise = precision(scene, quantities, weighted)
             settled = k <= MAX_PARETO_K and min(precise.bulk, precise.tail) >= enough
-            if times == self._most or settled:
+            most = self._most if k <= MAX_PARETO_K else min(self._most, _HEAVY_MOST)
+            if settled or times >= most:
                 break
             if not shaped and min(precise.bulk, precise.tail) < _SHORT * enough:
                 shaped = True
@@ -340,13 +344,17 @@ def _equally_weighted(
     }
 
 
+def _odds(drawn: list[_Drawn]) -> np.ndarray:
+    """Weights of solutions that sum to one; alike where no point has a density."""
+    evidence = np.array([log_mean(each.log_weight)[0] for each in drawn])
+    return shares(evidence) if np.isfinite(evidence).any() else np.ones(len(drawn)) / len(drawn)
+
+
 def _weighted(parts: list[Part], drawn: list[_Drawn]) -> tuple[Weighted, tuple[str, ...], float]:
     """Weights of the points of all solutions; faults of the weights, and the worst Pareto k."""
-    evidence = np.array([log_mean(each.log_weight)[0] for each in drawn])
-    odds = shares(evidence) if np.isfinite(evidence).any() else np.ones(len(drawn)) / len(drawn)
     reasons: list[str] = []
     weights, k = [], []
-    for share, each, part in zip(odds, drawn, parts, strict=True):
+    for share, each, part in zip(_odds(drawn), drawn, parts, strict=True):
         own, shape = smoothed(each.log_weight)
         weights.append(share * own)
         if share >= SLIGHT:
