@@ -301,7 +301,7 @@ def _answer_all(asked: Asked, scenes: Keyed) -> list[Answered]:
             found |= {key: answer(scene, asked.model, asked.seed) for key, scene in left}
         return [found[key] for key, _ in scenes]
     jobs = [partial(answer, scene, asked.model, asked.seed) for _, scene in scenes]
-    return _together(asked, jobs) if len(jobs) > 1 else [jobs[0]()]
+    return _together(asked, jobs)  # a scene alone too: another program rounds otherwise
 
 
 def _all_by_points(scenes: Keyed, asked: Asked, times: int) -> dict[str, Answered]:
