@@ -9,13 +9,13 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from retrodict.interchange.cells import NoNumber, number
-from retrodict.interchange.column_map import (
+from retrodict.interchange.headings import is_no_value, number_in, units_in
+from retrodict.interchange.recorder_map import (
     RECORDED,
     RecordedSpeedEntry,
     RecorderEntry,
     taken_as,
 )
-from retrodict.interchange.headings import is_no_value, number_in, units_in
 from retrodict.interchange.source_file import SourceFile
 from retrodict.interchange.table_in import Row, TableIn, plain, read_table
 from retrodict.interchange.taken import Taken, quantity, replaced, rounded

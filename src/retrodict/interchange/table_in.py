@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from retrodict.interchange.column_map import BLANKS, TableEntry
+from retrodict.interchange.map_tables import BLANKS, TableEntry
 from retrodict.interchange.source_file import SourceFile
 from retrodict.scene.errors import SceneError, shown
 
