@@ -56,16 +56,7 @@ _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
 
 @drawing.styled
 def scene_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """Scaled top view: surfaces, impact, measured poses and a fan of posterior run-outs.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: outcome of the reconstruction, with its draws.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """Scaled top view: surfaces, impact, measured poses and a fan of posterior run-outs."""
     return _from_above(findings.scene, units, outcome)
 
 
