@@ -58,10 +58,11 @@ def answers_to(
     Returns:
         One record a question; withheld where checks failed.
     """
-    found = [probability_of(outcome, quantities, each) for each in questions.probabilities]
-    for each in _asked(outcome, questions, quantities, left_out):
-        found.append(_answer(outcome, quantities, each.blanks, each.study, each.words))
-    return tuple(found)
+    further = _asked(outcome, questions, quantities, left_out)
+    return (
+        *(probability_of(outcome, quantities, each) for each in questions.probabilities),
+        *(_answer(outcome, quantities, each.blanks, each.study, each.words) for each in further),
+    )
 
 
 class _Asked(NamedTuple):
