@@ -22,6 +22,7 @@ from retrodict.interchange.plan_drawing import (
 from retrodict.report.figures import drawing
 from retrodict.report.figures.plan_geometry import (
     barrier_outline,
+    contact_lines,
     impact_pose,
     outline,
     wheel_paths,
@@ -138,14 +139,12 @@ def _contact(scene: Scene) -> Layer:
     """The impact centre with its error, and the contact line."""
     contact = scene.contact
     at = (contact.x.value, contact.y.value)
-    half = 0.45 * max(vehicle.length for vehicle in scene.vehicles.values())
-    along = half * np.array([-math.sin(contact.Gamma.value), math.cos(contact.Gamma.value)])
     shapes: tuple[Shape, ...] = (
         Point(at),
         *_within(at, contact.x.sd, contact.y.sd),
     )
     if "impact.contact_line" not in scene.unwritten:
-        shapes += (Line(at + np.array([-along, along])),)
+        shapes += (Line(contact_lines(scene)[0]),)
     return Layer("IMPACT-POINT", drawing.INK, shapes)
 
 

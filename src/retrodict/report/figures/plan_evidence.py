@@ -10,9 +10,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Wedge
 
 from retrodict.report.figures import drawing
-from retrodict.report.figures.plan_geometry import Pose, impact_pose, outline, skid_lines
+from retrodict.report.figures.plan_geometry import (
+    Pose,
+    contact_lines,
+    ends_of_rotation,
+    impact_pose,
+    outline,
+    rest_outline,
+    skid_lines,
+)
 from retrodict.report.figures.plan_signs import write_name
-from retrodict.scene.records import Measured, Scene, Vehicle
+from retrodict.scene.records import Scene, Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -41,20 +49,12 @@ def draw_measured(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
 def measured_points(scene: Scene) -> list[np.ndarray]:
     """Points of a scene that its plan has to show, in m, each entry of shape (any, 2)."""
     points = [outline(scene.vehicles[v], impact_pose(scene, v)) for v in scene.vehicles]
-    points += [_rest_points(scene, v) for v in scene.rest]
+    points += [rest_outline(scene, v) for v in scene.rest]
     points += [_rests_from_impact(scene, v) for v in scene.from_impact]
     points += [np.array([[m.x, m.y] for m in marks]) for marks in scene.marks.values()]
-    points += [np.array([[x, y]]) for _, x, y, _ in _ends_of_rotation(scene)]
-    points += _contact_lines(scene)
+    points += [np.array([[x, y]]) for _, x, y, _ in ends_of_rotation(scene)]
+    points += contact_lines(scene)
     return points + [lines.reshape(-1, 2) for _, lines in skid_lines(scene)]
-
-
-def _rest_points(scene: Scene, v: str) -> np.ndarray:
-    """The corners at rest, or the centre of gravity alone where no heading was measured."""
-    rest = scene.rest[v]
-    if rest.heading is None:
-        return np.array([[rest.x.value, rest.y.value]])
-    return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
 
 
 def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
@@ -169,16 +169,10 @@ def _marks(axes: Axes, scene: Scene, worth: float) -> None:
             )  # fmt: skip
 
 
-def _ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | None]]:
-    """Vehicle, x, y and heading of each end of rotation whose coordinates were both measured."""
-    ends = scene.end_of_rotation.items()
-    return [(v, e.x.value, e.y.value, e.heading) for v, e in ends if e.x and e.y]
-
-
 def _rotations(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     """The measured ends of rotation."""
     look: dict[str, Any] = {"ls": "", "marker": "D", "ms": 4.5, "mfc": "white", "mew": 1.2}
-    ends = _ends_of_rotation(scene)
+    ends = ends_of_rotation(scene)
     for v, x, y, heading in ends:
         colour = drawing.OF_VEHICLE[v]
         if heading:
@@ -188,14 +182,6 @@ def _rotations(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
         axes.plot(x / worth, y / worth, mec=colour, zorder=8, **look)
     handle = Line2D([], [], mec=drawing.INK, label="end of rotation, measured", **look)
     return [handle] if ends else []
-
-
-def _contact_lines(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """The contact line and its normal, from end to end, in m."""
-    at = np.array([scene.contact.x.value, scene.contact.y.value])
-    c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
-    half = 0.45 * max(v.length for v in scene.vehicles.values())
-    return at + half * np.array([[s, -c], [-s, c]]), at + half * np.array([[0, 0], [c, s]])
 
 
 def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
@@ -208,7 +194,7 @@ def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
     star = Line2D([], [], ls="", marker="*", color="white", mec=ink, ms=10, label="impact centre")
     if "impact.contact_line" in scene.unwritten:
         return [star]
-    line, normal = (ends / worth for ends in _contact_lines(scene))
+    line, normal = (ends / worth for ends in contact_lines(scene))
     axes.plot(*line.T, "-.", color=ink, lw=1.0, zorder=8)
     axes.add_patch(
         FancyArrowPatch(
