@@ -61,15 +61,15 @@ def compare(
         with refusing(NotStored, SceneError, NothingInCommon):
             first, second = load_result(one), load_result(other)
             found = first.compare(second)
-        of = first.outcome.scene.sought
-        steps = _each_alone(first, found, of, progress) if each else ()
+        sought = first.outcome.scene.sought
+        steps = _each_alone(first, found, sought, progress) if each else ()
         progress(WRITING, 0, 1)
         document = compared(
             found,
             (first.findings, first.outcome),
             (second.findings, second.outcome),
             steps,
-            of,
+            sought,
             units.value,
         )
         with refusing(NoGlyph, status=1), writing(folder, "documents"):
@@ -81,7 +81,9 @@ def compare(
         print_path(file, console)
 
 
-def _each_alone(first: Result, found: Differences, of: str, progress: Progress) -> tuple[Step, ...]:
+def _each_alone(
+    first: Result, found: Differences, sought: str, progress: Progress
+) -> tuple[Step, ...]:
     """How far each difference of the scene files moves the answer by itself."""
     if not found.scene:
         return ()
@@ -92,4 +94,6 @@ def _each_alone(first: Result, found: Differences, of: str, progress: Progress) 
         key: (old, None if new == NOTHING else new) for key, (old, new) in found.scene.items()
     }
     outcome = first.outcome
-    return each_alone(outcome.scene, changes, outcome.description.name, of, outcome.seed, progress)
+    return each_alone(
+        outcome.scene, changes, outcome.description.name, sought, outcome.seed, progress
+    )

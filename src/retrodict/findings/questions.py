@@ -169,12 +169,12 @@ def probability_of(
 def _with_impact_speed(asked: Answered, proposition: Proposition, found: Probability) -> Answered:
     """The answer on the speed before the skid, and that on the impact speed: speed_a may mean either."""
     v = proposition.name[-1]
-    beside = (
+    remark = (
         f"This is the speed at which {v.upper()} travelled before it skidded, which a speed limit is "
         f"about. Of its impact speed (impact_speed_{v}) {share_in_words(found)}."
     )
     return in_both_units(
-        {u: asked.in_units(u) for u in SYSTEMS}, lambda own, _: with_sentences(own, beside)
+        {u: asked.in_units(u) for u in SYSTEMS}, lambda own, _: with_sentences(own, remark)
     )
 
 

@@ -266,20 +266,20 @@ def _rows(
 ) -> Departures:
     """Distinct solutions, and a smallest miss for turns without one, in the order of `Departures`."""
     rows = []
-    for V, by, whole, angle in zip(velocity, miss, turns, rotation, strict=True):
-        size = np.nan_to_num(np.hypot(by[:, 0], k * by[:, 1]), nan=np.inf)
+    for V, off, whole, angle in zip(velocity, miss, turns, rotation, strict=True):
+        size = np.nan_to_num(np.hypot(off[:, 0], k * off[:, 1]), nan=np.inf)
         speeds = V * [1, 1, k]
         kept: list[int] = []
         for i in np.argsort(size):
-            there = bool((by[i] <= tolerance).all())
+            there = bool((off[i] <= tolerance).all())
             apart = np.linalg.norm(speeds[kept] - speeds[i], axis=1)
             if not kept or (there and (apart > _SAME * (1 + np.linalg.norm(speeds[i]))).all()):
                 kept.append(int(i))
-                rows.append((not there, abs(angle), size[i], V[i], by[i], whole, angle))
+                rows.append((not there, abs(angle), size[i], V[i], off[i], whole, angle))
     rows.sort(key=lambda row: row[:3])
-    missed, _, _, V, by, whole, angle = zip(*rows, strict=True)
+    missed, _, _, V, off, whole, angle = zip(*rows, strict=True)
     return Departures(
-        np.array(V), np.array(by), ~np.array(missed), np.array(whole, int), np.array(angle)
+        np.array(V), np.array(off), ~np.array(missed), np.array(whole, int), np.array(angle)
     )
 
 

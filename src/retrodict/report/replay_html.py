@@ -52,24 +52,24 @@ def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -
         return ""
     scene, median = findings.scene, found[len(found) // 2]
     plan = Plan(_view(scene, found))
-    at = plan.at
+    placed = plan.at
     speed = unit_of("speed", units)
     content: dict[str, Any] = {
         "passed": findings.checks.passed,
         "width": plan.width,
         "height": plan.height,
         "surfaces": plan.surfaces(scene),
-        "impact": at(np.array([scene.contact.x.value, scene.contact.y.value])).split(","),
+        "impact": placed(np.array([scene.contact.x.value, scene.contact.y.value])).split(","),
         "bar": plan.scale_bar(units),
         "vehicles": [
             {
                 "name": v,
                 "title": scene.vehicles[v].name,
-                "ways": [at(m.pose[v]) for m in found],
-                "way": at(median.pose[v]),
-                "still": [at(corners) for corners in _still(scene, median, v)],
-                "label": at(median.pose[v][-1]).split(","),
-                "rest": at(rest_outline(scene, v)[:4]) if v in scene.rest else "",
+                "ways": [placed(m.pose[v]) for m in found],
+                "way": placed(median.pose[v]),
+                "still": [placed(corners) for corners in _still(scene, median, v)],
+                "label": placed(median.pose[v][-1]).split(","),
+                "rest": placed(rest_outline(scene, v)[:4]) if v in scene.rest else "",
                 # the moving outline, about its centre of gravity and heading to the right
                 "body": _body(scene, v, plan.scale),
             }

@@ -109,8 +109,8 @@ def _measured(scene: Scene, v: str) -> list[Layer]:
     for number, mark in enumerate(scene.marks.get(v, ()), start=1):
         marks += [Point((mark.x, mark.y)), _label((mark.x, mark.y), f"{name}{number}")]
     if (end := scene.end_of_rotation.get(v)) is not None and end.x and end.y:
-        at = (end.x.value, end.y.value)
-        marks += [Point(at), _label(at, f"{name} end of rotation")]
+        place = (end.x.value, end.y.value)
+        marks += [Point(place), _label(place, f"{name} end of rotation")]
     return [
         Layer(f"{name}-IMPACT", colour, tuple(at_impact), dashed=True),
         Layer(f"{name}-REST", colour, tuple(at_rest)),
@@ -138,22 +138,22 @@ def _moved(
 def _contact(scene: Scene) -> Layer:
     """The impact centre with its error, and the contact line."""
     contact = scene.contact
-    at = (contact.x.value, contact.y.value)
+    place = (contact.x.value, contact.y.value)
     shapes: tuple[Shape, ...] = (
-        Point(at),
-        *_within(at, contact.x.sd, contact.y.sd),
+        Point(place),
+        *_within(place, contact.x.sd, contact.y.sd),
     )
     if "impact.contact_line" not in scene.unwritten:
         shapes += (Line(contact_lines(scene)[0]),)
     return Layer("IMPACT-POINT", drawing.INK, shapes)
 
 
-def _within(at: tuple[float, float], sd_x: float, sd_y: float) -> list[Shape]:
+def _within(place: tuple[float, float], sd_x: float, sd_y: float) -> list[Shape]:
     """Two standard deviations about a point: an ellipse, or a line where one of them is 0."""
     half = np.array([_WITHIN * sd_x, _WITHIN * sd_y])
     if half.min() > 0:
-        return [Ellipse(at, (float(half[0]), float(half[1])))]
-    return [Line(np.array(at) + np.outer([-1.0, 1.0], half))] if half.max() > 0 else []
+        return [Ellipse(place, (float(half[0]), float(half[1])))]
+    return [Line(np.array(place) + np.outer([-1.0, 1.0], half))] if half.max() > 0 else []
 
 
 def _outlined(corners: np.ndarray) -> list[Shape]:
@@ -166,13 +166,13 @@ def _labels(scene: Scene) -> list[Shape]:
         x, y, _ = impact_pose(scene, v)
         labels.append(_label((x, y), f"{v.upper()} impact"))
         if v in scene.rest:
-            at = (scene.rest[v].x.value, scene.rest[v].y.value)
-            labels.append(_label(at, f"{v.upper()} rest"))
+            place = (scene.rest[v].x.value, scene.rest[v].y.value)
+            labels.append(_label(place, f"{v.upper()} rest"))
     return labels
 
 
-def _label(at: tuple[float, float], text: str) -> Shape:
-    return Text((at[0] + _ASIDE, at[1] + _ASIDE), text)
+def _label(place: tuple[float, float], text: str) -> Shape:
+    return Text((place[0] + _ASIDE, place[1] + _ASIDE), text)
 
 
 def _notes(

@@ -62,8 +62,8 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
     contact = scene.contact
 
     def ellipse(x: float, y: float, sd_x: float, sd_y: float) -> dict[str, Any]:
-        at = plan.at(np.array([x, y])).split(",")
-        return {"at": at, "radii": [2 * sd * plan.scale for sd in (sd_x, sd_y)]}
+        place = plan.at(np.array([x, y])).split(",")
+        return {"at": place, "radii": [2 * sd * plan.scale for sd in (sd_x, sd_y)]}
 
     content = {
         "width": plan.width,

@@ -367,9 +367,9 @@ def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:
     if len(entries) < 2:
         return False
 
-    def contradiction(of: str, rest_of: str) -> bool:
+    def contradiction(vehicle: str, rest_of: str) -> bool:
         rest = entries[rest_of].rest
-        return rest is None or _contradicts(rest, entries[of].heading.value)
+        return rest is None or _contradicts(rest, entries[vehicle].heading.value)
 
     a, b = entries
     as_written = contradiction(a, a) or contradiction(b, b)

@@ -51,10 +51,10 @@ def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> l
             problems.append(Problem(key_path(parts), "", fix))
             continue
         if kind == "fault":
-            fix, at = found["ctx"]["fix"], found["ctx"]["at"]
+            fix, place = found["ctx"]["fix"], found["ctx"]["at"]
             # a validator's path, or a key of the user's own, which may have dots
-            own = isinstance(value, dict) and at in value
-            for part in [at] if own else at.split(".") if at else ():
+            own = isinstance(value, dict) and place in value
+            for part in [place] if own else place.split(".") if place else ():
                 parts.append(part)
                 value = value.get(part)
         elif kind == "extra_forbidden":
@@ -84,17 +84,17 @@ def _unknown_key(parts: list[Any], root: type[BaseModel]) -> str:
     return f"unknown key; leave it out ({known})"
 
 
-def _places(model: type[BaseModel], key: str, at: str = "") -> list[str]:
+def _places(model: type[BaseModel], key: str, table: str = "") -> list[str]:
     """The tables in which a key stands, by their paths: of each vehicle, of any surface."""
     found = []
     for name, field in _fields(model).items():
         if name == key:
-            found.append(f"[{at}]" if at else "the file itself, above all tables")
+            found.append(f"[{table}]" if table else "the file itself, above all tables")
         if (inner := _model_in(field.annotation)) is None:
             continue
         if name.lower() == "b" or (len(name) == 1 and name.islower()):  # has the keys of vehicle A
             continue
-        own = f"{at}.{name}" if at else name
+        own = f"{table}.{name}" if table else name
         own += ".NAME" if get_origin(field.annotation) is dict else ""
         found += _places(inner, key, own)
     return list(dict.fromkeys(found))

@@ -196,8 +196,8 @@ def _with_vehicles(scene: Scene, vehicles: Mapping[str, Vehicle]) -> Scene:
     return replace(scene, vehicles={**scene.vehicles, **vehicles}, approach=approach)
 
 
-def _turned(angle: Measured, by: float) -> Measured:
-    return replace(angle, value=angle.value + by)
+def _turned(angle: Measured, turn: float) -> Measured:
+    return replace(angle, value=angle.value + turn)
 
 
 def _scaled(measured: Measured, factor: float) -> Measured:

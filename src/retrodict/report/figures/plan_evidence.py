@@ -161,10 +161,10 @@ def _marks(axes: Axes, scene: Scene, worth: float) -> None:
     for v, marks in scene.marks.items():
         colour = drawing.OF_VEHICLE[v]
         for number, mark in enumerate(marks, start=1):
-            at = (mark.x / worth, mark.y / worth)
-            axes.plot(*at, color=colour, zorder=8, **look)
+            place = (mark.x / worth, mark.y / worth)
+            axes.plot(*place, color=colour, zorder=8, **look)
             axes.annotate(
-                f"mark {v.upper()}{number}", at, xytext=(4, 4), textcoords="offset points", size=8,
+                f"mark {v.upper()}{number}", place, xytext=(4, 4), textcoords="offset points", size=8,
                 color=colour, zorder=8, path_effects=drawing.HALO,
             )  # fmt: skip
 

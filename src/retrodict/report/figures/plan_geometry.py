@@ -120,7 +120,7 @@ def ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | N
 
 def contact_lines(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """The contact line and its normal, from end to end, in m."""
-    at = np.array([scene.contact.x.value, scene.contact.y.value])
+    centre = np.array([scene.contact.x.value, scene.contact.y.value])
     c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
     half = 0.45 * max(v.length for v in scene.vehicles.values())
-    return at + half * np.array([[s, -c], [-s, c]]), at + half * np.array([[0, 0], [c, s]])
+    return centre + half * np.array([[s, -c], [-s, c]]), centre + half * np.array([[0, 0], [c, s]])

@@ -59,10 +59,10 @@ def uphill(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) ->
     axes.text(x, y - 0.6 * reach, text, ha="center", va="top", zorder=10)
 
 
-def write_name(axes: Axes, at: np.ndarray, text: str, colour: str = drawing.INK) -> None:
+def write_name(axes: Axes, place: np.ndarray, text: str, colour: str = drawing.INK) -> None:
     """Write what a thing is beside it; nothing of it reaches beyond the axes."""
     axes.text(
-        float(at[0]), float(at[1]), text, color=colour, size=8, ha="center", va="center", zorder=9.2,
+        *map(float, place), text, color=colour, size=8, ha="center", va="center", zorder=9.2,
         path_effects=drawing.HALO, clip_on=True,
     )  # fmt: skip
 

@@ -171,14 +171,14 @@ def _barrier(
     if scene.barrier.kind == "wall":
         normal = np.array([np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)])
         away = normal * np.copysign(1.0, normal @ behind)
-        at = (
+        place = (
             struck
             + WALL / 2 / worth * away
             + 0.3 * (view[1] - view[0]) * np.array([-away[1], away[0]])
         )
     else:
-        at = struck + (scene.barrier.diameter + 0.6) / worth * away
-    write_name(axes, at, _plain(scene.barrier.name))
+        place = struck + (scene.barrier.diameter + 0.6) / worth * away
+    write_name(axes, place, _plain(scene.barrier.name))
 
 
 def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: float) -> list[Artist]:
