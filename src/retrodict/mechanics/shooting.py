@@ -152,7 +152,7 @@ def departures(
 @partial(jax.jit, static_argnames="steps")
 def _solve(
     start: Float[Array, "problems 3"],
-    way: Float[Array, "problems 2"],
+    offset: Float[Array, "problems 2"],
     rotation: Float[Array, " problems"],
     car: Car,
     frictions: tuple[Float[Array, "problems surfaces"], Float[Array, "problems surfaces"] | None],
@@ -163,17 +163,21 @@ def _solve(
     """Result of Newton's method from every start, and its miss."""
 
     def solve(
-        start: Array, way: Array, rotation: Array, car: Car, frictions: tuple[Array, Array | None]
+        start: Array,
+        offset: Array,
+        rotation: Array,
+        car: Car,
+        frictions: tuple[Array, Array | None],
     ) -> tuple[Array, Array]:
         ground = Ground(*frictions, *where)
-        return _from_starts(start, way, rotation, car, ground, tolerance, steps)
+        return _from_starts(start, offset, rotation, car, ground, tolerance, steps)
 
-    return jax.vmap(solve)(start, way, rotation, car, frictions)
+    return jax.vmap(solve)(start, offset, rotation, car, frictions)
 
 
 def _from_starts(
     start: Float[Array, "3"],
-    way: Float[Array, "2"],
+    offset: Float[Array, "2"],
     rotation: Float[Array, ""],
     car: Car,
     ground: Ground,
@@ -184,7 +188,7 @@ def _from_starts(
     # speeds (Vx, Vy, k Omega) and distances (x, y, k heading): all in m/s and m
     k = jnp.sqrt(car.k2)
     weight = jnp.stack([jnp.ones_like(k), jnp.ones_like(k), k])
-    target = (start + jnp.append(way, rotation)) * weight
+    target = (start + jnp.append(offset, rotation)) * weight
 
     def misses(u: Float[Array, "3"], steps: int) -> Float[Array, "3"]:
         return rest(start, u / weight, car, ground, steps) * weight - target
@@ -197,7 +201,7 @@ def _from_starts(
         jacobian, r = jax.jacfwd(twice, has_aux=True)(u)
         return r, jacobian
 
-    guesses = _guesses(way, rotation, car, ground) * weight
+    guesses = _guesses(offset, rotation, car, ground) * weight
     screened = jax.vmap(jax.vmap(partial(misses, steps=_SCREEN_STEPS)))(guesses)
     best = jnp.nan_to_num((screened**2).sum(axis=-1), nan=jnp.inf).argmin(axis=1)
     u = jnp.take_along_axis(guesses, best[:, None, None], axis=1)[:, 0]
@@ -227,17 +231,17 @@ def _from_starts(
     velocity, r = jax.vmap(newton)(u)
     miss = jnp.stack([jnp.hypot(r[:, 0], r[:, 1]), jnp.abs(r[:, 2])], axis=1)
     # a vehicle already at its rest pose has no velocity
-    standing = jnp.stack([jnp.hypot(*way), jnp.abs(rotation)])
+    standing = jnp.stack([jnp.hypot(*offset), jnp.abs(rotation)])
     stands = (standing <= tolerance).all()
     return jnp.where(stands, 0.0, velocity), jnp.where(stands, standing, miss)
 
 
 def _guesses(
-    way: Float[Array, "2"], rotation: Float[Array, ""], car: Car, ground: Ground
+    offset: Float[Array, "2"], rotation: Float[Array, ""], car: Car, ground: Ground
 ) -> Float[Array, "times guesses 3"]:
     """Initial velocities, one row for each time to rest."""
-    far = jnp.maximum(jnp.hypot(*way), _LEAST)
-    chord = jnp.where((way**2).sum() > 0, jnp.arctan2(way[1], way[0] + 1e-300), 0.0)
+    far = jnp.maximum(jnp.hypot(*offset), _LEAST)
+    chord = jnp.where((offset**2).sum() > 0, jnp.arctan2(offset[1], offset[0] + 1e-300), 0.0)
     wheels = jnp.hypot((car.front_axle + car.rear_axle) / 2, car.track / 2)
     to_stop = jnp.stack([2 * far, 2 * jnp.abs(rotation) * car.k2 / wheels]) / GRAVITY  # T² f
     grip = jnp.asarray(ground.coefficients)

@@ -65,8 +65,8 @@ def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -
             {
                 "name": v,
                 "title": scene.vehicles[v].name,
-                "ways": [placed(m.pose[v]) for m in found],
-                "way": placed(median.pose[v]),
+                "paths": [placed(m.pose[v]) for m in found],
+                "path": placed(median.pose[v]),
                 "still": [placed(corners) for corners in _still(scene, median, v)],
                 "label": placed(median.pose[v][-1]).split(","),
                 "rest": placed(rest_outline(scene, v)[:4]) if v in scene.rest else "",

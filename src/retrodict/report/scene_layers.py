@@ -123,15 +123,15 @@ def _moved(
     scene: Scene, v: str, chosen: Motion, found: tuple[Motion, ...], before: float
 ) -> list[Layer]:
     name, colour = v.upper(), drawing.OF_VEHICLE[v]
-    way = chosen.pose[v]
+    run_out = chosen.pose[v]
     approach = chosen.poses(v, np.array([-before, 0.0]))[:, :2]
-    wheels = tuple(Line(path) for path in wheel_paths(scene.vehicles[v], way))
+    wheels = tuple(Line(path) for path in wheel_paths(scene.vehicles[v], run_out))
     others = tuple(Line(motion.pose[v][:, :2]) for motion in found)
     return [
         Layer(f"{name}-RUN-OUTS", drawing.PALE, others),
         Layer(f"{name}-WHEELS", drawing.GREY, wheels),
         Layer(f"{name}-APPROACH", colour, (Line(approach),) if before else ()),
-        Layer(f"{name}-RUN-OUT", colour, (Line(way[:, :2]),)),
+        Layer(f"{name}-RUN-OUT", colour, (Line(run_out[:, :2]),)),
     ]
 
 

@@ -341,10 +341,10 @@ def _rolls(scene: Scene) -> list[str]:
         measured = math.hypot(rest.x.sd, rest.y.sd) / math.sqrt(2)
         if missed <= _SHARPER * measured:
             continue
-        way = scene.way_to(v, rest.x.value, rest.y.value)
+        length = scene.path_to(v, rest.x.value, rest.y.value)
         found.append(
             f"vehicles.{v.upper()}.rest.position: measured to {measured:.2g} m, but {v.upper()} rolled "
-            f"{way:.0f} m, after which a run-out model misses it by about {missed:.2g} m "
+            f"{length:.0f} m, after which a run-out model misses it by about {missed:.2g} m "
             "(run_out_error), which makes it weak evidence: marks along its way, or a direction or "
             "speed after the impact, would add more"
         )

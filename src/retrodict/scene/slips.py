@@ -207,8 +207,8 @@ def _scaled(measured: Measured, factor: float) -> Measured:
 def _slide(scene: Scene, v: str) -> tuple[complex, float, float]:
     """Direction of a straight slide from the impact to rest; the speed it began with, and its error."""
     rest, vehicle = scene.rest[v], scene.vehicles[v]
-    way = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
-    fast = math.sqrt(2 * scene.surfaces[0].friction.value * GRAVITY * abs(way))
+    chord = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
+    fast = math.sqrt(2 * scene.surfaces[0].friction.value * GRAVITY * abs(chord))
     if vehicle.wheels is None:
         # wheels that turn about the vertical axis hold less than those that only slide
         speed, unknown = 0.9 * fast, 0.0
@@ -218,7 +218,7 @@ def _slide(scene: Scene, v: str) -> tuple[complex, float, float]:
         rolled = math.sqrt(max(1 - free, 0.0))
         # sideways it slides as if locked, lengthwise it rolls
         speed, unknown = fast * (1 + rolled) / 2, fast * (1 - rolled) / 3
-    along = way / abs(way) if way else 1 + 0j
+    along = chord / abs(chord) if chord else 1 + 0j
     return along, speed, math.hypot(0.15 * speed + 0.7, unknown)
 
 
@@ -321,8 +321,8 @@ def _rotation(scene: Scene, v: str, change: complex) -> float:
         vehicle.impact_distance.value, vehicle.heading.value + vehicle.impact_angle.value
     )
     impulse = vehicle.mass.value * change
-    way = math.dist(scene.at_impact(v), (rest.x.value, rest.y.value))
+    chord = math.dist(scene.at_impact(v), (rest.x.value, rest.y.value))
     _, speed, _ = _slide(scene, v)
-    gained = vehicle.yaw_inertia.value * turned * speed / max(way, 0.5)
+    gained = vehicle.yaw_inertia.value * turned * speed / max(chord, 0.5)
     by_force = (lever.conjugate() * impulse).imag
     return abs(gained - by_force) / (0.6 * abs(gained) + 0.5 * abs(impulse) + vehicle.mass.value)
