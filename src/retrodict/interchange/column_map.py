@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from retrodict.interchange.cells import NoNumber, station_in
@@ -25,8 +25,8 @@ from retrodict.scene import units
 from retrodict.scene.entries.impact import SurfaceName
 from retrodict.scene.entries.table import IS_AN_SD, Table
 from retrodict.scene.entries.vehicle import Direction, RestHeading
-from retrodict.scene.errors import SceneError, shown
-from retrodict.scene.explain import problems_of
+from retrodict.scene.errors import shown
+from retrodict.scene.explain import entries_of
 from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.outlines import MOST_CORNERS
@@ -45,11 +45,7 @@ def load_map(path: str | Path) -> MapEntry:
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.
     """
-    document = toml_of(read_text(path, "map"), str(path))
-    try:
-        return MapEntry.model_validate(document)
-    except ValidationError as error:
-        raise SceneError(str(path), problems_of(error, MapEntry)) from None
+    return entries_of(MapEntry, toml_of(read_text(path, "map"), str(path)), str(path))
 
 
 def _length_unit(raw: object) -> float:

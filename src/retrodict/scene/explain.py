@@ -8,7 +8,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from retrodict.scene.errors import Problem, key_path, shown
+from retrodict.scene.errors import Problem, SceneError, key_path, shown
 from retrodict.scene.kinds import Kind
 from retrodict.scene.schema import SceneEntry
 
@@ -27,6 +27,23 @@ _OTHER_NAMES = {
     "velocity": "speed",
     "weight": "mass",
 }
+
+
+def entries_of[T: BaseModel](model: type[T], document: object, file: str) -> T:
+    """The entries of a file.
+
+    Args:
+        model: model of the whole file.
+        document: tables and keys of the file.
+        file: name of the file, for messages.
+
+    Raises:
+        SceneError: something in it is wrong.
+    """
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        raise SceneError(file, problems_of(error, model)) from None
 
 
 def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> list[Problem]:
