@@ -10,7 +10,7 @@ iterations it needs twenty lines, and the run-out and its Jacobian come from one
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -112,12 +112,7 @@ def departures(
     turning = Wheels(*(jnp.asarray(a) for a in flat[6:8])) if wheels else None
     cars = Car(k2, front, rear, track, turning)
 
-    rotation = there[:, 2] - here[:, 2]
-    shortest = (rotation + np.pi) % (2 * np.pi) - np.pi
-    if turns is None:
-        whole = np.rint((rotation - shortest) / (2 * np.pi)).astype(int)[:, None]
-    else:
-        whole = np.tile(np.array(list(turns), int), (len(here), 1))
+    shortest, whole = _turns(there[:, 2] - here[:, 2], turns)
     rotations = shortest[:, None] + 2 * np.pi * whole
     # one row a problem, filled up to whole batches
     problems = len(here) * whole.shape[1]
@@ -147,6 +142,16 @@ def departures(
     filled = [_filled(cell, most) for cell in cells]
     stacked = (np.stack(column) for column in zip(*filled, strict=True))
     return Departures(*(a.reshape(*grid, *a.shape[1:]) for a in stacked))
+
+
+def _turns(
+    rotation: Float[np.ndarray, " cells"], turns: Iterable[int] | None
+) -> tuple[Float[np.ndarray, " cells"], Int[np.ndarray, "cells turns"]]:
+    """The shortest rotation between two headings, and the whole turns to try, as of `departures`."""
+    shortest = (rotation + np.pi) % (2 * np.pi) - np.pi
+    if turns is None:
+        return shortest, np.rint((rotation - shortest) / (2 * np.pi)).astype(int)[:, None]
+    return shortest, np.tile(np.array(list(turns), int), (len(rotation), 1))
 
 
 @partial(jax.jit, static_argnames="steps")
@@ -206,6 +211,22 @@ def _from_starts(
     best = jnp.nan_to_num((screened**2).sum(axis=-1), nan=jnp.inf).argmin(axis=1)
     u = jnp.take_along_axis(guesses, best[:, None, None], axis=1)[:, 0]
 
+    def newton(u: Float[Array, "3"]) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
+        u, r = _newton(value_and_jacobian, u)
+        return u / weight, r / weight
+
+    velocity, r = jax.vmap(newton)(u)
+    miss = jnp.stack([jnp.hypot(r[:, 0], r[:, 1]), jnp.abs(r[:, 2])], axis=1)
+    # a vehicle already at its rest pose has no velocity
+    standing = jnp.stack([jnp.hypot(*offset), jnp.abs(rotation)])
+    stands = (standing <= tolerance).all()
+    return jnp.where(stands, 0.0, velocity), jnp.where(stands, standing, miss)
+
+
+def _newton(
+    value_and_jacobian: Callable[[Array], tuple[Array, Array]], start: Float[Array, "3"]
+) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
+    """The point that a damped Newton's method finds from a start, and its residuals."""
     Best = tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3 3"]]
     State = tuple[Best, Float[Array, "3"], Float[Array, ""]]
 
@@ -222,18 +243,10 @@ def _from_starts(
         step = step * jnp.minimum(1.0, longest / (jnp.linalg.norm(step) + 1e-30))
         return ((u, r, J), u + jnp.nan_to_num(step), damping), None
 
-    def newton(u: Float[Array, "3"]) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
-        nothing = (u, jnp.full(3, jnp.inf), jnp.zeros((3, 3)))
-        state = (nothing, u, jnp.asarray(1e-2))
-        ((u, r, _), _, _), _ = jax.lax.scan(improve, state, None, length=_ROUNDS)
-        return u / weight, r / weight
-
-    velocity, r = jax.vmap(newton)(u)
-    miss = jnp.stack([jnp.hypot(r[:, 0], r[:, 1]), jnp.abs(r[:, 2])], axis=1)
-    # a vehicle already at its rest pose has no velocity
-    standing = jnp.stack([jnp.hypot(*offset), jnp.abs(rotation)])
-    stands = (standing <= tolerance).all()
-    return jnp.where(stands, 0.0, velocity), jnp.where(stands, standing, miss)
+    nothing = (start, jnp.full(3, jnp.inf), jnp.zeros((3, 3)))
+    state = (nothing, start, jnp.asarray(1e-2))
+    ((u, r, _), _, _), _ = jax.lax.scan(improve, state, None, length=_ROUNDS)
+    return u, r
 
 
 def _guesses(
