@@ -107,12 +107,12 @@ class Tracker:
 
     def now(self) -> Snapshot:
         """How far the work is."""
-        at = self._clock()
-        seconds, gained = at - self._since, self._share - self._first
+        moment = self._clock()
+        seconds, gained = moment - self._since, self._share - self._first
         left = None
         if seconds >= _TIMED and gained >= _GAINED and self._share < 1:
             left = (1 - self._share) / gained * seconds
-        return Snapshot(self._stage, self._share, at - self._start, left)
+        return Snapshot(self._stage, self._share, moment - self._start, left)
 
 
 Show = Callable[[Snapshot], None]
@@ -210,13 +210,13 @@ def _display() -> AbstractContextManager[Show]:
 @contextmanager
 def _lines() -> Iterator[Show]:
     """Lines: one when a stage begins, but no more than one a second, and one every few seconds."""
-    stage, at = "", -inf
+    stage, shown = "", -inf
 
     def show(now: Snapshot) -> None:
-        nonlocal stage, at
-        if now.seconds - at >= (_MOST if now.stage == stage else _LEAST):
+        nonlocal stage, shown
+        if now.seconds - shown >= (_MOST if now.stage == stage else _LEAST):
             print(now.line, file=sys.stderr, flush=True)
-            stage, at = now.stage, now.seconds
+            stage, shown = now.stage, now.seconds
 
     yield show
 

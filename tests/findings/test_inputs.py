@@ -16,7 +16,7 @@ def test_inputs_table_holds_every_input_and_item_of_evidence(outcome):
 def test_a_run_out_s_own_error_is_listed_separately_and_counts_in_every_shift(rolled):
     evidence = rolled.scene.evidence()
     rows = {row.name: row for row in input_rows(rolled) if row.kind == "evidence"}
-    missed = 0.04 * rolled.scene.way_to("b", 6.6, -9.4)
+    missed = 0.04 * rolled.scene.path_to("b", 6.6, -9.4)
     assert 0.4 < missed < 0.6
     of_rest = rows["rest_x_b"]
     assert of_rest.format_measured("si") == "6.60 ± 0.30"

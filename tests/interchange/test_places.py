@@ -10,7 +10,7 @@ import pytest
 
 from retrodict.interchange.cells import NoNumber, station_in
 from retrodict.interchange.geodetic import degrees_in
-from retrodict.interchange.stations import beside, offset_in
+from retrodict.interchange.stations import offset_in, point_along
 from tests.interchange.test_survey import imported, refusal
 
 LATITUDE, LONGITUDE = 42.33141, -83.04575
@@ -224,7 +224,7 @@ def test_sides_as_people_write_them(cell: str) -> None:
 
 def test_a_place_beside_a_bend_is_at_its_piece() -> None:
     line = [(0.0, 0.0), (3.0, 4.0), (3.0, 14.0)]
-    assert beside(line, 2.5, 1.0) == pytest.approx((1.5 - 0.8, 2 + 0.6))
-    assert beside(line, 7.0, -1.0) == pytest.approx((4.0, 6.0))
+    assert point_along(line, 2.5, 1.0) == pytest.approx((1.5 - 0.8, 2 + 0.6))
+    assert point_along(line, 7.0, -1.0) == pytest.approx((4.0, 6.0))
     for end in (0.0, 15.0):
-        assert beside(line, end, 0.0) == pytest.approx(line[0] if end == 0 else line[-1])
+        assert point_along(line, end, 0.0) == pytest.approx(line[0] if end == 0 else line[-1])

@@ -7,9 +7,9 @@ from retrodict.mechanics.avoidance import (
     Approach,
     arrival,
     distance_before,
+    distance_to_clear,
     half_extent,
     time_before,
-    way_to_clear,
 )
 
 
@@ -50,8 +50,8 @@ def test_a_vehicle_is_clear_when_its_outline_has_left_the_strip():
     # a 4.5 m by 1.8 m car crosses at a right angle the strip of a car 1.8 m wide
     half = half_extent(4.5, 1.8, np.pi / 2, 0.0) + half_extent(4.5, 1.8, 0.0, 0.0)
     assert half == pytest.approx(2.25 + 0.9)
-    assert way_to_clear(-1.0, half, 1.0) == pytest.approx(4.15)
-    assert way_to_clear(1.0, half, 1.0) == pytest.approx(2.15)
-    assert way_to_clear(-1.0, half, -1.0) == pytest.approx(2.15)
-    assert way_to_clear(4.0, half, 1.0) == 0
-    assert way_to_clear(1.0, half, 0.0) == np.inf
+    assert distance_to_clear(-1.0, half, 1.0) == pytest.approx(4.15)
+    assert distance_to_clear(1.0, half, 1.0) == pytest.approx(2.15)
+    assert distance_to_clear(-1.0, half, -1.0) == pytest.approx(2.15)
+    assert distance_to_clear(4.0, half, 1.0) == 0
+    assert distance_to_clear(1.0, half, 0.0) == np.inf

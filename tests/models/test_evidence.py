@@ -88,10 +88,10 @@ def test_every_rung_weighs_what_lies_on_the_way_by_the_run_out_s_error_too(name:
     scene = replace(scene, vehicles=scene.vehicles | {"b": b}, marks=mark)
     data = RUNGS[name].of_scene(scene)[1]
     expected = {
-        "rest_x_b": np.hypot(0.15, 0.05 * scene.way_to("b", 8.968, -12.896)),
-        "mark_1_b": np.hypot(0.2, 0.05 * scene.way_to("b", 3.0, -4.0)),
+        "rest_x_b": np.hypot(0.15, 0.05 * scene.path_to("b", 8.968, -12.896)),
+        "mark_1_b": np.hypot(0.2, 0.05 * scene.path_to("b", 3.0, -4.0)),
         "rest_x_a": 0.15,
-        "rest_heading_b": np.hypot(3, 10 * scene.way_to("b", 8.968, -12.896) / 20) * DEGREE,
+        "rest_heading_b": np.hypot(3, 10 * scene.path_to("b", 8.968, -12.896) / 20) * DEGREE,
     }
     for item, sd in expected.items():
         if item in data.evidence:

@@ -11,7 +11,8 @@ from retrodict import findings
 from retrodict.inference.outcome import Checks
 from retrodict.report.blocks import Section, Table
 from retrodict.report.content import content
-from retrodict.report.figures.registry import Registered, to_png
+from retrodict.report.figures.drawing import to_png
+from retrodict.report.figures.registry import Registered
 from tests.report.conftest import found_of
 
 EVIL = '<script>alert(1)</script> {{7*7}} #read("/etc/passwd") \x1b[2J $x$ *b*'

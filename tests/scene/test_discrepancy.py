@@ -32,8 +32,8 @@ def four(word: str) -> str:
 def test_a_way_goes_through_its_points_in_whichever_order_they_were_written() -> None:
     points = [(3.0, 4.0), (3.0, 0.0), (30.0, 40.0)]
     for order in (points, points[::-1]):
-        assert discrepancy.way((0.0, 0.0), order, (6.0, 8.0)) == pytest.approx(3 + 4 + 5)
-    assert discrepancy.way((0.0, 0.0), [], (6.0, 8.0)) == pytest.approx(10)
+        assert discrepancy.path_length((0.0, 0.0), order, (6.0, 8.0)) == pytest.approx(3 + 4 + 5)
+    assert discrepancy.path_length((0.0, 0.0), [], (6.0, 8.0)) == pytest.approx(10)
 
 
 def test_freedom_is_what_the_loads_leave_of_the_drags() -> None:
@@ -58,14 +58,14 @@ def test_a_place_is_missed_in_proportion_to_the_way_and_a_heading_up_to_its_size
     scenes = [of_b(four("0"), x) for x in ("8 m", "100 m", "200 m")]
     for scene in scenes:
         way, found = (
-            scene.way_to("b", *(getattr(scene.rest["b"], p).value for p in "xy")),
+            scene.path_to("b", *(getattr(scene.rest["b"], p).value for p in "xy")),
             scene.evidence(),
         )
         assert found["rest_x_b"].model_sd == pytest.approx(0.04 * way)
         assert found["rest_y_b"].model_sd == pytest.approx(0.04 * way)
         expected = 8 * DEGREE * min(1, way / 20)
         assert found["rest_heading_b"].model_sd == pytest.approx(expected)
-    near = scenes[0].way_to("b", 8.0, -9.0)
+    near = scenes[0].path_to("b", 8.0, -9.0)
     centre = (0.1 - 1.76 * math.cos(68 * DEGREE), -0.2 - 1.76 * math.sin(68 * DEGREE))
     assert near == pytest.approx(math.dist(centre, (8.0, -9.0)))
 
@@ -95,20 +95,20 @@ def test_a_mark_is_missed_by_the_way_up_to_it() -> None:
     scene = replace(scene, vehicles=scene.vehicles | {"b": b}, marks={"b": marks})
     found = scene.evidence()
     for i, mark in enumerate(marks, start=1):
-        way = scene.way_to("b", mark.x, mark.y)
+        way = scene.path_to("b", mark.x, mark.y)
         assert found[f"mark_{i}_b"].model_sd == pytest.approx(0.04 * way)
         assert found[f"mark_{i}_b"].measured_sd == pytest.approx(0.2)
     # the rest lies beyond the mark of the centre, and its way goes through that
     rest = scene.rest["b"].x.value, scene.rest["b"].y.value
-    expected = scene.way_to("b", 6.0, -9.0) + math.dist((6.0, -9.0), rest)
-    assert scene.way_to("b", *rest) == pytest.approx(expected)
+    expected = scene.path_to("b", 6.0, -9.0) + math.dist((6.0, -9.0), rest)
+    assert scene.path_to("b", *rest) == pytest.approx(expected)
     assert found["rest_x_b"].model_sd == pytest.approx(0.04 * expected)
     assert found["rest_x_a"].model_sd == 0
 
 
 def test_what_is_written_counts_as_it_is() -> None:
     scene = of_b(four("0.5"), "60 m", 'run_out_error = { position = "2 %", heading = "5 deg" }')
-    way, found = scene.way_to("b", 60.0, -9.0), scene.evidence()
+    way, found = scene.path_to("b", 60.0, -9.0), scene.evidence()
     assert found["rest_x_b"].model_sd == pytest.approx(0.02 * way)
     assert found["rest_heading_b"].model_sd == pytest.approx(5 * DEGREE)
     locked = of_b("", "60 m", 'run_out_error = { position = "1 %" }').evidence()

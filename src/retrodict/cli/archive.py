@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from retrodict.cli.options import Quiet, ResultFolder
-from retrodict.cli.running import LOADING, WRITING, fail, print_path, working
+from retrodict.cli.running import LOADING, WRITING, print_path, refusing, working, writing
 
 
 def archive(
@@ -34,15 +34,11 @@ def archive(
         arviz_without_jax()
 
         file = out or result.resolve().with_name(f"{result.resolve().name}{SUFFIX}")
-        try:
+        with refusing(NotStored, SceneError), writing(file, "archive"):
             found = load_result(result)
             progress(WRITING, 0, 1)
             link = read_archive(found.archive(file, case)).link
             progress(WRITING, 1, 1)
-        except (NotStored, SceneError) as error:
-            fail(str(error))
-        except OSError as error:
-            fail(f"{file}: cannot write the archive: {error}", 1)
 
     from rich.console import Console
 

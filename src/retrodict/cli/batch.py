@@ -16,8 +16,10 @@ from retrodict.cli.running import (
     fail,
     output_folder,
     print_path,
+    refusing,
     require_rung,
     working,
+    writing,
 )
 from retrodict.progress import printable
 
@@ -66,11 +68,15 @@ def batch(
         require_rung(model, auto=True)
 
         from retrodict.api import batch as run
-        from retrodict.report.libraries import MissingLibrary
         from retrodict.studies.device import NoDevice
         from retrodict.studies.engine import NoScheduler
 
-        try:
+        with (
+            refusing(ValueError),
+            refusing(NoDevice, prefix=f"--device {device.value}: "),
+            writing(folder),
+            refusing(NoScheduler, prefix="--scheduler "),
+        ):
             table = run(
                 files,
                 model=model,
@@ -82,16 +88,6 @@ def batch(
                 device=device.value,
                 progress=progress,
             )
-        except MissingLibrary as error:
-            fail(str(error), 1)
-        except NoDevice as error:
-            fail(f"--device {device.value}: {error}")
-        except NoScheduler as error:
-            fail(f"--scheduler {error}")
-        except ValueError as error:
-            fail(str(error))
-        except OSError as error:
-            fail(f"{folder}: cannot write the results: {error}", 1)
 
     if len(table) < len(files):
         fail(

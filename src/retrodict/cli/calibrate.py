@@ -11,12 +11,13 @@ from retrodict.cli.options import ExactChoice, Quiet, Seed
 from retrodict.cli.running import (
     INTERRUPTED,
     LOADING,
-    fail,
     load_or_fail,
     output_folder,
     print_path,
+    refusing,
     require_rung,
     working,
+    writing,
 )
 
 
@@ -44,7 +45,7 @@ def calibrate(
 
         from retrodict.api import calibrate as run
 
-        try:
+        with refusing(ValueError), writing(folder):
             done = run(
                 found,
                 model=model,
@@ -54,10 +55,6 @@ def calibrate(
                 out=folder,
                 progress=progress,
             )
-        except ValueError as error:
-            fail(str(error))
-        except OSError as error:
-            fail(f"{folder}: cannot write the results: {error}", 1)
 
     from rich.console import Console
 

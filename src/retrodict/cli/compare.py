@@ -8,9 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from retrodict.cli.options import Quiet, UnitChoice
-from retrodict.cli.running import LOADING, WRITING, fail, output_folder, print_path, working
+from retrodict.cli.running import (
+    LOADING,
+    WRITING,
+    output_folder,
+    print_path,
+    refusing,
+    working,
+    writing,
+)
 
 if TYPE_CHECKING:
+    from retrodict.findings.differences import Differences
+    from retrodict.progress import Progress
+    from retrodict.result import Result
     from retrodict.studies.attribution import Step
 
 
@@ -32,10 +43,8 @@ def compare(
     from retrodict.report.document import UnknownFormat, renderers, write_reports
     from retrodict.scene import SceneError
 
-    try:
+    with refusing(UnknownFormat, prefix=f"--format {formats}: "):
         wanted = list(renderers(formats.split(","))) if formats else []
-    except UnknownFormat as error:
-        fail(f"--format {formats}: {error}")
     folder = output_folder(out, f"{one.name}-{other.name}") if wanted else Path()
     with working(quiet) as progress:
         progress(LOADING, 0, 1)
@@ -43,47 +52,48 @@ def compare(
         from rich.console import Console
 
         from retrodict.findings.differences import NothingInCommon
-        from retrodict.findings.rounding import NOTHING
         from retrodict.findings.stored import NotStored
         from retrodict.report.comparison import compared
-        from retrodict.report.libraries import MissingLibrary
         from retrodict.report.pdf import NoGlyph
         from retrodict.report.terminal import print_document
         from retrodict.result import load_result
 
-        try:
+        with refusing(NotStored, SceneError, NothingInCommon):
             first, second = load_result(one), load_result(other)
             found = first.compare(second)
-        except (NotStored, SceneError, NothingInCommon) as error:
-            fail(str(error))
-        of = first.outcome.scene.sought
-        steps: tuple[Step, ...] = ()
-        if each and found.scene:
-            from retrodict.studies.attribution import each_alone
-
-            changes = {
-                key: (old, None if new == NOTHING else new)
-                for key, (old, new) in found.scene.items()
-            }
-            model, seed = first.outcome.description.name, first.outcome.seed
-            steps = each_alone(first.outcome.scene, changes, model, of, seed, progress)
+        sought = first.outcome.scene.sought
+        steps = _each_alone(first, found, sought, progress) if each else ()
         progress(WRITING, 0, 1)
         document = compared(
             found,
             (first.findings, first.outcome),
             (second.findings, second.outcome),
             steps,
-            of,
+            sought,
             units.value,
         )
-        try:
+        with refusing(NoGlyph, status=1), writing(folder, "documents"):
             files = write_reports(document, folder, wanted, "comparison") if wanted else []
-        except (MissingLibrary, NoGlyph) as error:
-            fail(str(error), 1)
-        except OSError as error:
-            fail(f"{folder}: cannot write the documents: {error}", 1)
         progress(WRITING, 1, 1)
     console = Console(quiet=quiet)
     print_document(document, console)
     for file in files:
         print_path(file, console)
+
+
+def _each_alone(
+    first: Result, found: Differences, sought: str, progress: Progress
+) -> tuple[Step, ...]:
+    """How far each difference of the scene files moves the answer by itself."""
+    if not found.scene:
+        return ()
+    from retrodict.findings.rounding import NOTHING
+    from retrodict.studies.attribution import each_alone
+
+    changes = {
+        key: (old, None if new == NOTHING else new) for key, (old, new) in found.scene.items()
+    }
+    outcome = first.outcome
+    return each_alone(
+        outcome.scene, changes, outcome.description.name, sought, outcome.seed, progress
+    )

@@ -8,7 +8,16 @@ from typing import Annotated
 import typer
 
 from retrodict.cli.options import Quiet, UnitChoice
-from retrodict.cli.running import LOADING, WRITING, fail, output_folder, print_path, working
+from retrodict.cli.running import (
+    LOADING,
+    WRITING,
+    fail,
+    output_folder,
+    print_path,
+    refusing,
+    working,
+    writing,
+)
 
 
 def export(
@@ -49,7 +58,7 @@ def export(
         folder = output_folder(result / "export" if out is None else out, "export")
         progress(LOADING, 0, 1)
 
-        from retrodict.report.libraries import MissingLibrary, arviz_without_jax
+        from retrodict.report.libraries import arviz_without_jax
 
         arviz_without_jax()
 
@@ -59,7 +68,7 @@ def export(
         from retrodict.result import load_result
         from retrodict.storage.archive import NotArchived
 
-        try:
+        with refusing(NotStored, NotArchived, NotExported, NoMotion), writing(folder, "files"):
             wanted = checked(() if formats is None else formats.split(","), Asked((), rate, before))
             found = load_result(result)
             progress(WRITING, 0, 1)
@@ -67,12 +76,6 @@ def export(
                 folder, wanted, draws=draw or (), rate=rate, before=before, units=units.value
             )
             progress(WRITING, 1, 1)
-        except (NotStored, NotArchived, NotExported, NoMotion) as error:
-            fail(str(error))
-        except MissingLibrary as error:
-            fail(str(error), 1)
-        except OSError as error:
-            fail(f"{folder}: cannot write the files: {error}", 1)
 
     from rich.console import Console
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from retrodict.cli.running import fail, print_path
+from retrodict.cli.running import print_path, refusing, writing
 
 
 def import_(
@@ -35,20 +35,14 @@ def import_(
     from retrodict.scene import SceneError
     from retrodict.storage.files import write_whole
 
-    try:
+    with refusing(SceneError), refusing(MissingLibrary, status=1):
         if file.suffix.lower() == ".dxf":
             imported("ezdxf", "a DXF file", "interchange")
         found = import_evidence(file, map_file, into)
-    except SceneError as error:
-        fail(str(error))
-    except MissingLibrary as error:
-        fail(str(error), 1)
     console = Console()
     print_import(found, console)
     if dry_run:
         return
-    try:
+    with writing(into, "scene file"):
         write_whole(into, found.text.encode())
-    except OSError as error:
-        fail(f"{into}: cannot write the scene file: {error}", 1)
     print_path(into, console)

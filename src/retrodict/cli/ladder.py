@@ -16,7 +16,9 @@ from retrodict.cli.running import (
     load_or_fail,
     output_folder,
     print_path,
+    refusing,
     working,
+    writing,
 )
 
 
@@ -46,17 +48,13 @@ def ladder(
         from retrodict.inference import Unanswerable
         from retrodict.report.ladder import write_ladder
 
-        try:
+        with refusing(Unanswerable, prefix=f"{scene}: "), writing(folder):
             comparison = compare_models(
                 found, seed=seed, share=share, factor=factor, progress=progress
             )
             progress(WRITING, 0, 1)
             write_ladder(comparison, folder)
             progress(WRITING, 1, 1)
-        except Unanswerable as error:
-            fail(f"{scene}: {error}")
-        except OSError as error:
-            fail(f"{folder}: cannot write the results: {error}", 1)
 
     from rich.console import Console
 

@@ -25,12 +25,18 @@ from retrodict.cli.running import (
     load_or_fail,
     output_folder,
     print_path,
+    refusing,
     require_rung,
     working,
+    writing,
 )
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from retrodict.result import Result
     from retrodict.scene import Scene
+    from retrodict.scene.quantities import Units
 
 
 def reconstruct(
@@ -70,20 +76,18 @@ def reconstruct(
 
         drawing = DrawingProcess()  # it imports while this process does
 
-        from retrodict.result import CHAINS
-
-        chains_file = folder / CHAINS if resume else None
-        if chains_file and not chains_file.is_file():
-            fail(
-                f"--resume: {chains_file} is missing: no run was interrupted there; "
-                "leave --resume out"
-            )
+        chains_file = _chains_of(folder) if resume else None
         require_rung(model, auto=True)
 
         from retrodict.api import reconstruct as run
         from retrodict.inference import Interrupted, Unanswerable
 
-        try:
+        with (
+            refusing(Unanswerable, prefix=f"{scene}: "),
+            refusing(Interrupted, prefix=f"{scene}: ", status=INTERRUPTED),
+            refusing(*([ValueError] if chains_file else []), prefix="--resume: "),
+            writing(folder),
+        ):
             result = run(
                 found,
                 model=model,
@@ -103,29 +107,33 @@ def reconstruct(
             stays = not result.outcome.complete and holds_answer(folder)
             result.save(folder, units.value, drawing)
             progress(WRITING, 1, 1)
-        except Unanswerable as error:
-            fail(f"{scene}: {error}")
-        except ValueError as error:
-            if chains_file is None:
-                raise
-            fail(f"--resume: {error}")
-        except Interrupted as error:
-            fail(f"{scene}: {error}", INTERRUPTED)
-        except OSError as error:
-            fail(f"{folder}: cannot write the results: {error}", 1)
 
+    _print(result, folder, units.value, stays, quiet)
+    if not result.outcome.complete:
+        raise typer.Exit(INTERRUPTED)
+
+
+def _print(result: Result, folder: Path, units: Units, stays: bool, quiet: bool) -> None:
+    """Print the summary and where the report is; `stays` says that it is of the run before."""
     from rich.console import Console
 
     from retrodict.report.terminal import print_summary
 
     console = Console(quiet=quiet)
-    print_summary(result.findings, console, units.value)
+    print_summary(result.findings, console, units)
     print_path(folder / "report.html", console)
     if stays:
         again = "; --resume goes on with this one" if result.outcome.unfinished else ""
         console.print(f"This report is from the previous, completed run{again}.")
-    if not result.outcome.complete:
-        raise typer.Exit(INTERRUPTED)
+
+
+def _chains_of(folder: Path) -> Path:
+    """The file by which an interrupted run goes on."""
+    from retrodict.result import CHAINS
+
+    if not (file := folder / CHAINS).is_file():
+        fail(f"--resume: {file} is missing: no run was interrupted there; leave --resume out")
+    return file
 
 
 def _asking(scene: Scene, propositions: list[str]) -> Scene:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from retrodict.cli.options import Quiet
-from retrodict.cli.running import DIFFERS, INTERRUPTED, LOADING, fail, working
+from retrodict.cli.running import DIFFERS, INTERRUPTED, LOADING, refusing, working
 from retrodict.progress import printable
 
 
@@ -25,16 +25,13 @@ def replay(
         from retrodict.scene import SceneError
         from retrodict.storage.archive import NotArchived
 
-        try:
+        with (
+            refusing(OSError, prefix=f"{archive}: cannot be read: "),
+            refusing(Interrupted, prefix=f"{archive}: ", status=INTERRUPTED),
+            refusing(SceneError, Unanswerable, ValueError, prefix=f"{archive}: "),
+            refusing(NotArchived),
+        ):
             found = run(archive, progress=progress)
-        except NotArchived as error:
-            fail(str(error))
-        except (SceneError, Unanswerable, ValueError) as error:
-            fail(f"{archive}: {error}")
-        except Interrupted as error:
-            fail(f"{archive}: {error}", INTERRUPTED)
-        except OSError as error:
-            fail(f"{archive}: cannot be read: {error}")
 
     from rich.console import Console
 

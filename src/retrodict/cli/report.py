@@ -8,7 +8,15 @@ from typing import Annotated
 import typer
 
 from retrodict.cli.options import Quiet, ResultFolder, UnitChoice
-from retrodict.cli.running import LOADING, WRITING, fail, output_folder, print_path, working
+from retrodict.cli.running import (
+    LOADING,
+    WRITING,
+    output_folder,
+    print_path,
+    refusing,
+    working,
+    writing,
+)
 
 
 def report(
@@ -32,37 +40,31 @@ def report(
     from retrodict.scene import SceneError
     from retrodict.scene.case import load_case
 
-    try:
+    with refusing(UnknownFormat, prefix=f"--format {formats}: "), refusing(SceneError):
         wanted = list(renderers(formats.split(",")))
         known = None if case is None else load_case(case)
-    except UnknownFormat as error:
-        fail(f"--format {formats}: {error}")
-    except SceneError as error:
-        fail(str(error))
     with working(quiet) as progress:
         folder = result if out is None else output_folder(out, "report")
         progress(LOADING, 0, 1)
 
         from retrodict.findings.stored import NotStored
-        from retrodict.report.libraries import MissingLibrary, arviz_without_jax
+        from retrodict.report.libraries import arviz_without_jax
         from retrodict.report.pdf import NoGlyph
         from retrodict.result import load_result
 
         arviz_without_jax()
 
-        try:
+        with (
+            refusing(NotStored, SceneError),
+            refusing(NoGlyph, status=1),
+            writing(folder, "report"),
+        ):
             found = load_result(result)
             progress(WRITING, 0, 1)
             chosen = units.value if units else (known and known.units) or "si"
             document = document_of(found.findings_for(known), found.outcome, chosen, known)
             files = write_reports(document, folder, wanted)
             progress(WRITING, 1, 1)
-        except (NotStored, SceneError) as error:
-            fail(str(error))
-        except (MissingLibrary, NoGlyph) as error:
-            fail(str(error), 1)
-        except OSError as error:
-            fail(f"{folder}: cannot write the report: {error}", 1)
 
     from rich.console import Console
 

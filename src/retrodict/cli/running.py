@@ -40,6 +40,38 @@ def working(quiet: bool) -> Iterator[Progress]:
         fail(f"JAX_PLATFORMS={platforms}: {error}".splitlines()[0] + "; unset it, or set it to cpu")
 
 
+@contextmanager
+def refusing(*errors: type[Exception], prefix: str = "", status: int = BAD_INPUT) -> Iterator[None]:
+    """A context in which these errors end the command with a line: their message says what to do.
+
+    Args:
+        errors: errors of the input, or of what the command needs.
+        prefix: text before the message.
+        status: exit status.
+    """
+    try:
+        yield
+    except errors as error:
+        fail(f"{prefix}{error}", status)
+
+
+@contextmanager
+def writing(place: Path, what: str = "results") -> Iterator[None]:
+    """A context in which files are written; a full disk or a missing library ends the command.
+
+    Args:
+        place: file or folder that is written.
+        what: name of what is written.
+    """
+    from retrodict.report.libraries import MissingLibrary
+
+    with refusing(MissingLibrary, status=1):
+        try:
+            yield
+        except OSError as error:
+            fail(f"{place}: cannot write the {what}: {error}", 1)
+
+
 def print_path(file: Path, console: Console) -> None:
     """Print the path of a result, so that it can be copied."""
     console.print(printable(str(file)), highlight=False, markup=False, soft_wrap=True)

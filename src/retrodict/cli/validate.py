@@ -14,8 +14,10 @@ from retrodict.cli.running import (
     fail,
     output_folder,
     print_path,
+    refusing,
     require_rung,
     working,
+    writing,
 )
 
 
@@ -47,7 +49,7 @@ def validate(
         require_rung(model, auto=True)
         from retrodict.api import validate as run
 
-        try:
+        with refusing(ValueError), writing(out):
             done = run(
                 folders or [Path("examples")],
                 model=model,
@@ -57,10 +59,6 @@ def validate(
                 out=out,
                 progress=progress,
             )
-        except ValueError as error:
-            fail(str(error))
-        except OSError as error:
-            fail(f"{out}: cannot write the results: {error}", 1)
 
     from rich.console import Console
 

@@ -308,5 +308,5 @@ def _moved(each: Difference, units: Units) -> str:
     errors = ""
     if each.in_errors is not None:
         errors = f" ({format_value(abs(each.in_errors), 0)} Monte Carlo errors)"
-    by = f"{format_value(each.in_sd, 2)} of its standard deviation{errors}"
-    return f"{one.label}, {texts[0]} → {' '.join([texts[1], unit.symbol]).rstrip()}, by {by}"
+    change = f"{format_value(each.in_sd, 2)} of its standard deviation{errors}"
+    return f"{one.label}, {texts[0]} → {' '.join([texts[1], unit.symbol]).rstrip()}, by {change}"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from retrodict.findings.answers import (
     Answered,
@@ -58,64 +58,75 @@ def answers_to(
     Returns:
         One record a question; withheld where checks failed.
     """
-    found = [probability_of(outcome, quantities, each) for each in questions.probabilities]
+    further = _asked(outcome, questions, quantities, left_out)
+    return (
+        *(probability_of(outcome, quantities, each) for each in questions.probabilities),
+        *(_answer(outcome, quantities, each.blanks, each.study, each.words) for each in further),
+    )
 
-    def answer(
-        kind: Kind,
-        title: Callable[[Units], str],
-        study: Callable[[], Numbers],
-        words: Callable[..., Answered],
-        quantity: str | None = None,
-        figure: str | None = None,
-    ) -> None:
-        blanks = {
-            units: Answered(kind, title(units), figure=figure, quantity=quantity)
+
+class _Asked(NamedTuple):
+    """A question, with the study that has its numbers and the function that words its answer."""
+
+    kind: Kind
+    title: Callable[[Units], str]
+    study: Callable[[], Numbers]
+    words: Callable[..., Answered]
+    quantity: str | None = None
+    figure: str | None = None
+
+    @property
+    def blanks(self) -> dict[Units, Answered]:
+        """The question without its answer, by the units that come first in it."""
+        return {
+            units: Answered(
+                self.kind, self.title(units), figure=self.figure, quantity=self.quantity
+            )
             for units in SYSTEMS
         }
-        found.append(_answer(outcome, quantities, blanks, study, words))
 
+
+def _asked(
+    outcome: Outcome,
+    questions: Questions,
+    quantities: dict[str, Quantity],
+    left_out: tuple[LeftOut, ...],
+) -> Iterator[_Asked]:
+    """The questions other than probabilities; arguments as of `answers_to`."""
     for written in questions.comparisons:
         comparison = written.meant(outcome.scene.travelled)
         name = comparison.first.name
         title = f"Likelihood ratio of two propositions about the {describe(name)[0]}"
-        answer(
-            "likelihood_ratio",
-            _same(title),
-            partial(likelihood_ratio, outcome, comparison),
-            partial(answer_likelihood_ratio, comparison),
-            quantity=name,
-        )
+        ratio = partial(likelihood_ratio, outcome, comparison)
+        words = partial(answer_likelihood_ratio, comparison)
+        yield _Asked("likelihood_ratio", _same(title), ratio, words, name)
     for asked in questions.avoidance:
-        answer(
+        yield _Asked(
             "avoidability",
             partial(_avoidability_title, asked),
             partial(avoidability, outcome, asked),
             partial(answer_avoidability, outcome, asked),
         )
-    if questions.time_distance is not None:
+    if (before := questions.time_distance) is not None:
         of_both = "" if outcome.scene.single else " of both vehicles"
         title = f"Times and distances{of_both} before the impact"
-        study = partial(time_distance, outcome, questions.time_distance)
-        answer("time_distance", _same(title), study, answer_time_distance, figure="timeline")
+        study = partial(time_distance, outcome, before)
+        yield _Asked("time_distance", _same(title), study, answer_time_distance, figure="timeline")
     if questions.corners and "speed_b" in quantities:
         title = f"Corner range of the {describe('speed_b')[0]}"
         words = partial(answer_corners, quantities["speed_b"])
-        answer("corners", _same(title), partial(corners, outcome), words, quantity="speed_b")
+        yield _Asked("corners", _same(title), partial(corners, outcome), words, "speed_b")
     if questions.one_at_a_time:
         for name in [name for name in SPEEDS if name in quantities and not _follows(outcome, name)]:
             title = f"Effect of each measurement on the {describe(name)[0]}"
-            answer(
-                "one_at_a_time",
-                _same(title),
-                partial(one_at_a_time, outcome, name),
-                partial(answer_one_at_a_time, outcome, name),
-                quantity=name,
-                figure="tornado",
-            )
+            effects = partial(one_at_a_time, outcome, name)
+            words = partial(answer_one_at_a_time, outcome, name)
+            yield _Asked("one_at_a_time", _same(title), effects, words, name, "tornado")
     if questions.checks and not outcome.scene.alone:
         title = "Named checks: measured against predicted"
-        answer("checks", _same(title), partial(named_checks, outcome, left_out), answer_checks)
-    return tuple(found)
+        yield _Asked(
+            "checks", _same(title), partial(named_checks, outcome, left_out), answer_checks
+        )
 
 
 def _same(title: str) -> Callable[[Units], str]:
@@ -158,12 +169,12 @@ def probability_of(
 def _with_impact_speed(asked: Answered, proposition: Proposition, found: Probability) -> Answered:
     """The answer on the speed before the skid, and that on the impact speed: speed_a may mean either."""
     v = proposition.name[-1]
-    beside = (
+    remark = (
         f"This is the speed at which {v.upper()} travelled before it skidded, which a speed limit is "
         f"about. Of its impact speed (impact_speed_{v}) {share_in_words(found)}."
     )
     return in_both_units(
-        {u: asked.in_units(u) for u in SYSTEMS}, lambda own, _: with_sentences(own, beside)
+        {u: asked.in_units(u) for u in SYSTEMS}, lambda own, _: with_sentences(own, remark)
     )
 
 

@@ -302,8 +302,8 @@ class Summary(TypedDict):
     notes: list[str]
     ladder: LadderEntry | None
     left_out: dict[str, LeftOutEntry]
-    narrowing: dict[str, dict[str, float]]
     causes: dict[str, dict[str, float]]
+    narrowing: dict[str, dict[str, float]]
     questions: list[QuestionEntry]
     files: NotRequired[dict[str, str]]
 

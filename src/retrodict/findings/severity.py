@@ -62,6 +62,6 @@ def hours(directions: np.ndarray) -> dict[int, float]:
     Returns:
         Shares by hour, 1 to 12, the largest first; without hours that no draw has.
     """
-    at = (np.round(directions[np.isfinite(directions)] * 6 / np.pi) - 1) % 12 + 1
-    hour, count = np.unique(at.astype(int), return_counts=True)
-    return {int(hour[i]): float(count[i] / at.size) for i in np.argsort(-count, kind="stable")}
+    nearest = (np.round(directions[np.isfinite(directions)] * 6 / np.pi) - 1) % 12 + 1
+    hour, count = np.unique(nearest.astype(int), return_counts=True)
+    return {int(hour[i]): float(count[i] / nearest.size) for i in np.argsort(-count, kind="stable")}

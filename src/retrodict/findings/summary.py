@@ -6,42 +6,39 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from retrodict.findings import schema
 from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
-from retrodict.findings.statistics import LEVELS, finite, scaled, scaled_interval
+from retrodict.findings.statistics import scaled, scaled_interval
 from retrodict.studies.avoidability import Avoidability, TimeDistance
+from retrodict.studies.corners import Corner
+from retrodict.studies.named_checks import NamedCheck
 from retrodict.studies.one_at_a_time import Effect
 from retrodict.studies.probability import LikelihoodRatio, Probability
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from retrodict.findings.answers import Answered, Numbers
+    from retrodict.findings.answers import Numbers
     from retrodict.findings.inputs import InputRow
     from retrodict.findings.record import Findings
-    from retrodict.findings.schema import (
-        LadderEntry,
-        LeftOutEntry,
-        MeasuredEntry,
-        ProbabilityEntry,
-        QuantityEntry,
-        QuestionEntry,
-        Summary,
-    )
     from retrodict.findings.statistics import Quantity
     from retrodict.scene.quantities import Units
     from retrodict.studies.comparison import Ladder
     from retrodict.studies.conflict import LeftOut
-    from retrodict.studies.corners import Corner
-    from retrodict.studies.named_checks import NamedCheck
 
+_KINDS: dict[type, Any] = {
+    Corner: schema.CornerEntry,
+    Effect: schema.EffectEntry,
+    NamedCheck: schema.NamedCheckEntry,
+}
 SUMMARY = "summary.json"
 
 
-def summarise(findings: Findings) -> Summary:
+def summarise(findings: Findings) -> schema.Summary:
     """A reconstruction in numbers that are strict JSON, in SI units and radians.
 
     Args:
@@ -50,189 +47,103 @@ def summarise(findings: Findings) -> Summary:
     Returns:
         What `schema.Summary` describes; what is not finite is None.
     """
-    checks = findings.checks
-    return {
-        "schema": findings.schema,
-        "scene": {"title": findings.scene.title, "name": findings.scene.name},
-        "model": findings.description.name,
-        "assumptions": list(findings.assumptions),
-        "parameters": {name: _quantity(each) for name, each in findings.quantities.items()},
-        "derived": {name: _quantity(each) for name, each in findings.derived.items()},
-        "hours": {
-            v: {str(hour): share for hour, share in shares.items()}
-            for v, shares in findings.hours.items()
-        },
-        "correlations": [
+    return _entry(
+        schema.Summary,
+        findings,
+        scene=_entry(schema.SceneEntry, findings.scene),
+        model=findings.description.name,
+        parameters={name: _quantity(each) for name, each in findings.quantities.items()},
+        derived={name: _quantity(each) for name, each in findings.derived.items()},
+        correlations=[
             {"of": one, "and": other, "value": r}
             for (one, other), r in findings.correlations.items()
         ],
-        "measured": {row.name: _measured(row) for row in findings.measured},
-        "checks": {
-            "divergences": checks.divergences,
-            "pareto_k": None if checks.pareto_k is None else finite(checks.pareto_k),
-            "max_rhat": finite(checks.max_rhat),
-            "min_ess_bulk": finite(checks.min_ess_bulk),
-            "min_ess_tail": finite(checks.min_ess_tail),
-            "passed": bool(checks.passed),
-            "reasons": list(checks.reasons),
-            "flags": list(checks.flags),
-        },
-        "verdict": findings.verdict,
-        "question": findings.question,
-        "answers": dict(findings.answers),
-        "seconds": {name: finite(value) for name, value in findings.seconds.items()},
-        "versions": dict(findings.versions),
-        "seed": findings.seed,
-        "settings": dict(findings.settings),
-        "complete": findings.complete,
-        "notes": list(findings.notes),
-        "ladder": ladder_data(findings.ladder) if findings.ladder else None,
-        "left_out": {
-            item.name: _left_out(item, findings.scene.sought) for item in findings.left_out
-        },
-        "causes": {
+        measured={row.name: _measured(row) for row in findings.measured},
+        checks=_entry(schema.ChecksEntry, findings.checks),
+        ladder=ladder_data(findings.ladder) if findings.ladder else None,
+        left_out={item.name: _left_out(item, findings.scene.sought) for item in findings.left_out},
+        causes={
             name: {each.name: each.share for each in causes}
             for name, causes in findings.causes.items()
         },
-        "narrowing": {
-            name: {each.name: each.sd for each in known}
-            for name, known in findings.narrowing.items()
+        narrowing={
+            name: {each.name: each.sd for each in narrowed}
+            for name, narrowed in findings.narrowing.items()
         },
-        "questions": [_question(each) for each in findings.questions],
-    }
+        questions=[
+            _entry(schema.QuestionEntry, each, numbers=_numbers(each.numbers))
+            for each in findings.questions
+        ],
+    )
 
 
-def _quantity(found: Quantity) -> QuantityEntry:
-    low, middle, high = LEVELS
+def _entry(kind: Any, record: object, **other: Any) -> Any:
+    """The entry that a record makes, by the keys of its type in `schema`.
+
+    Args:
+        kind: type of the entry.
+        record: record with attributes of these names.
+        other: values of keys for which the record has no attribute, or another one.
+
+    Returns:
+        The entry, in strict JSON, without keys that neither has.
+    """
     return {
-        "unit": found.unit,
-        "label": found.label,
-        "mean": found.mean,
-        "sd": found.sd,
-        "median": found.median,
-        "interval_50": list(found.intervals[low]),
-        "interval_90": list(found.intervals[middle]),
-        "interval_95": list(found.intervals[high]),
-        "ess_bulk": found.ess_bulk,
-        "ess_tail": found.ess_tail,
-        "rhat": found.rhat,
-        "mcse_mean": found.mcse_mean,
-        "error": found.error,
-        "error_50": found.errors[low],
-        "error_90": found.errors[middle],
-        "error_95": found.errors[high],
-        "passed": found.passed,
-        "withheld": found.withheld,
-        "printed": {
-            units: {
-                "unit": each.unit.symbol,
-                "decimals": each.decimals,
-                "decimals_50": each.of_level[low],
-                "decimals_90": each.of_level[middle],
-                "decimals_95": each.of_level[high],
-            }
-            for units, each in found.precision.items()
-        },
+        key: strict(other[key] if key in other else getattr(record, key))
+        for key in kind.__annotations__
+        if key in other or hasattr(record, key)
     }
 
 
-def _measured(row: InputRow) -> MeasuredEntry:
-    quantiles = row.quantiles
-    return {
-        "kind": row.kind,
-        "label": row.label,
-        "value": row.measured.value,
-        "sd": row.measured.sd,
-        "law": row.measured.law,
-        "source": row.source,
-        "assumed": row.assumed,
-        "mean": row.mean,
-        "sd_found": row.sd,
-        "shift": row.shift,
-        "quantiles": None if quantiles is None else list(quantiles),
+def _quantity(found: Quantity) -> schema.QuantityEntry:
+    printed = {
+        units: _entry(
+            schema.PrecisionEntry,
+            each,
+            unit=each.unit.symbol,
+            **{f"decimals_{level}": digits for level, digits in each.of_level.items()},
+        )
+        for units, each in found.precision.items()
     }
+    intervals = {f"interval_{level}": limits for level, limits in found.intervals.items()}
+    errors = {f"error_{level}": error for level, error in found.errors.items()}
+    return _entry(schema.QuantityEntry, found, **intervals, **errors, printed=printed)
 
 
-def _left_out(item: LeftOut, sought: str) -> LeftOutEntry:
-    speed, sd = finite(item.speed), finite(item.speed_sd)
-    of_b = sought == "speed_b"
-    return {
-        "value": item.value,
-        "sd": item.sd,
-        "expected": finite(item.expected),
-        "expected_sd": finite(item.expected_sd),
-        "probability": finite(item.probability),
-        "speed_a": None if of_b else speed,
-        "speed_a_sd": None if of_b else sd,
-        "speed_b": speed if of_b else None,
-        "speed_b_sd": sd if of_b else None,
-        "pareto_k": finite(item.pareto_k),
-        "believed": finite(item.believed),
-        "moved": finite(item.moved),
-        "believed_error": finite(item.believed_error),
-        "moved_error": finite(item.moved_error),
-        "reliable": item.reliable,
-        "told": item.reliable,
-        "disagrees": item.disagrees,
-    }
+def _measured(row: InputRow) -> schema.MeasuredEntry:
+    known = row.measured
+    as_measured = {"value": known.value, "sd": known.sd, "law": known.law}
+    return _entry(schema.MeasuredEntry, row, **as_measured, sd_found=row.sd)
 
 
-def _question(asked: Answered) -> QuestionEntry:
-    return {
-        "kind": asked.kind,
-        "title": asked.title,
-        "quantity": asked.quantity,
-        "sentences": list(asked.sentences),
-        "header": list(asked.header),
-        "rows": [list(row) for row in asked.rows],
-        "figure": asked.figure,
-        "numbers": None if asked.numbers is None else _numbers(asked.numbers),
-    }
+def _left_out(item: LeftOut, sought: str) -> schema.LeftOutEntry:
+    speeds = dict.fromkeys(("speed_a", "speed_a_sd", "speed_b", "speed_b_sd"))
+    speeds |= {sought: item.speed, f"{sought}_sd": item.speed_sd}
+    return _entry(schema.LeftOutEntry, item, **speeds, told=item.reliable)
 
 
-def _numbers(found: Numbers) -> Any:
+def _numbers(found: Numbers | None) -> Any:
     match found:
-        case Probability():
-            return _probability(found)
+        case Probability(proposition=asked, value=value):
+            limits = {"quantity": asked.name, "low": asked.low, "high": asked.high}
+            return _entry(schema.ProbabilityEntry, found, **limits, probability=value)
         case LikelihoodRatio():
-            return {
-                "first": _probability(found.first),
-                "second": _probability(found.second),
-                "prior_first": found.prior_first,
-                "prior_second": found.prior_second,
-                "prior": found.prior,
-                "likelihood_ratio": found.value,
-                "log_error": found.error,
-                "bound": found.bound,
-            }
-        case Avoidability():
-            numbers = strict(asdict(found))
-            asked = numbers.pop("asked")
-            return {"vehicle": asked["vehicle"], "limit": asked["limit"]} | numbers
+            return _entry(
+                schema.LikelihoodRatioEntry,
+                found,
+                first=_numbers(found.first),
+                second=_numbers(found.second),
+                likelihood_ratio=found.value,
+                log_error=found.error,
+            )
+        case Avoidability(asked=asked):
+            of_asked = {"vehicle": asked.vehicle, "limit": asked.limit}
+            return _entry(schema.AvoidabilityEntry, found, **of_asked)
         case TimeDistance():
-            return strict(asdict(found))
-    return [_record(each) for each in found]
-
-
-def _probability(found: Probability) -> ProbabilityEntry:
-    asked = found.proposition
-    return {
-        "quantity": asked.name,
-        "low": finite(asked.low),
-        "high": finite(asked.high),
-        "probability": found.value,
-        "error": found.error,
-        "at_least": found.at_least,
-        "at_most": found.at_most,
-        "effective": finite(found.effective),
-        "pareto_k": None if found.pareto_k is None else finite(found.pareto_k),
-    }
-
-
-def _record(each: Corner | Effect | NamedCheck) -> dict[str, Any]:
-    if isinstance(each, Effect):
-        return {"name": each.name, "moved": each.moved, "error": finite(each.error)}
-    return {k: v for k, v in strict(asdict(each)).items() if k != "dimension"}
+            return _entry(schema.TimeDistanceEntry, found)
+        case None:
+            return None
+    return [_entry(_KINDS[type(each)], each) for each in found]
 
 
 def summary_json(findings: Findings, files: Mapping[str, bytes]) -> bytes:
@@ -285,19 +196,10 @@ def summary_frame(findings: Findings, units: Units = "si") -> pd.DataFrame:
     return frame.astype(dict.fromkeys(numbers, float))
 
 
-def ladder_data(ladder: Ladder) -> LadderEntry:
+def ladder_data(ladder: Ladder) -> schema.LadderEntry:
     """A ladder in strict JSON, in SI units; what is not finite is None."""
-    return {
-        "scene": {"title": ladder.scene.title, "name": ladder.scene.name},
-        "question": list(ladder.question),
-        "choice": ladder.choice,
-        "reason": ladder.reason,
-        "share": ladder.share,
-        "factor": ladder.factor,
-        "seed": ladder.seed,
-        "complete": ladder.complete,
-        "steps": [strict(asdict(step)) for step in ladder.steps],
-    }
+    scene = _entry(schema.SceneEntry, ladder.scene)
+    return _entry(schema.LadderEntry, ladder, scene=scene)
 
 
 def read_summary(directory: Path) -> dict[str, Any] | None:
@@ -341,9 +243,13 @@ def _digest(content: bytes) -> str:
 
 
 def strict(value: Any) -> Any:
-    """Plain data without NaN and infinity, which JSON lacks: null stands for them."""
+    """Plain data and records without NaN and infinity, which JSON lacks: null stands for them."""
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
     if isinstance(value, dict):
         return {str(key): strict(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [strict(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, float):  # NumPy's too
+        return float(value) if math.isfinite(value) else None
+    return value

@@ -4,37 +4,33 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    ValidationError,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from retrodict.interchange.cells import NoNumber, station_in
+from retrodict.interchange.map_tables import (
+    Column,
+    Name,
+    TableEntry,
+    all_alike,
+    point_name,
+    unit_factor,
+)
 from retrodict.interchange.points import SPOTS, Angles, Compass
+from retrodict.interchange.recorder_map import RecorderEntry
 from retrodict.scene import units
 from retrodict.scene.entries.impact import SurfaceName
-from retrodict.scene.entries.table import IS_AN_SD
-from retrodict.scene.entries.vehicle import Direction, RecordTime, RecordUncertainty, RestHeading
-from retrodict.scene.errors import SceneError, shown
-from retrodict.scene.explain import problems_of
+from retrodict.scene.entries.table import IS_AN_SD, Table
+from retrodict.scene.entries.vehicle import Direction, RestHeading
+from retrodict.scene.errors import shown
+from retrodict.scene.explain import entries_of
 from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.outlines import MOST_CORNERS
 from retrodict.scene.records import Measured
-from retrodict.scene.units import Dimension, QuantityError, factor
 
 
 def load_map(path: str | Path) -> MapEntry:
@@ -49,53 +45,17 @@ def load_map(path: str | Path) -> MapEntry:
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.
     """
-    document = toml_of(read_text(path, "map"), str(path))
-    try:
-        return MapEntry.model_validate(document)
-    except ValidationError as error:
-        raise SceneError(str(path), problems_of(error, MapEntry)) from None
+    return entries_of(MapEntry, toml_of(read_text(path, "map"), str(path)), str(path))
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+def _length_unit(raw: object) -> float:
+    return unit_factor(raw, units.LENGTH)
 
 
-def _name(raw: object) -> object:
-    """A point's name: text, or a whole number as many instruments count them."""
-    if isinstance(raw, int) and not isinstance(raw, bool) and raw.bit_length() < 64:
-        return str(raw)
-    if not isinstance(raw, str) or not raw.strip() or len(raw) > 100 or not raw.isprintable():
-        raise fault('write the name of a point, like "12"')
-    return raw.strip()
+def _angle_unit(raw: object) -> float:
+    return unit_factor(raw, units.ANGLE)
 
 
-def _column(raw: object) -> object:
-    if isinstance(raw, int) and not isinstance(raw, bool):
-        if not 1 <= raw <= 200:
-            raise fault("write the number of a column, from 1, or its name in the header")
-        return raw
-    return _name(raw)
-
-
-def _reader(dimension: Dimension) -> Callable[[object], float]:
-    def read(raw: object) -> float:
-        try:
-            if not isinstance(raw, str):
-                raise QuantityError(f'write a unit in quotes, like "{dimension.units[0]}"')
-            return factor(raw, dimension)
-        except QuantityError as error:
-            raise fault(error.fix) from None
-
-    return read
-
-
-def _a_unit(dimension: Dimension) -> BeforeValidator:
-    return BeforeValidator(_reader(dimension))
-
-
-_length_unit = _reader(units.LENGTH)
-Name = Annotated[str, BeforeValidator(_name)]
-Column = Annotated[int | str, BeforeValidator(_column)]
 Precision = Annotated[
     Measured, Kind(units.LENGTH, 0.0001, 50, "0.02 m", uncertainty="refused", advice=IS_AN_SD)
 ]
@@ -121,10 +81,10 @@ def _length_or_degrees(raw: object) -> object:
 def _origin(raw: object) -> object:
     if isinstance(raw, list):
         return raw
-    return _name(raw)
+    return point_name(raw)
 
 
-class FrameEntry(_Table):
+class FrameEntry(Table):
     """What the table of a file of points says of coordinates."""
 
     unit: Annotated[float | Literal["deg"], BeforeValidator(_length_unit)] = Field(
@@ -158,7 +118,7 @@ class FrameEntry(_Table):
 _ANGLES = 'write "counter-clockwise from east" or "clockwise from north"'
 
 
-class SurveyColumns(_Table):
+class SurveyColumns(Table):
     """`[survey.columns]`: by name in the header, or all by number where there is none."""
 
     id: Column = Field(examples=['"Point"'])
@@ -172,8 +132,7 @@ class SurveyColumns(_Table):
 
     @model_validator(mode="after")
     def _all_by_name_or_number(self) -> SurveyColumns:
-        if len({type(each) for _, each in self if each is not None}) > 1:
-            raise fault("write all columns by name, or all by number where there is no header")
+        all_alike(self)
         if self.station is None:
             for key, example in (("x", "Easting"), ("y", "Northing")):
                 if getattr(self, key) is None:
@@ -185,48 +144,14 @@ class SurveyColumns(_Table):
         return self
 
 
-BLANKS = (" ", "  ")  # one or more, or two or more
-
-
-def _only(raw: object) -> object:
-    """What cells of a column must be, by the column; a number is written as text or as a number."""
-    if not isinstance(raw, dict) or not 0 < len(raw) <= 10:
-        raise fault('write a column and the cell that its rows have: { Event = "1" }')
-    return {_name(column): _name(cell) for column, cell in raw.items()}
-
-
-class TableEntry(_Table):
-    """What `[survey]` and `[recorder]` say of a table in a text file."""
-
-    encoding: (
-        Literal[
-            "utf-8", "utf-16", "utf-16-le", "cp1252", "latin-1", "cp1250", "cp1251", "cp1253",
-            "cp1254", "cp437", "cp850", "mac-roman", "shift_jis", "gb18030", "euc_kr", "big5",
-        ] | None
-    ) = Field(None, examples=['"cp1252"'])  # fmt: skip
-    separator: Literal[",", ";", "\t", "|", " ", "  "] | None = Field(None, examples=['";"'])
-    decimal: Literal[".", ","] = Field(".", examples=['","'])
-    below: Name | None = Field(None, examples=['"Event Record 2" (a line above the table)'])
-    only: Annotated[dict[str, str], BeforeValidator(_only)] = Field(
-        {}, examples=['{ Event = "1" } (the cell that all rows have in this column)']
-    )
-
-    @model_validator(mode="after")
-    def _only_as_columns(self) -> TableEntry:
-        by_number = any(isinstance(each, int) for _, each in getattr(self, "columns", ()))
-        if by_number and not all(re.fullmatch("[1-9][0-9]{0,2}", column) for column in self.only):
-            raise fault('write numbers of columns, as in columns: { 1 = "2" }', "only")
-        return self
-
-
 def _station(raw: object) -> float:
     try:
-        return station_in(str(_name(raw)), ".")
+        return station_in(str(point_name(raw)), ".")
     except NoNumber as wrong:
         raise fault(f'{wrong}; write a station, like "10+00"') from None
 
 
-class BaselineEntry(_Table):
+class BaselineEntry(Table):
     """`[survey.baseline]`: the line along which stations count."""
 
     start: Annotated[float, BeforeValidator(_station)] = Field(
@@ -260,7 +185,9 @@ class SurveyEntry(FrameEntry, TableEntry):
     )
 
     columns: SurveyColumns = Field(examples=['{ id = "Point", x = "Easting", y = "Northing" }'])
-    angle_unit: Annotated[float | None, _a_unit(units.ANGLE)] = Field(None, examples=['"deg"'])
+    angle_unit: Annotated[float | None, BeforeValidator(_angle_unit)] = Field(
+        None, examples=['"deg"']
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -316,7 +243,7 @@ class LandXmlEntry(FrameEntry):
     axes: tuple[Compass, Compass] = Field(("east", "north"), examples=['["east", "north"]'])
 
 
-class ImpactPointEntry(_Table):
+class ImpactPointEntry(Table):
     """`[impact_point]`."""
 
     point: Name = Field(examples=['"12"'])
@@ -334,7 +261,7 @@ def _spots(raw: object) -> object:
     return raw
 
 
-class RestEntry(_Table):
+class RestEntry(Table):
     """`[rest.A]`: a pose from two points or more on the vehicle, or from one and its heading."""
 
     points: Annotated[dict[str, Name], BeforeValidator(_spots)] = Field({}, examples=[_POINTS])
@@ -356,7 +283,7 @@ class RestEntry(_Table):
 _LIST: Any = Field(min_length=1, max_length=50, examples=['["21", "22"]'])
 
 
-class MarksEntry(_Table):
+class MarksEntry(Table):
     """One of `[[marks.A]]`: points that a part of the vehicle passed, in any order."""
 
     points: list[Name] = _LIST
@@ -366,7 +293,7 @@ class MarksEntry(_Table):
     uncertainty: Uncertainty
 
 
-class EdgeEntry(_Table):
+class EdgeEntry(Table):
     """`[edges.NAME]`: two points or more along the edge of a surface."""
 
     points: list[Name] = _LIST
@@ -376,7 +303,7 @@ class EdgeEntry(_Table):
     uncertainty: Uncertainty
 
 
-class OutlineEntry(_Table):
+class OutlineEntry(Table):
     """`[outlines.NAME]`: points along the outline of a surface, in order; the last joins the first."""
 
     points: list[Name] = Field(
@@ -385,200 +312,21 @@ class OutlineEntry(_Table):
     uncertainty: Uncertainty
 
 
-# what a recorder's table may have: unit, and where the sign is the other way round, a scene's name
-RECORDED = {
-    "time": units.TIME,
-    "speed": units.SPEED,
-    "delta_v": units.SPEED,
-    "delta_v_forward": units.SPEED,
-    "delta_v_left": units.SPEED,
-    "delta_v_right": units.SPEED,
-    "acceleration_forward": units.DECELERATION,
-    "acceleration_left": units.DECELERATION,
-    "acceleration_right": units.DECELERATION,
-    "yaw_rate": units.YAW_RATE,
-    "yaw_rate_clockwise": units.YAW_RATE,
-}
-_SAME = (
-    ("delta_v_forward", "acceleration_forward"),
-    ("delta_v_left", "delta_v_right", "acceleration_left", "acceleration_right"),
-    ("yaw_rate", "yaw_rate_clockwise"),
-)
-
-
-def taken_as(column: str) -> str:
-    """The key of `[recorder]` that takes a column: speed, delta_v or yaw_rate."""
-    if column.startswith("acceleration"):
-        return "delta_v"
-    return next((key for key in ("speed", "delta_v", "yaw_rate") if column.startswith(key)), "")
-
-
-class RecorderColumns(_Table):
-    """`[recorder.columns]`: by name in the header, or all by number where there is none."""
-
-    time: Column = Field(examples=['"Time (s)"'])
-    speed: Column | None = Field(None, examples=['"Speed (mph)"'])
-    delta_v: Column | None = Field(None, examples=['"Resultant delta-v"'])
-    delta_v_forward: Column | None = Field(None, examples=['"Longitudinal delta-v"'])
-    delta_v_left: Column | None = Field(None, examples=['"Lateral delta-v"'])
-    delta_v_right: Column | None = Field(None, examples=['"Lateral delta-v"'])
-    acceleration_forward: Column | None = Field(None, examples=['"Longitudinal acceleration"'])
-    acceleration_left: Column | None = Field(None, examples=['"Lateral acceleration"'])
-    acceleration_right: Column | None = Field(None, examples=['"Lateral acceleration"'])
-    yaw_rate: Column | None = Field(None, examples=['"Yaw rate"'])
-    yaw_rate_clockwise: Column | None = Field(None, examples=['"Yaw rate"'])
-
-    @model_validator(mode="after")
-    def _each_once(self) -> RecorderColumns:
-        if len({type(each) for _, each in self if each is not None}) > 1:
-            raise fault("write all columns by name, or all by number where there is no header")
-        for group in _SAME:
-            first, *others = [key for key in group if getattr(self, key) is not None] or [""]
-            if others:
-                raise fault(f"the same twice; keep it, or {others[0]}", first)
-        return self
-
-
-_SpeedSD = RecordUncertainty
-_YawRateSD = Annotated[
-    Measured, Kind(units.YAW_RATE, 0.01, 100, "2 deg/s", uncertainty="refused", advice=IS_AN_SD)
-]
-
-
-def _moment_or_window(raw: object) -> object:
-    return raw if isinstance(raw, list) else [raw, raw]
-
-
-class RecordedSpeedEntry(_Table):
-    """`[recorder.speed]`."""
-
-    impact: Annotated[tuple[RecordTime, RecordTime], BeforeValidator(_moment_or_window)] = Field(
-        examples=['"0 s", or ["-0.5 s", "0 s"] (earliest and latest)']
-    )
-    uncertainty: _SpeedSD
-
-
-_AT: Any = Field(examples=['"last", or "0.15 s"'])
-
-
-def _at(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
-    return None if raw == "last" else read(raw)
-
-
-_PULSE_TIME = Kind(units.TIME, -600, 600, "0.15 s", uncertainty="refused")
-
-
-def _at_or_end(raw: object) -> Any:
-    if raw in ("last", "end"):
-        return "end" if raw == "end" else None
-    return _PULSE_TIME.read(raw)
-
-
-_Moment = Annotated[RecordTime | None, WrapValidator(_at)]
-
-
-class RecordedDeltaVEntry(_Table):
-    """`[recorder.delta_v]`."""
-
-    at: Annotated[Measured | Literal["end"] | None, PlainValidator(_at_or_end)] = Field(
-        examples=['"last", "end" (of the pulse), or "0.15 s"']
-    )
-    ended: Literal["early", "after the impact"] = Field(examples=['"early" or "after the impact"'])
-    uncertainty: _SpeedSD
-
-    @model_validator(mode="after")
-    def _end_is_recorded(self) -> RecordedDeltaVEntry:
-        if self.at == "end" and self.ended == "early":
-            raise fault('a record that ended early does not have it; write "last"', "at")
-        return self
-
-
-class RecordedYawRateEntry(_Table):
-    """`[recorder.yaw_rate]`."""
-
-    at: _Moment = _AT
-    to: Literal["approach", "departure"] = Field(
-        examples=['"approach" or "departure" (just before, or just after the impact)']
-    )
-    uncertainty: _YawRateSD
-
-
-def _known_units(raw: object) -> object:
-    """Units of columns, as factors to SI."""
-    if not isinstance(raw, dict):
-        raise fault('write a table: { time = "s", speed = "mph" }')
-    found = {}
-    for column, unit in raw.items():
-        if column not in RECORDED:
-            raise fault(f"unknown column; write {', '.join(RECORDED)}", column)
-        try:
-            if not isinstance(unit, str):
-                raise QuantityError(f'write a unit in quotes, like "{RECORDED[column].units[0]}"')
-            found[column] = factor(unit, RECORDED[column])
-        except QuantityError as error:
-            raise fault(error.fix, column) from None
-    return found
-
-
-class LongEntry(_Table):
-    """`[recorder.long]`: a table with a row for each value, whose columns have these names."""
-
-    parameter: Name = Field(examples=['"Signal"'])
-    value: Name = Field(examples=['"Value"'])
-    unit: Name | None = Field(None, examples=['"Unit"'])
-
-
-class RecorderEntry(TableEntry):
-    """`[recorder]`: the table of an event data recorder as CSV."""
-
-    vehicle: Literal["A", "B"] = Field(examples=['"A" or "B"'])
-    columns: RecorderColumns = Field(examples=['{ time = "Time (s)", speed = "Speed (mph)" }'])
-    units: Annotated[dict[str, float], BeforeValidator(_known_units)] = Field(
-        examples=['{ time = "s", speed = "mph" }']
-    )
-    long: LongEntry | None = Field(
-        None, examples=['{ parameter = "Signal", value = "Value" } (a row for each value)']
-    )
-    speed: RecordedSpeedEntry | None = Field(
-        None, examples=['{ impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }']
-    )
-    delta_v: RecordedDeltaVEntry | None = Field(
-        None, examples=['{ at = "last", ended = "early", uncertainty = "1 mph" }']
-    )
-    yaw_rate: RecordedYawRateEntry | None = Field(
-        None, examples=['{ at = "0 s", to = "approach", uncertainty = "2 deg/s" }']
-    )
-
-    @model_validator(mode="after")
-    def _columns_are_explained(self) -> RecorderEntry:
-        for column, there in self.columns:
-            if there is not None and column not in self.units:
-                first = RECORDED[column].units[0]
-                raise fault(f'no unit of {column}; write {column} = "{first}"', "units")
-        for key in ("speed", "delta_v", "yaw_rate"):
-            columns = [c for c, there in self.columns if there is not None and taken_as(c) == key]
-            if getattr(self, key) is not None and not columns:
-                raise fault(f'no such column; add it to columns, like {key} = "…"', key)
-        if self.long and isinstance(self.columns.time, int):
-            raise fault("write the name in the header, and the names of parameters", "columns.time")
-        return self
-
-
-class RestsEntry(_Table):
+class RestsEntry(Table):
     """`[rest]`."""
 
     A: RestEntry | None = Field(default=None, examples=[f"{{ points = {_POINTS}, … }}"])
     B: RestEntry | None = Field(default=None, examples=[f"{{ points = {_POINTS}, … }}"])
 
 
-class AllMarksEntry(_Table):
+class AllMarksEntry(Table):
     """`[marks]`."""
 
     A: list[MarksEntry] = Field(default=[], max_length=50, examples=['[{ points = ["21"], … }]'])
     B: list[MarksEntry] = Field(default=[], max_length=50, examples=['[{ points = ["21"], … }]'])
 
 
-class MapEntry(_Table):
+class MapEntry(Table):
     """The whole map file."""
 
     schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])

@@ -73,14 +73,14 @@ def drawing_points(file: SourceFile, drawing: DrawingEntry) -> tuple[list[Point]
             fault = "its coordinates are too large, or no numbers" if far else ""
             name = f"{layer}#{numbers[layer]}"
             points.append(Point(name, layer, x, y, kind, heading, fault))
-    of = ", ".join(_TYPES)
+    types = ", ".join(_TYPES)
     for (layer, kind), count in left.items():
-        left_lines.append(f"{count} {kind} on layer {shown(layer)}: places are taken of {of}")
+        left_lines.append(f"{count} {kind} on layer {shown(layer)}: places are taken of {types}")
     for (layer, kind), count in (+arcs).items():
         left_lines.append(f"arcs of {count} {kind} on layer {shown(layer)}: their ends are taken")
     if not points:
         others = ", ".join(sorted({shown(kind)[1:-1] for _, kind in left})[:4]) or "nothing"
-        raise file.refuse(f"its model space has {others}, but none of {of}; export these")
+        raise file.refuse(f"its model space has {others}, but none of {types}; export these")
     return points, left_lines
 
 

@@ -193,9 +193,9 @@ class _Taking:
         taken = [*others, *self._rests(others)]
         for point in self.points:
             if point not in self.used:
-                of = f" ({shown(point.group)})" if point.group not in ("", point.name) else ""
+                group = f" ({shown(point.group)})" if point.group not in ("", point.name) else ""
                 why = point.fault or "not in the map"
-                left.append(f"point {shown(point.name)}{of}, {point.where}: {why}")
+                left.append(f"point {shown(point.name)}{group}, {point.where}: {why}")
         return taken, left
 
     def _frame(self, entry: FrameEntry) -> Frame:
@@ -246,13 +246,13 @@ class _Taking:
             self._fits(pose.misfit, sd, f"{key}.points", f"vehicle {v} as the scene has it")
             remark = f"misfit {pose.misfit:.3f} m"
             heading = Measured(pose.heading, pose.sd_heading, source=self._source(points))
-        at = f"vehicles.{v}.rest"
+        table = f"vehicles.{v}.rest"
         xy = [(pose.x, pose.sd_x), (pose.y, pose.sd_y)]
-        yield self._value(f"{at}.position", points, xy, "m", remark)
+        yield self._value(f"{table}.position", points, xy, "m", remark)
         # what the scene assumes, it is left to assume
         degrees = None if heading.assumed else math.degrees(heading.sd)
         value = quantity(math.degrees(heading.value), degrees, "deg", heading.source)
-        yield self._taken(f"{at}.heading", value, points)
+        yield self._taken(f"{table}.heading", value, points)
 
     def _heading(self, entry: RestEntry, point: Point, key: str) -> Measured:
         """The heading of a vehicle of which one point was measured, in the scene's frame."""
@@ -289,8 +289,8 @@ class _Taking:
                         quantity(each, None, "m", self._source([point]))
                         for each in self.frame.position(point)
                     )
-                    of = {"value": rounded(sd), "unit": "m"}
-                    marks.append({"point": [x, y], "of": entry.of, "uncertainty": of})
+                    across = {"value": rounded(sd), "unit": "m"}
+                    marks.append({"point": [x, y], "of": entry.of, "uncertainty": across})
             if marks:
                 yield self._taken(f"vehicles.{v}.marks", marks, used)
 
@@ -299,14 +299,14 @@ class _Taking:
             points = self._several(entry.points, f"edges.{name}.points")
             sd = math.hypot(self.precision, entry.uncertainty.value)
             try:
-                at, direction, misfit = fitted_line([self.frame.position(p) for p in points])
+                place, direction, misfit = fitted_line([self.frame.position(p) for p in points])
             except ValueError:
                 fix = "all points are one place; write two or more along the edge"
                 raise self._wrong(f"edges.{name}.points", fix) from None
             self._fits(misfit, sd, f"edges.{name}.points", "one straight line")
             source = self._source(points)
             edge = {
-                "point": [quantity(each, None, "m", source) for each in at],
+                "point": [quantity(each, None, "m", source) for each in place],
                 "direction": quantity(math.degrees(direction), None, "deg", source),
                 "side": entry.side,
                 "uncertainty": {"value": rounded(sd), "unit": "m"},

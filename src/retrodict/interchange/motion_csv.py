@@ -44,7 +44,7 @@ def motion_csv(time: Float[np.ndarray, "rows"], pose: Float[np.ndarray, "rows 3"
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(COLUMNS)
-    for at, (x, y, heading) in zip(time, pose, strict=True):
+    for moment, (x, y, heading) in zip(time, pose, strict=True):
         numbers = (x, y, 0.0, 0.0, 0.0, math.degrees(heading))
-        writer.writerow([f"{at:.6f}", *(f"{round(float(n), 4) + 0.0:.4f}" for n in numbers)])
+        writer.writerow([f"{moment:.6f}", *(f"{round(float(n), 4) + 0.0:.4f}" for n in numbers)])
     return text.getvalue().encode("ascii")

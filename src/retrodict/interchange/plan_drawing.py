@@ -104,12 +104,12 @@ def on_one_line(text: str) -> str:
 
 
 def edge_within(
-    at: Place, direction: float, bounds: tuple[float, float, float, float]
+    place: Place, direction: float, bounds: tuple[float, float, float, float]
 ) -> Line | None:
     """The part of an endless straight line that lies in the circle about a rectangle.
 
     Args:
-        at: a point of the line, m.
+        place: a point of the line, m.
         direction: direction of the line, counter-clockwise from the x axis, rad.
         bounds: x0, x1, y0, y1 of the rectangle, m.
 
@@ -119,7 +119,7 @@ def edge_within(
     x0, x1, y0, y1 = bounds
     centre, radius = np.array([x0 + x1, y0 + y1]) / 2, math.hypot(x1 - x0, y1 - y0) / 2
     along = np.array([math.cos(direction), math.sin(direction)])
-    nearest = np.array(at) + along * ((centre - at) @ along)
+    nearest = np.array(place) + along * ((centre - place) @ along)
     half = radius**2 - float(np.sum((nearest - centre) ** 2))
     if half <= 0:
         return None

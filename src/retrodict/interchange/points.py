@@ -150,9 +150,10 @@ def fitted_pose(
         ValueError: all points on the vehicle coincide.
     """
     count = len(body)
-    (bx, by), (rx, ry) = _mean(body), _mean(road)
+    (body_x, body_y), (road_x, road_y) = _mean(body), _mean(road)
     pairs = [
-        ((u - bx, v - by), (x - rx, y - ry)) for (u, v), (x, y) in zip(body, road, strict=True)
+        ((u - body_x, v - body_y), (x - road_x, y - road_y))
+        for (u, v), (x, y) in zip(body, road, strict=True)
     ]
     along = sum(u * x + v * y for (u, v), (x, y) in pairs)
     across = sum(u * y - v * x for (u, v), (x, y) in pairs)
@@ -161,12 +162,13 @@ def fitted_pose(
         raise ValueError("one spot")
     heading = math.atan2(across, along)
     c, s = math.cos(heading), math.sin(heading)
-    lever_x, lever_y = c * bx - s * by, s * bx + c * by  # from the centre of gravity to their mean
+    # from the centre of gravity to their mean
+    lever_x, lever_y = c * body_x - s * body_y, s * body_x + c * body_y
     rest = [math.hypot(x - c * u + s * v, y - s * u - c * v) for (u, v), (x, y) in pairs]
     sd_heading, sd_mean = sd / math.sqrt(size), sd / math.sqrt(count)
     return Pose(
-        rx - lever_x,
-        ry - lever_y,
+        road_x - lever_x,
+        road_y - lever_y,
         heading,
         math.hypot(sd_mean, lever_y * sd_heading),
         math.hypot(sd_mean, lever_x * sd_heading),

@@ -9,13 +9,13 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from retrodict.interchange.cells import NoNumber, number
-from retrodict.interchange.column_map import (
+from retrodict.interchange.headings import is_no_value, number_in, units_in
+from retrodict.interchange.recorder_map import (
     RECORDED,
     RecordedSpeedEntry,
     RecorderEntry,
     taken_as,
 )
-from retrodict.interchange.headings import is_no_value, number_in, units_in
 from retrodict.interchange.source_file import SourceFile
 from retrodict.interchange.table_in import Row, TableIn, plain, read_table
 from retrodict.interchange.taken import Taken, quantity, replaced, rounded
@@ -198,13 +198,13 @@ class _Recorder:
         if (entry := self.entry.delta_v) is None:
             return
         there = [each for each in _DELTA_V if each[0] in self.curves]
-        at = entry.at
-        if isinstance(at, str):
-            at = self._end_of_pulse([self.curves[column] for column, *_ in there])
+        moment = entry.at
+        if isinstance(moment, str):
+            moment = self._end_of_pulse([self.curves[column] for column, *_ in there])
         end = "_at_least" if entry.ended == "early" else ""
         for column, name, sign in there:
             key = f"vehicles.{self.entry.vehicle}.departure.{name}{end}"
-            yield self._value(key, column, at, sign, entry.uncertainty.value, "m/s")
+            yield self._value(key, column, moment, sign, entry.uncertainty.value, "m/s")
 
     def _end_of_pulse(self, curves: list[Curve]) -> Measured:
         """The time at which delta-v changes by no more than 0.8 km/h within 20 ms (49 CFR 563.5)."""
@@ -235,10 +235,10 @@ class _Recorder:
                 yield self._value(key, column, entry.at, sign, entry.uncertainty.value, "rad/s")
 
     def _value(
-        self, key: str, column: str, at: Measured | None, sign: float, sd: float, unit: str
+        self, key: str, column: str, moment: Measured | None, sign: float, sd: float, unit: str
     ) -> Taken:
         curve = self.curves[column]
-        time = curve.times[-1] if at is None else at.value
+        time = curve.times[-1] if moment is None else moment.value
         self._recorded(curve, time, f"recorder.{taken_as(column)}.at")
         value = sign * self._at(curve, time)
         written = quantity(value, sd, unit, self._source(column, curve))
@@ -272,16 +272,16 @@ class _Recorder:
         """A column over time; a row without a number is left, with a line unless its cell is empty."""
         curve = Curve([], [], [])
         without: dict[int, str] = {}  # rows without a value, and what they have instead
-        for row, at, cell in cells:
+        for row, time_cell, cell in cells:
             if not cell:
                 continue
-            if nothing := next((each for each in (cell, at) if is_no_value(each)), ""):
+            if nothing := next((each for each in (cell, time_cell) if is_no_value(each)), ""):
                 without[row] = nothing
                 continue
             try:
-                time, value = self._in_si("time", at), self._in_si(column, cell)
+                time, value = self._in_si("time", time_cell), self._in_si(column, cell)
             except NoNumber as error:
-                said = f"time = {shown(at)}, {column} = {shown(cell)}"
+                said = f"time = {shown(time_cell)}, {column} = {shown(cell)}"
                 self.left.append(f"row {row}: {said} {error}")
                 continue
             if curve.times and time <= curve.times[-1]:

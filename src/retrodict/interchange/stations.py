@@ -67,11 +67,13 @@ def place(cells: tuple[str, str], survey: SurveyEntry) -> tuple[float, float]:
     left = offset_in(offset, decimal, unit, baseline.positive)
     line = [(x.value, y.value) for x, y in baseline.line]
     clockwise = survey.axes in _LEFT_HANDED
-    x, y = beside(line, along * unit, -left * unit if clockwise else left * unit)
+    x, y = point_along(line, along * unit, -left * unit if clockwise else left * unit)
     return x / unit, y / unit
 
 
-def beside(line: Sequence[tuple[float, float]], along: float, left: float) -> tuple[float, float]:
+def point_along(
+    line: Sequence[tuple[float, float]], along: float, left: float
+) -> tuple[float, float]:
     """The point so far along a line of straight pieces and to its left, m.
 
     Args:

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from retrodict.interchange.column_map import BLANKS, TableEntry
+from retrodict.interchange.map_tables import BLANKS, TableEntry
 from retrodict.interchange.source_file import SourceFile
 from retrodict.scene.errors import SceneError, shown
 
@@ -102,11 +102,11 @@ def _with_header(
     for separator in _separators(text, entry):
         try:
             rows = _below(file, _rows(file, text, separator), entry.below, table)
-            at = _header(file, rows, wanted, table)
+            top = _header(file, rows, wanted, table)
         except SceneError as fault:
             faults.append(fault)
             continue
-        header, below = rows[at], rows[at + 1 :]
+        header, below = rows[top], rows[top + 1 :]
         short: list[Row] = []
         if separator in BLANKS:  # where a cell is empty, those after it stand in other columns
             count = len(header.cells)
@@ -123,8 +123,8 @@ def _with_header(
             if cell and i not in places.values()
         ]
         left += [f"row {row.number}: it has fewer cells than the header" for row in short]
-        if at and not entry.below:
-            left.append(f"{_lines(rows[:at])}: above the header")
+        if top and not entry.below:
+            left.append(f"{_lines(rows[:top])}: above the header")
         headings = {key: header.cells[place] for key, place in places.items()}
         return TableIn(below, places, headings, left, frozenset(again))
     raise faults[0]

@@ -93,7 +93,7 @@ def arrival(distance: Number, speed: Number, reaction: Number, deceleration: Num
     return Arrival(jnp.where(square <= 0, jnp.inf, time), there)
 
 
-def way_to_clear(offset: Number, half_widths: Number, rate: Number) -> Float[Array, "*any"]:
+def distance_to_clear(offset: Number, half_widths: Number, rate: Number) -> Float[Array, "*any"]:
     """How far a vehicle has to go on until its outline has left the strip that another sweeps.
 
     Args:
@@ -106,8 +106,8 @@ def way_to_clear(offset: Number, half_widths: Number, rate: Number) -> Float[Arr
     """
     across = jnp.abs(rate)
     left = half_widths - jnp.sign(rate) * offset
-    way = jnp.maximum(left, 0.0) / jnp.where(across > 0, across, 1.0)
-    return jnp.where(across > 0, way, jnp.inf)
+    length = jnp.maximum(left, 0.0) / jnp.where(across > 0, across, 1.0)
+    return jnp.where(across > 0, length, jnp.inf)
 
 
 def half_extent(

@@ -81,13 +81,13 @@ def fixed_steps(count: int) -> Steps:
     """`count` fixed steps for `rest`, 1 to 3072."""
     if not 0 < count <= _MOST_FIXED:
         raise ValueError(f"steps are 1 to {_MOST_FIXED}; not {count}")
-    lengths = np.diff(_levels(count, _LAST_FIXED))
+    lengths = np.diff(_lost_shares(count, _LAST_FIXED))
     return Steps(np.array(count), np.pad(lengths, (0, _MOST_FIXED - count)))
 
 
-def _levels(
+def _lost_shares(
     steps: int, last: Float[Array, ""] | float
-) -> Float[np.ndarray, " levels"] | Float[Array, " levels"]:
+) -> Float[np.ndarray, " shares"] | Float[Array, " shares"]:
     """Lost shares of W after each of so many steps, from none to all but the last of it."""
     return (1 - last) * (1 - (1 - np.linspace(0.0, 1.0, steps + 1)) ** _CLUSTER)
 
@@ -121,14 +121,14 @@ def by_fixed_steps(
 ) -> tuple[State, State]:
     """Runge-Kutta steps of order four, with the lost share of W as the independent variable.
 
-    The scan runs over stages, not steps: with one slope in its body, the program with its gradient
+    The scan runs over stages, not steps: with one rate in its body, the program with its gradient
     compiles six times faster than with four, and runs faster too (measured on two cores).
 
     Returns:
         The last state, and where kept the state after each step.
     """
-    rate = _slope_of_loss(start, car, ground)
-    ahead = jnp.array([0.5, 0.5, 1.0, 1.0])  # of a step: where a stage's slope is next taken to
+    rate = _rate_by_loss(start, car, ground)
+    ahead = jnp.array([0.5, 0.5, 1.0, 1.0])  # of a step: where a stage's rate is next taken to
     share = jnp.array([1.0, 2.0, 2.0, 1.0]) / 6  # and what it counts for
 
     Carry = tuple[State, State, State]
@@ -158,7 +158,7 @@ def by_fixed_steps(
             (start, start, start),
         )
         return end, ()
-    lengths = shorter * jnp.asarray(np.repeat(np.diff(_levels(steps, _LAST_FIXED)), 4))
+    lengths = shorter * jnp.asarray(np.repeat(np.diff(_lost_shares(steps, _LAST_FIXED)), 4))
     # in reverse a stage is computed anew from its start: a quarter faster than keeping all of it, and
     # in a seventeenth of the memory (measured)
     (end, _, _), states = jax.lax.scan(
@@ -175,18 +175,18 @@ def by_adaptive_steps(
     """States at the ends of the fixed steps, by adaptive steps of order eight."""
     import diffrax  # takes a second to import; inference does not need it
 
-    levels = _levels(rows, last)[1:]
-    rate = _slope_of_loss(start, car, ground)
+    lost = _lost_shares(rows, last)[1:]
+    rate = _rate_by_loss(start, car, ground)
     W_0 = generalised_speed(start[3:6], car.k2)
     try:
         solution = diffrax.diffeqsolve(
             diffrax.ODETerm(lambda _, state, args: rate(state)),
             diffrax.Dopri8(),
             0.0,
-            levels[-1],
+            lost[-1],
             1e-3,
             start,
-            saveat=diffrax.SaveAt(ts=jnp.asarray(levels[:-1]), t1=True),
+            saveat=diffrax.SaveAt(ts=jnp.asarray(lost[:-1]), t1=True),
             stepsize_controller=diffrax.PIDController(rtol=_TOLERANCE, atol=0.1 * _TOLERANCE * W_0),
             # every step kept: with fewer checkpoints derivatives came out wrong by up to a tenth
             adjoint=diffrax.RecursiveCheckpointAdjoint(checkpoints=MOST_STEPS),
@@ -220,37 +220,39 @@ def by_paced_steps(
 
     def rate(state: State) -> tuple[State, Array]:
         """d(state)/dt, and dW/dt."""
-        slopes = by_W(state)
-        return tuple(k / slopes[6] for k in slopes), 1 / slopes[6]
+        rates = by_W(state)
+        return tuple(k / rates[6] for k in rates), 1 / rates[6]
 
-    def along(state: State, slopes: State, time: Array) -> State:
-        return tuple(a + time * b for a, b in zip(state, slopes, strict=True))
+    def along(state: State, rates: State, time: Array) -> State:
+        return tuple(a + time * b for a, b in zip(state, rates, strict=True))
 
     def step(carry: Carry, W: Array) -> Carry:
         state, count = carry
         first, dW = rate(state)
-        # a little beyond the next level, so that rows lie where they are asked for
+        # a little beyond the next speed, so that rows lie where they are asked for
         beyond = 1.2 * (W - generalised_speed(state[3:6], car.k2)) / dW
         h = jax.lax.stop_gradient(jnp.minimum(longest(state, dW) / steps.fineness, beyond))
         second = rate(along(state, first, h / 2))[0]
         third = rate(along(state, second, h / 2))[0]
         last = rate(along(state, third, h))[0]
-        slopes = (first, second, third, last)
-        mean = (a / 6 + b / 3 + c / 3 + d / 6 for a, b, c, d in zip(*slopes, strict=True))
+        rates = (first, second, third, last)
+        mean = (a / 6 + b / 3 + c / 3 + d / 6 for a, b, c, d in zip(*rates, strict=True))
         return along(state, tuple(mean), h), count + 1
 
-    def to_level(carry: Carry, W: Array) -> tuple[Carry, State]:
+    def to_speed(carry: Carry, W: Array) -> tuple[Carry, State]:
         def above(carry: Carry) -> Array:
             return (generalised_speed(carry[0][3:6], car.k2) > W) & (carry[1] < _MOST_PACED)
 
         carry = jax.lax.while_loop(above, lambda carry: step(carry, W), carry)
         return carry, carry[0]
 
-    levels = W_0 * (1 - jnp.asarray(_levels(rows, closing_share(steps, start, car, ground)))[1:])
-    (end, count), states = jax.lax.scan(to_level, (start, jnp.zeros((), int)), levels)
-    slopes, dW = rate(end)
+    speeds = W_0 * (
+        1 - jnp.asarray(_lost_shares(rows, closing_share(steps, start, car, ground)))[1:]
+    )
+    (end, count), states = jax.lax.scan(to_speed, (start, jnp.zeros((), int)), speeds)
+    rates, dW = rate(end)
     left = -generalised_speed(end[3:6], car.k2) / dW  # until rest, if it slows down evenly
-    moved = (a + left / 2 * b for a, b in zip(end[:3], slopes[:3], strict=True))
+    moved = (a + left / 2 * b for a, b in zip(end[:3], rates[:3], strict=True))
     halt = (*moved, *(jnp.zeros_like(left),) * 3, end[6] + left)
     return states, tuple(jnp.where(count < _MOST_PACED, v, jnp.nan) for v in halt)
 
@@ -285,12 +287,12 @@ def at_rest(
     end: State, start: State, car: Car | Joined, ground: Ground, last: Float[Array, ""] | float
 ) -> State:
     """State at rest: the last of the motion keeps its direction while W falls linearly to zero."""
-    left = [last * k for k in _slope_of_loss(start, car, ground)(end)]
+    left = [last * k for k in _rate_by_loss(start, car, ground)(end)]
     moved = (a + b / 2 for a, b in zip(end[:3], left[:3], strict=True))
     return (*moved, *(jnp.zeros_like(end[0]),) * 3, end[6] + left[6])
 
 
-def _slope_of_loss(start: State, car: Car | Joined, ground: Ground) -> Callable[[State], State]:
+def _rate_by_loss(start: State, car: Car | Joined, ground: Ground) -> Callable[[State], State]:
     """d(state)/d(lost share of W)."""
     rate, W_0 = vector_field(car, ground), generalised_speed(start[3:6], car.k2)
     return lambda state: tuple(-W_0 * k for k in rate(state))

@@ -149,8 +149,8 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
     turned = heading[first] - start[2]
     turned_after = jnp.where(known[-1], heading[-1] - heading[first], 0.0)
 
-    def place(at: Float[Array, " points"]) -> Float[Array, "points 2"]:
-        return jnp.stack([jnp.interp(at, stations, places[:, i]) for i in (0, 1)], axis=1)
+    def place(shares: Float[Array, " points"]) -> Float[Array, "points 2"]:
+        return jnp.stack([jnp.interp(shares, stations, places[:, i]) for i in (0, 1)], axis=1)
 
     even = (jnp.arange(_POINTS) + 0.5) / _POINTS
     x, y = (place(even) + start[:2]).T
@@ -159,22 +159,22 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
     computed = turning(turned, length, grip, car)[0]
     share = jnp.where(first == last, computed, jnp.maximum(stations[first + 1], _LEAST_SHARE))
 
-    at = jnp.concatenate([share * even, share + (1 - share) * even])
+    shares = jnp.concatenate([share * even, share + (1 - share) * even])
     part = jnp.repeat(jnp.stack([share, 1 - share]), _POINTS) / _POINTS
-    course = jnp.interp(at, middles, courses)
-    angle = start[2] + _heading(at, share, turned, turned_after)
-    early = at < share
+    course = jnp.interp(shares, middles, courses)
+    angle = start[2] + _heading(shares, share, turned, turned_after)
+    early = shares < share
     by_length = (
         jnp.where(
             early,
-            2 * turned / share * (1 - at / share),
+            2 * turned / share * (1 - shares / share),
             turned_after / jnp.maximum(1 - share, _LEAST_SHARE),
         )
         / length
     )
-    speed = jnp.sqrt(2 * GRAVITY * grip * length * (1 - at) + _LEAST_SPEED2)
+    speed = jnp.sqrt(2 * GRAVITY * grip * length * (1 - shares) + _LEAST_SPEED2)
     for _ in range(_PASSES):
-        drag = drag_factor(place(at) + start[:2], course, angle, by_length, speed, car, ground)
+        drag = drag_factor(place(shares) + start[:2], course, angle, by_length, speed, car, ground)
         lost = drag * part
         left = jnp.cumsum(lost[::-1])[::-1] - lost / 2  # from here to rest
         speed = jnp.sqrt(jnp.maximum(2 * GRAVITY * length * left, 0.0) + _LEAST_SPEED2)
@@ -185,7 +185,7 @@ def way_taken(way: Way, start: Pose, car: Car, ground: Ground) -> WayTaken:
 
 
 def rolled(
-    velocity: Velocity, start: Pose, taken: WayTaken, at: Float[Array, " rows"]
+    velocity: Velocity, start: Pose, taken: WayTaken, shares: Float[Array, " rows"]
 ) -> Float[Array, "rows 3"]:
     """Poses along the run-out: the measured path, rotated and scaled in length.
 
@@ -195,7 +195,7 @@ def rolled(
         velocity: Vx, Vy, Omega at the start, m/s and rad/s.
         start: x, y, heading at the start, m and rad.
         taken: the measured path.
-        at: shares of the path at which poses are given, 1 for rest.
+        shares: shares of the path at which poses are given, 1 for rest.
 
     Returns:
         x, y, m, and heading, unwrapped, rad, at each share.
@@ -205,10 +205,11 @@ def rolled(
     length = speed2 / (2 * GRAVITY * taken.drag)
     c, s = cos_sin(jnp.arctan2(Vy, Vx) - taken.course)
     x, y = (
-        jnp.interp(at, taken.stations, taken.places[:, i]) * length / taken.length for i in (0, 1)
+        jnp.interp(shares, taken.stations, taken.places[:, i]) * length / taken.length
+        for i in (0, 1)
     )
     turned = MEAN_YAW_RATE * Omega * 2 * length / jnp.sqrt(speed2) * taken.share
-    angle = _heading(at, taken.share, turned, taken.turned_after)
+    angle = _heading(shares, taken.share, turned, taken.turned_after)
     return jnp.asarray(start) + jnp.stack([c * x - s * y, s * x + c * y, angle], axis=1)
 
 
@@ -274,11 +275,11 @@ def _own_drag(car: Car) -> Any:
 
 
 def _heading(
-    at: Float[Array, " rows"], share: Array, turned: Array, turned_after: Array
+    shares: Float[Array, " rows"], share: Array, turned: Array, turned_after: Array
 ) -> Float[Array, " rows"]:
     """Rotation at shares of the path, rad."""
-    to_come = 1 - jnp.clip(at / share, 0.0, 1.0)
-    after = jnp.clip((at - share) / jnp.maximum(1 - share, _LEAST_SHARE), 0.0, 1.0)
+    to_come = 1 - jnp.clip(shares / share, 0.0, 1.0)
+    after = jnp.clip((shares - share) / jnp.maximum(1 - share, _LEAST_SHARE), 0.0, 1.0)
     return turned * (1 - to_come**2) + turned_after * after
 
 

@@ -10,7 +10,7 @@ iterations it needs twenty lines, and the run-out and its Jacobian come from one
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -112,12 +112,7 @@ def departures(
     turning = Wheels(*(jnp.asarray(a) for a in flat[6:8])) if wheels else None
     cars = Car(k2, front, rear, track, turning)
 
-    rotation = there[:, 2] - here[:, 2]
-    shortest = (rotation + np.pi) % (2 * np.pi) - np.pi
-    if turns is None:
-        whole = np.rint((rotation - shortest) / (2 * np.pi)).astype(int)[:, None]
-    else:
-        whole = np.tile(np.array(list(turns), int), (len(here), 1))
+    shortest, whole = _turns(there[:, 2] - here[:, 2], turns)
     rotations = shortest[:, None] + 2 * np.pi * whole
     # one row a problem, filled up to whole batches
     problems = len(here) * whole.shape[1]
@@ -149,10 +144,20 @@ def departures(
     return Departures(*(a.reshape(*grid, *a.shape[1:]) for a in stacked))
 
 
+def _turns(
+    rotation: Float[np.ndarray, " cells"], turns: Iterable[int] | None
+) -> tuple[Float[np.ndarray, " cells"], Int[np.ndarray, "cells turns"]]:
+    """The shortest rotation between two headings, and the whole turns to try, as of `departures`."""
+    shortest = (rotation + np.pi) % (2 * np.pi) - np.pi
+    if turns is None:
+        return shortest, np.rint((rotation - shortest) / (2 * np.pi)).astype(int)[:, None]
+    return shortest, np.tile(np.array(list(turns), int), (len(rotation), 1))
+
+
 @partial(jax.jit, static_argnames="steps")
 def _solve(
     start: Float[Array, "problems 3"],
-    way: Float[Array, "problems 2"],
+    offset: Float[Array, "problems 2"],
     rotation: Float[Array, " problems"],
     car: Car,
     frictions: tuple[Float[Array, "problems surfaces"], Float[Array, "problems surfaces"] | None],
@@ -163,17 +168,21 @@ def _solve(
     """Result of Newton's method from every start, and its miss."""
 
     def solve(
-        start: Array, way: Array, rotation: Array, car: Car, frictions: tuple[Array, Array | None]
+        start: Array,
+        offset: Array,
+        rotation: Array,
+        car: Car,
+        frictions: tuple[Array, Array | None],
     ) -> tuple[Array, Array]:
         ground = Ground(*frictions, *where)
-        return _from_starts(start, way, rotation, car, ground, tolerance, steps)
+        return _from_starts(start, offset, rotation, car, ground, tolerance, steps)
 
-    return jax.vmap(solve)(start, way, rotation, car, frictions)
+    return jax.vmap(solve)(start, offset, rotation, car, frictions)
 
 
 def _from_starts(
     start: Float[Array, "3"],
-    way: Float[Array, "2"],
+    offset: Float[Array, "2"],
     rotation: Float[Array, ""],
     car: Car,
     ground: Ground,
@@ -184,7 +193,7 @@ def _from_starts(
     # speeds (Vx, Vy, k Omega) and distances (x, y, k heading): all in m/s and m
     k = jnp.sqrt(car.k2)
     weight = jnp.stack([jnp.ones_like(k), jnp.ones_like(k), k])
-    target = (start + jnp.append(way, rotation)) * weight
+    target = (start + jnp.append(offset, rotation)) * weight
 
     def misses(u: Float[Array, "3"], steps: int) -> Float[Array, "3"]:
         return rest(start, u / weight, car, ground, steps) * weight - target
@@ -197,11 +206,27 @@ def _from_starts(
         jacobian, r = jax.jacfwd(twice, has_aux=True)(u)
         return r, jacobian
 
-    guesses = _guesses(way, rotation, car, ground) * weight
+    guesses = _guesses(offset, rotation, car, ground) * weight
     screened = jax.vmap(jax.vmap(partial(misses, steps=_SCREEN_STEPS)))(guesses)
     best = jnp.nan_to_num((screened**2).sum(axis=-1), nan=jnp.inf).argmin(axis=1)
     u = jnp.take_along_axis(guesses, best[:, None, None], axis=1)[:, 0]
 
+    def newton(u: Float[Array, "3"]) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
+        u, r = _newton(value_and_jacobian, u)
+        return u / weight, r / weight
+
+    velocity, r = jax.vmap(newton)(u)
+    miss = jnp.stack([jnp.hypot(r[:, 0], r[:, 1]), jnp.abs(r[:, 2])], axis=1)
+    # a vehicle already at its rest pose has no velocity
+    standing = jnp.stack([jnp.hypot(*offset), jnp.abs(rotation)])
+    stands = (standing <= tolerance).all()
+    return jnp.where(stands, 0.0, velocity), jnp.where(stands, standing, miss)
+
+
+def _newton(
+    value_and_jacobian: Callable[[Array], tuple[Array, Array]], start: Float[Array, "3"]
+) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
+    """The point that a damped Newton's method finds from a start, and its residuals."""
     Best = tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3 3"]]
     State = tuple[Best, Float[Array, "3"], Float[Array, ""]]
 
@@ -218,26 +243,18 @@ def _from_starts(
         step = step * jnp.minimum(1.0, longest / (jnp.linalg.norm(step) + 1e-30))
         return ((u, r, J), u + jnp.nan_to_num(step), damping), None
 
-    def newton(u: Float[Array, "3"]) -> tuple[Float[Array, "3"], Float[Array, "3"]]:
-        nothing = (u, jnp.full(3, jnp.inf), jnp.zeros((3, 3)))
-        state = (nothing, u, jnp.asarray(1e-2))
-        ((u, r, _), _, _), _ = jax.lax.scan(improve, state, None, length=_ROUNDS)
-        return u / weight, r / weight
-
-    velocity, r = jax.vmap(newton)(u)
-    miss = jnp.stack([jnp.hypot(r[:, 0], r[:, 1]), jnp.abs(r[:, 2])], axis=1)
-    # a vehicle already at its rest pose has no velocity
-    standing = jnp.stack([jnp.hypot(*way), jnp.abs(rotation)])
-    stands = (standing <= tolerance).all()
-    return jnp.where(stands, 0.0, velocity), jnp.where(stands, standing, miss)
+    nothing = (start, jnp.full(3, jnp.inf), jnp.zeros((3, 3)))
+    state = (nothing, start, jnp.asarray(1e-2))
+    ((u, r, _), _, _), _ = jax.lax.scan(improve, state, None, length=_ROUNDS)
+    return u, r
 
 
 def _guesses(
-    way: Float[Array, "2"], rotation: Float[Array, ""], car: Car, ground: Ground
+    offset: Float[Array, "2"], rotation: Float[Array, ""], car: Car, ground: Ground
 ) -> Float[Array, "times guesses 3"]:
     """Initial velocities, one row for each time to rest."""
-    far = jnp.maximum(jnp.hypot(*way), _LEAST)
-    chord = jnp.where((way**2).sum() > 0, jnp.arctan2(way[1], way[0] + 1e-300), 0.0)
+    far = jnp.maximum(jnp.hypot(*offset), _LEAST)
+    chord = jnp.where((offset**2).sum() > 0, jnp.arctan2(offset[1], offset[0] + 1e-300), 0.0)
     wheels = jnp.hypot((car.front_axle + car.rear_axle) / 2, car.track / 2)
     to_stop = jnp.stack([2 * far, 2 * jnp.abs(rotation) * car.k2 / wheels]) / GRAVITY  # T² f
     grip = jnp.asarray(ground.coefficients)
@@ -266,20 +283,20 @@ def _rows(
 ) -> Departures:
     """Distinct solutions, and a smallest miss for turns without one, in the order of `Departures`."""
     rows = []
-    for V, by, whole, angle in zip(velocity, miss, turns, rotation, strict=True):
-        size = np.nan_to_num(np.hypot(by[:, 0], k * by[:, 1]), nan=np.inf)
+    for V, off, whole, angle in zip(velocity, miss, turns, rotation, strict=True):
+        size = np.nan_to_num(np.hypot(off[:, 0], k * off[:, 1]), nan=np.inf)
         speeds = V * [1, 1, k]
         kept: list[int] = []
         for i in np.argsort(size):
-            there = bool((by[i] <= tolerance).all())
+            there = bool((off[i] <= tolerance).all())
             apart = np.linalg.norm(speeds[kept] - speeds[i], axis=1)
             if not kept or (there and (apart > _SAME * (1 + np.linalg.norm(speeds[i]))).all()):
                 kept.append(int(i))
-                rows.append((not there, abs(angle), size[i], V[i], by[i], whole, angle))
+                rows.append((not there, abs(angle), size[i], V[i], off[i], whole, angle))
     rows.sort(key=lambda row: row[:3])
-    missed, _, _, V, by, whole, angle = zip(*rows, strict=True)
+    missed, _, _, V, off, whole, angle = zip(*rows, strict=True)
     return Departures(
-        np.array(V), np.array(by), ~np.array(missed), np.array(whole, int), np.array(angle)
+        np.array(V), np.array(off), ~np.array(missed), np.array(whole, int), np.array(angle)
     )
 
 

@@ -93,6 +93,6 @@ def depth_in(
     away2 = (x - from_x - along * side_x) ** 2 + (y - from_y - along * side_y) ** 2
     # a ray to the right of a point inside crosses the outline an odd number of times
     spans = (from_y > y) != (to_y > y)
-    slope = side_x / jnp.where(side_y == 0, 1.0, side_y)
-    crossings = (spans & (x < from_x + slope * (y - from_y))).sum(axis=1)
+    x_by_y = side_x / jnp.where(side_y == 0, 1.0, side_y)
+    crossings = (spans & (x < from_x + x_by_y * (y - from_y))).sum(axis=1)
     return jnp.sqrt(away2.min(axis=1) + _TINY) * jnp.where(crossings % 2 == 1, 1.0, -1.0)

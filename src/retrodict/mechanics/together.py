@@ -26,7 +26,7 @@ class Masses(NamedTuple):
 
 
 def common_motion(
-    before: Float[Array, "6"], apart: Float[Array, "2"], of: Masses
+    before: Float[Array, "6"], apart: Float[Array, "2"], masses: Masses
 ) -> Float[Array, "6"]:
     """Velocities after an impact that joins two vehicles to one rigid body.
 
@@ -36,7 +36,7 @@ def common_motion(
     Args:
         before: velocities before, A's first: x and y, m/s, and yaw rate, rad/s.
         apart: vector from A's centre of gravity to B's, m.
-        of: masses and yaw inertias.
+        masses: masses and yaw inertias.
 
     Returns:
         Velocities after, as `before`: each centre of gravity's, and the common yaw rate.
@@ -45,11 +45,11 @@ def common_motion(
         SAE 770014, eqs 19 to 21 with e_m = 0, which the paper names for vehicles that lock together.
     """
     v, omega = before.reshape(2, 3)[:, :2], before.reshape(2, 3)[:, 2]
-    share = of.mass / of.mass.sum()
-    reduced = share[0] * of.mass[1]
+    share = masses.mass / masses.mass.sum()
+    reduced = share[0] * masses.mass[1]
     past = v[1] - v[0]
-    momentum = of.yaw_inertia @ omega + reduced * (apart[0] * past[1] - apart[1] * past[0])
-    Omega = momentum / (of.yaw_inertia.sum() + reduced * (apart @ apart))
+    momentum = masses.yaw_inertia @ omega + reduced * (apart[0] * past[1] - apart[1] * past[0])
+    Omega = momentum / (masses.yaw_inertia.sum() + reduced * (apart @ apart))
     turning = Omega * jnp.stack([-apart[1], apart[0]])  # of B as A sees it
     V = share @ v
     after = jnp.stack([V - share[1] * turning, V + share[0] * turning])
@@ -112,33 +112,33 @@ def layout(poses: Float[Array, "2 3"], mass: Float[Array, "2"]) -> Layout:
     return Layout(jnp.append(centre, poses[0, 2]), poses[:, :2] - centre, poses[:, 2])
 
 
-def joined(at: Layout, of: Masses, cars: Car, grip: Float[Array, "2"]) -> Joined:
+def joined(layout: Layout, masses: Masses, cars: Car, grip: Float[Array, "2"]) -> Joined:
     """The body that two joined vehicles make, on the wheels of both.
 
     Each vehicle's weight stays on its own wheels.
 
     Args:
-        at: arrangement of the vehicles.
-        of: masses and yaw inertias.
+        layout: arrangement of the vehicles.
+        masses: masses and yaw inertias.
         cars: axles, tracks and wheels of both, stacked; loads are static.
         grip: factor of the surfaces' friction for each one's tyres.
     """
-    share = of.mass / of.mass.sum()
-    whole = of.yaw_inertia.sum() / of.mass.sum() + share @ jnp.sum(at.offset**2, axis=1)
+    share = masses.mass / masses.mass.sum()
+    whole = masses.yaw_inertia.sum() / masses.mass.sum() + share @ jnp.sum(layout.offset**2, axis=1)
     ahead, left, load, drag, steer = [], [], [], [], []
-    back_c, back_s = cos_sin(-at.pose[2])
+    back_c, back_s = cos_sin(-layout.pose[2])
     for i in range(2):
         k2, front, rear, track = (jnp.asarray(each)[i] for each in cars[:4])
         own = Car(k2, front, rear, track)
         u, v = wheel_places(own)
-        c, s = cos_sin(at.heading[i])
-        x, y = at.offset[i, 0] + c * u - s * v, at.offset[i, 1] + s * u + c * v
+        c, s = cos_sin(layout.heading[i])
+        x, y = layout.offset[i, 0] + c * u - s * v, layout.offset[i, 1] + s * u + c * v
         ahead.append(back_c * x - back_s * y)
         left.append(back_s * x + back_c * y)
         load.append(share[i] * grip[i] * wheel_loads(own))
         if cars.wheels is not None:
             drag.append(jnp.asarray(cars.wheels.drag)[i])
-            steer.append(jnp.asarray(cars.wheels.steer)[i] + at.heading[i] - at.pose[2])
+            steer.append(jnp.asarray(cars.wheels.steer)[i] + layout.heading[i] - layout.pose[2])
     wheels = Wheels(jnp.concatenate(drag), jnp.concatenate(steer)) if drag else None
     return Joined(
         whole, jnp.concatenate(ahead), jnp.concatenate(left), jnp.concatenate(load), wheels

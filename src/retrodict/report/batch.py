@@ -124,9 +124,9 @@ def files_of(folder: Path) -> list[Path]:
 def in_words(table: pd.DataFrame) -> str:
     """A sentence or two: scenes answered, by method, and scenes without numbers, by reason."""
     passed = table["checks"] == PASSED
-    by = Counter(table["method"][passed])
+    methods = Counter(table["method"][passed])
     kinds = Counter(reason.partition(":")[0] for reason in table["checks"][~passed])
     said = f"{passed.sum()} of {len(table)} scenes answered"
-    for before, counted in ((": ", by), (". Without numbers: ", kinds)):
+    for before, counted in ((": ", methods), (". Without numbers: ", kinds)):
         said += before * bool(counted) + ", ".join(f"{n} {what}" for what, n in counted.items())
     return f"{said}."

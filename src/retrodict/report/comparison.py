@@ -42,7 +42,7 @@ def compared(
     one: tuple[Findings, Outcome],
     other: tuple[Findings, Outcome],
     steps: Sequence[Step] = (),
-    of: str = "",
+    sought: str = "",
     units: Units = "si",
 ) -> Document:
     """A document that sets two results beside each other.
@@ -53,7 +53,7 @@ def compared(
         other: findings and outcome of the second result.
         steps: the first scene as it is, then each difference of the scenes made alone; empty where
             no such steps were computed.
-        of: flat name of the quantity whose means the steps hold.
+        sought: flat name of the quantity whose means the steps hold.
         units: "si" or "us".
 
     Returns:
@@ -71,7 +71,7 @@ def compared(
         Section("What was done otherwise", tuple(_changed(differences))),
     ]
     if steps:
-        alone = (Paragraph(_ALONE), steps_table(steps, of, units))
+        alone = (Paragraph(_ALONE), steps_table(steps, sought, units))
         sections.append(Section("How far each difference moves the answer", alone))
     return printable(
         Document(
@@ -112,9 +112,9 @@ def quantities_table(differences: Differences, units: Units = "si") -> Table:
     return Table(tuple(rows), header)
 
 
-def steps_table(steps: Sequence[Step], of: str, units: Units = "si") -> Table:
+def steps_table(steps: Sequence[Step], name: str, units: Units = "si") -> Table:
     """Table of how far each difference of the scenes moves an answer, the largest move first."""
-    label, dimension = describe(of)
+    label, dimension = describe(name)
     unit = unit_of(dimension, units)
     as_it_is, *others = steps
 
@@ -127,8 +127,8 @@ def steps_table(steps: Sequence[Step], of: str, units: Units = "si") -> Table:
         if step.mean is None:
             return key, step.old, step.new, step.why, NOTHING
         answer = format_with_sd(scaled(step.mean, unit.worth), scaled(step.sd, unit.worth), 1)
-        by = NOTHING if step is as_it_is else format_value(scaled(moved(step), unit.worth), 2)
-        return key, step.old or NOTHING, step.new or NOTHING, answer, by
+        move = NOTHING if step is as_it_is else format_value(scaled(moved(step), unit.worth), 2)
+        return key, step.old or NOTHING, step.new or NOTHING, answer, move
 
     others.sort(key=lambda step: -abs(moved(step) or 0.0))
     rows = (row(as_it_is, "as in the first"), *(row(step, step.key) for step in others))

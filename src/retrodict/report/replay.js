@@ -12,7 +12,7 @@ for (const root of document.querySelectorAll(".replay:not(.live)")) {
 
   const draw = () => data.draws[Number(pick.value)];
 
-  // place, heading and speed of a vehicle at a time, between the rows of its way
+  // place, heading and speed of a vehicle at a time, between the rows of its path
   function pose([t, x, y, heading], now) {
     let i = 1;
     while (i < t.length - 1 && t[i] < now) i += 1;
@@ -44,7 +44,7 @@ for (const root of document.querySelectorAll(".replay:not(.live)")) {
     time.max = draw().lasts;
     for (const v of vehicles) {
       const [, x, y] = draw().rows[v];
-      find(`.way.moving.${v}`).setAttribute("points",
+      find(`.path.moving.${v}`).setAttribute("points",
         x.slice(1).map((each, i) => `${each},${y[i + 1]}`).join(" "));
     }
     show();

@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from retrodict.findings.rounding import format_value
 from retrodict.findings.run_outs import Motion, motions
-from retrodict.report.figures.plan import Plan, View
-from retrodict.report.figures.plan_geometry import impact_pose, outline
+from retrodict.report.figures.plan import Plan, View, bounds_of
+from retrodict.report.figures.plan_geometry import impact_pose, outline, rest_outline
 from retrodict.report.templates import template
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.quantities import Units, unit_of
@@ -29,6 +29,7 @@ _DRAWS = 9  # draws to choose from: odd, so that the median is among them
 _ROWS = 33  # rows of each path, which is straight between them to a centimetre or so
 _BEFORE = 1.0  # s of approach that are shown
 _LEAD = 20  # rows of the approach along a skid
+_MARGIN = 1.0  # m about what is drawn
 _GHOSTS = 4  # outlines of the still picture between impact and rest
 
 
@@ -51,24 +52,24 @@ def replay_fragment(findings: Findings, outcome: Outcome, units: Units = "si") -
         return ""
     scene, median = findings.scene, found[len(found) // 2]
     plan = Plan(_view(scene, found))
-    at = plan.at
+    placed = plan.at
     speed = unit_of("speed", units)
     content: dict[str, Any] = {
         "passed": findings.checks.passed,
         "width": plan.width,
         "height": plan.height,
         "surfaces": plan.surfaces(scene),
-        "impact": at(np.array([scene.contact.x.value, scene.contact.y.value])).split(","),
+        "impact": placed(np.array([scene.contact.x.value, scene.contact.y.value])).split(","),
         "bar": plan.scale_bar(units),
         "vehicles": [
             {
                 "name": v,
                 "title": scene.vehicles[v].name,
-                "ways": [at(m.pose[v]) for m in found],
-                "way": at(median.pose[v]),
-                "still": [at(corners) for corners in _still(scene, median, v)],
-                "label": at(median.pose[v][-1]).split(","),
-                "rest": at(_rest(scene, v)) if v in scene.rest else "",
+                "paths": [placed(m.pose[v]) for m in found],
+                "path": placed(median.pose[v]),
+                "still": [placed(corners) for corners in _still(scene, median, v)],
+                "label": placed(median.pose[v][-1]).split(","),
+                "rest": placed(rest_outline(scene, v)[:4]) if v in scene.rest else "",
                 # the moving outline, about its centre of gravity and heading to the right
                 "body": _body(scene, v, plan.scale),
             }
@@ -133,7 +134,7 @@ def _in_words(motion: Motion, units: Units) -> str:
 
 def _view(scene: Scene, found: tuple[Motion, ...]) -> View:
     """Bounds of the picture, in m: the paths of all draws, and the vehicles at both ends."""
-    points = [_rest(scene, v) for v in scene.rest]
+    points = [rest_outline(scene, v) for v in scene.rest]
     for v in scene.vehicles:
         points.append(outline(scene.vehicles[v], impact_pose(scene, v)))
         for m in found:
@@ -141,16 +142,7 @@ def _view(scene: Scene, found: tuple[Motion, ...]) -> View:
         # half of the approach: all of it would shrink the rest of the picture
         median = found[len(found) // 2]
         points.append(median.poses(v, np.array([-_BEFORE / 2]))[:, :2])
-    both = np.concatenate(points)
-    low, high = both.min(axis=0) - 1.0, both.max(axis=0) + 1.0
-    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
-
-
-def _rest(scene: Scene, v: str) -> np.ndarray:
-    rest, vehicle = scene.rest[v], scene.vehicles[v]
-    if rest.heading is None:
-        return np.array([[rest.x.value, rest.y.value]])
-    return outline(vehicle, (rest.x.value, rest.y.value, rest.heading.value))[:4]
+    return bounds_of(points, _MARGIN)
 
 
 def _still(scene: Scene, motion: Motion, v: str) -> list[np.ndarray]:

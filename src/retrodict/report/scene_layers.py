@@ -22,6 +22,7 @@ from retrodict.interchange.plan_drawing import (
 from retrodict.report.figures import drawing
 from retrodict.report.figures.plan_geometry import (
     barrier_outline,
+    contact_lines,
     impact_pose,
     outline,
     wheel_paths,
@@ -108,8 +109,8 @@ def _measured(scene: Scene, v: str) -> list[Layer]:
     for number, mark in enumerate(scene.marks.get(v, ()), start=1):
         marks += [Point((mark.x, mark.y)), _label((mark.x, mark.y), f"{name}{number}")]
     if (end := scene.end_of_rotation.get(v)) is not None and end.x and end.y:
-        at = (end.x.value, end.y.value)
-        marks += [Point(at), _label(at, f"{name} end of rotation")]
+        place = (end.x.value, end.y.value)
+        marks += [Point(place), _label(place, f"{name} end of rotation")]
     return [
         Layer(f"{name}-IMPACT", colour, tuple(at_impact), dashed=True),
         Layer(f"{name}-REST", colour, tuple(at_rest)),
@@ -122,39 +123,37 @@ def _moved(
     scene: Scene, v: str, chosen: Motion, found: tuple[Motion, ...], before: float
 ) -> list[Layer]:
     name, colour = v.upper(), drawing.OF_VEHICLE[v]
-    way = chosen.pose[v]
+    run_out = chosen.pose[v]
     approach = chosen.poses(v, np.array([-before, 0.0]))[:, :2]
-    wheels = tuple(Line(path) for path in wheel_paths(scene.vehicles[v], way))
+    wheels = tuple(Line(path) for path in wheel_paths(scene.vehicles[v], run_out))
     others = tuple(Line(motion.pose[v][:, :2]) for motion in found)
     return [
         Layer(f"{name}-RUN-OUTS", drawing.PALE, others),
         Layer(f"{name}-WHEELS", drawing.GREY, wheels),
         Layer(f"{name}-APPROACH", colour, (Line(approach),) if before else ()),
-        Layer(f"{name}-RUN-OUT", colour, (Line(way[:, :2]),)),
+        Layer(f"{name}-RUN-OUT", colour, (Line(run_out[:, :2]),)),
     ]
 
 
 def _contact(scene: Scene) -> Layer:
     """The impact centre with its error, and the contact line."""
     contact = scene.contact
-    at = (contact.x.value, contact.y.value)
-    half = 0.45 * max(vehicle.length for vehicle in scene.vehicles.values())
-    along = half * np.array([-math.sin(contact.Gamma.value), math.cos(contact.Gamma.value)])
+    place = (contact.x.value, contact.y.value)
     shapes: tuple[Shape, ...] = (
-        Point(at),
-        *_within(at, contact.x.sd, contact.y.sd),
+        Point(place),
+        *_within(place, contact.x.sd, contact.y.sd),
     )
     if "impact.contact_line" not in scene.unwritten:
-        shapes += (Line(at + np.array([-along, along])),)
+        shapes += (Line(contact_lines(scene)[0]),)
     return Layer("IMPACT-POINT", drawing.INK, shapes)
 
 
-def _within(at: tuple[float, float], sd_x: float, sd_y: float) -> list[Shape]:
+def _within(place: tuple[float, float], sd_x: float, sd_y: float) -> list[Shape]:
     """Two standard deviations about a point: an ellipse, or a line where one of them is 0."""
     half = np.array([_WITHIN * sd_x, _WITHIN * sd_y])
     if half.min() > 0:
-        return [Ellipse(at, (float(half[0]), float(half[1])))]
-    return [Line(np.array(at) + np.outer([-1.0, 1.0], half))] if half.max() > 0 else []
+        return [Ellipse(place, (float(half[0]), float(half[1])))]
+    return [Line(np.array(place) + np.outer([-1.0, 1.0], half))] if half.max() > 0 else []
 
 
 def _outlined(corners: np.ndarray) -> list[Shape]:
@@ -167,13 +166,13 @@ def _labels(scene: Scene) -> list[Shape]:
         x, y, _ = impact_pose(scene, v)
         labels.append(_label((x, y), f"{v.upper()} impact"))
         if v in scene.rest:
-            at = (scene.rest[v].x.value, scene.rest[v].y.value)
-            labels.append(_label(at, f"{v.upper()} rest"))
+            place = (scene.rest[v].x.value, scene.rest[v].y.value)
+            labels.append(_label(place, f"{v.upper()} rest"))
     return labels
 
 
-def _label(at: tuple[float, float], text: str) -> Shape:
-    return Text((at[0] + _ASIDE, at[1] + _ASIDE), text)
+def _label(place: tuple[float, float], text: str) -> Shape:
+    return Text((place[0] + _ASIDE, place[1] + _ASIDE), text)
 
 
 def _notes(

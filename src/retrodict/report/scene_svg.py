@@ -7,17 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from retrodict.report.figures.plan import Plan, View
-from retrodict.report.figures.plan_geometry import impact_pose, outline
+from retrodict.report.figures.plan import Plan, View, bounds_of
+from retrodict.report.figures.plan_geometry import (
+    contact_lines,
+    ends_of_rotation,
+    impact_pose,
+    outline,
+    rest_outline,
+)
 from retrodict.report.templates import template
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 
 _MARGIN = 1.5  # m about what is drawn
-_ARROW = (
-    1.3,
-    0.6,
-)  # vehicle's lengths behind its centre of gravity: both ends of a direction's arrow
+# vehicle's lengths behind its centre of gravity: both ends of a direction's arrow
+_ARROW = (1.3, 0.6)
 
 
 def view_of(scene: Scene, at_least: View | None = None) -> View:
@@ -31,13 +35,11 @@ def view_of(scene: Scene, at_least: View | None = None) -> View:
         Bounds x0, x1, y0, y1 in m.
     """
     points = [outline(scene.vehicles[v], impact_pose(scene, v)) for v in scene.vehicles]
-    points += [_rest(scene, v) for v in scene.rest]
+    points += [rest_outline(scene, v) for v in scene.rest]
     points += [_arrow(scene, v) for v in scene.vehicles]
     points += [np.array([[m.x, m.y]]) for marks in scene.marks.values() for m in marks]
-    points += [np.array([[x, y]]) for _, x, y in _ends(scene)]
-    both = np.concatenate(points)
-    low, high = both.min(axis=0) - _MARGIN, both.max(axis=0) + _MARGIN
-    x0, x1, y0, y1 = float(low[0]), float(high[0]), float(low[1]), float(high[1])
+    points += [np.array([[x, y]]) for _, x, y, _ in ends_of_rotation(scene)]
+    x0, x1, y0, y1 = bounds_of(points, _MARGIN)
     if at_least is None:
         return x0, x1, y0, y1
     a0, a1, b0, b1 = at_least
@@ -58,13 +60,10 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
     plan = Plan(view or view_of(scene))
     evidence = scene.evidence()
     contact = scene.contact
-    half = 0.45 * max(v.length for v in scene.vehicles.values())
-    along = half * np.array([-math.sin(contact.Gamma.value), math.cos(contact.Gamma.value)])
-    centre = np.array([contact.x.value, contact.y.value])
 
     def ellipse(x: float, y: float, sd_x: float, sd_y: float) -> dict[str, Any]:
-        at = plan.at(np.array([x, y])).split(",")
-        return {"at": at, "radii": [2 * sd * plan.scale for sd in (sd_x, sd_y)]}
+        place = plan.at(np.array([x, y])).split(",")
+        return {"at": place, "radii": [2 * sd * plan.scale for sd in (sd_x, sd_y)]}
 
     content = {
         "width": plan.width,
@@ -78,7 +77,7 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
                 "impact": _drawn(plan, outline(scene.vehicles[v], impact_pose(scene, v))),
                 "label": plan.at(np.array(impact_pose(scene, v))).split(","),
                 "arrow": plan.at(arrow) if len(arrow := _arrow(scene, v)) else "",
-                "rest": _drawn(plan, _rest(scene, v)) if v in scene.rest else None,
+                "rest": _drawn(plan, rest_outline(scene, v)) if v in scene.rest else None,
                 "at_rest": ellipse(
                     scene.rest[v].x.value,
                     scene.rest[v].y.value,
@@ -89,14 +88,16 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
                 else None,
                 "marks": [plan.at(np.array([m.x, m.y])).split(",") for m in scene.marks.get(v, ())],
                 "ends": [
-                    plan.at(np.array([x, y])).split(",") for w, x, y in _ends(scene) if w == v
+                    plan.at(np.array([x, y])).split(",")
+                    for w, x, y, _ in ends_of_rotation(scene)
+                    if w == v
                 ],
             }
             for v in scene.vehicles
         ],
         "barrier": plan.barrier(scene),
         "impact": ellipse(contact.x.value, contact.y.value, contact.x.sd, contact.y.sd),
-        "line": plan.at(np.array([centre - along, centre + along]))
+        "line": plan.at(contact_lines(scene)[0])
         if "impact.contact_line" not in scene.unwritten
         else None,
         "bar": plan.scale_bar(units),
@@ -107,18 +108,6 @@ def scene_svg(scene: Scene, units: Units = "si", view: View | None = None) -> st
 def _drawn(plan: Plan, corners: np.ndarray) -> dict[str, str]:
     """The body and the forward mark; a point has neither."""
     return {"body": plan.at(corners[:4]), "front": plan.at(corners[4:])} if len(corners) > 1 else {}
-
-
-def _rest(scene: Scene, v: str) -> np.ndarray:
-    rest = scene.rest[v]
-    if rest.heading is None:
-        return np.array([[rest.x.value, rest.y.value]])
-    return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
-
-
-def _ends(scene: Scene) -> list[tuple[str, float, float]]:
-    ends = scene.end_of_rotation.items()
-    return [(v, end.x.value, end.y.value) for v, end in ends if end.x and end.y]
 
 
 def _arrow(scene: Scene, v: str) -> np.ndarray:

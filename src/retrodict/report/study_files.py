@@ -9,7 +9,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from retrodict.report.figures.registry import to_png, to_svg
+from retrodict.report.figures.drawing import to_png, to_svg
 from retrodict.storage.files import write_together
 
 

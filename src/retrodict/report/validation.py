@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 HOLDS = "*"  # beside an interval that holds the truth
 
 
-def percent(value: float | None, of: float | None) -> str:
+def percent(value: float | None, whole: float | None) -> str:
     """A speed as a share of another, such as "−4.2 %"; a dash where there is none."""
-    if value is None or not of:
+    if value is None or not whole:
         return NOTHING
-    return f"{format_value(100 * value / of, 1)} %"
+    return f"{format_value(100 * value / whole, 1)} %"
 
 
 def cells(score: Score, units: Units = "si") -> dict[str, str]:

@@ -17,7 +17,13 @@ from retrodict.scene.entries.impact import (
     SurfaceEntry,
 )
 from retrodict.scene.entries.table import Table
-from retrodict.scene.entries.vehicle import ApproachEntry, MarkEntry, RestEntry, VehicleEntry
+from retrodict.scene.entries.vehicle import (
+    ApproachEntry,
+    EndOfRotationEntry,
+    MarkEntry,
+    RestEntry,
+    VehicleEntry,
+)
 from retrodict.scene.estimates import (
     Complain,
     axle_distances,
@@ -28,7 +34,6 @@ from retrodict.scene.estimates import (
 )
 from retrodict.scene.fields import (
     APPROACH,
-    COEFFICIENTS,
     FROM_IMPACT,
     IMPACT,
     SLOPE,
@@ -36,8 +41,6 @@ from retrodict.scene.fields import (
     VEHICLE,
     Field,
 )
-from retrodict.scene.priors import FIXED, Prior, default_priors, fixed_of, of_family, overridden
-from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.questions import questions_of
 from retrodict.scene.records import (
     Approach,
@@ -57,9 +60,9 @@ from retrodict.scene.records import (
 from retrodict.scene.schema import SceneEntry
 from retrodict.scene.speed_record import SpeedRecord
 from retrodict.scene.units import ANGLE, GRADE
+from retrodict.scene.unknowns import coefficients_of, priors_of, question_of
 from retrodict.scene.unwritten import (
     AROUND_SLIDING,
-    OF_CONTACT,
     STANDS_IN,
     impact_centre,
     other_side,
@@ -86,63 +89,46 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     """
     entries = entry.vehicles.by_letter
     _not_exchanged(entries, complain)
-    # the schema sees to it that nothing slides where none is written; still a scene has a road
-    written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
-    # surfaces keep their order, but for the road and outlines, which are what covers last
-    in_order = sorted(
-        written.items(), key=lambda item: 2 if item[1].outline else 1 if item[1].edge else 0
-    )
-    surfaces = tuple(_surface(*item) for item in in_order)
-    priors = _priors(entry, complain)
+    surfaces = _surfaces(entry)
+    priors = priors_of(entry, complain)
     unwritten = unwritten_keys(entry, complain)
     scene = Scene(
         title=entry.title,
         name=name,
         text=text,
-        vehicles={
-            v.lower(): _vehicle(v, entries[v], other_side(v, entries), surfaces[0], complain)
-            for v in entries
-        },
-        approach={v.lower(): _approach(each.approach, each.heading) for v, each in entries.items()},
-        rest={
-            v.lower(): _rest(v, each.rest, each.heading.value, complain)
-            for v, each in entries.items()
-            if each.rest and each.rest.position
-        },
-        from_impact={
-            v.lower(): {key: m for key in FROM_IMPACT if (m := getattr(each.rest, key))}
-            for v, each in entries.items()
-            if each.rest and each.rest.distance
-        },
+        vehicles=_by_vehicle(
+            entries, lambda v, own: _vehicle(v, own, other_side(v, entries), surfaces[0], complain)
+        ),
+        approach=_by_vehicle(entries, lambda _, own: _approach(own.approach, own.heading)),
+        rest=_by_vehicle(entries, lambda v, own: _rest(v, own.rest, own.heading.value, complain)),
+        from_impact=_by_vehicle(entries, lambda _, own: _from_impact(own.rest)),
         contact=_contact(entry.impact),
         surfaces=surfaces,
         notes=tuple(entry.notes),
-        question=_question(entry, priors, unwritten, complain),
+        question=question_of(entry, priors, unwritten, complain),
         unwritten=unwritten,
         priors=priors,
-        departure={
-            v.lower(): {name: measured for name, measured in each.departure if measured}
-            for v, each in entries.items()
-            if each.departure
-        },
-        marks={
-            v.lower(): tuple(map(_mark, each.marks)) for v, each in entries.items() if each.marks
-        },
-        end_of_rotation={
-            v.lower(): EndOfRotation(**dict(each.end_of_rotation))
-            for v, each in entries.items()
-            if each.end_of_rotation
-        },
+        departure=_by_vehicle(entries, lambda _, own: {k: m for k, m in own.departure or () if m}),
+        marks=_by_vehicle(entries, lambda _, own: tuple(map(_mark, own.marks))),
+        end_of_rotation=_by_vehicle(entries, lambda _, own: _end_of_rotation(own.end_of_rotation)),
         robust=entry.errors == "robust",
         questions=questions_of(entry.questions),
-        barrier=_barrier(entry.barrier) if entry.barrier else None,
+        barrier=_barrier(entry.barrier),
         energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
         slope=Slope(**_kept(entry.slope, SLOPE)) if entry.slope else None,
-        coefficients={k: m for k, m in _coefficients(entry.impact).items() if m.sd},
+        coefficients={k: m for k, m in coefficients_of(entry.impact).items() if m.sd},
     )
     for v in scene.vehicles:
         _stops(scene, v, complain)
     return scene
+
+
+def _by_vehicle[T](
+    entries: Mapping[str, VehicleEntry], read: Callable[[str, VehicleEntry], T | None]
+) -> dict[str, T]:
+    """What a function reads of each vehicle's entry, by vehicle, without those with nothing to read."""
+    found = {letter.lower(): read(letter, entry) for letter, entry in entries.items()}
+    return {v: each for v, each in found.items() if each}
 
 
 def _stops(scene: Scene, v: str, complain: Complain) -> None:
@@ -171,7 +157,9 @@ def _stops(scene: Scene, v: str, complain: Complain) -> None:
     )
 
 
-def _barrier(entry: BarrierEntry) -> Barrier:
+def _barrier(entry: BarrierEntry | None) -> Barrier | None:
+    if entry is None:
+        return None
     diameter = entry.diameter.value if entry.diameter else 0.0
     return Barrier(entry.kind, entry.name or entry.kind, diameter)
 
@@ -188,18 +176,7 @@ def _vehicle(
     assert entry.track is not None, "it stands in where it is missing"
     front, rear = axle_distances(letter, entry, known, complain)
     base = entry.wheelbase or Measured(front.value + rear.value, math.hypot(front.sd, rear.sd))
-    wheelbase = base.value
-    overhang, margin = DEFAULTS["length"].value, DEFAULTS["width"].value
-    if entry.slides:
-        overhang, margin = AROUND_SLIDING
-    length = entry.length.value if entry.length else front.value + rear.value + overhang
-    width = entry.width.value if entry.width else entry.track.value + margin
-    if length < wheelbase:
-        complain(
-            f"vehicles.{letter}.length",
-            "shorter than the wheelbase of {amount}; correct one of them",
-            wheelbase,
-        )
+    length, width = _size(letter, entry, front.value + rear.value, base.value, complain)
     reach = math.hypot(length, width) / 2 + 0.5
     distance, angle = impact_centre(letter, entry, length + width, towards, complain)
     if entry.impact_centre and distance.value > reach:
@@ -227,6 +204,24 @@ def _vehicle(
         run_out_error=run_out_error(entry, front.value, rear.value, wheels),
         **_kept(entry, VEHICLE),
     )
+
+
+def _size(
+    letter: str, entry: VehicleEntry, axles: float, wheelbase: float, complain: Complain
+) -> tuple[float, float]:
+    """Length and width of a vehicle, m, as written, or by the distances of its axles and its wheels."""
+    assert entry.track is not None, "it stands in where it is missing"
+    overhang, margin = DEFAULTS["length"].value, DEFAULTS["width"].value
+    if entry.slides:
+        overhang, margin = AROUND_SLIDING
+    length = entry.length.value if entry.length else axles + overhang
+    if length < wheelbase:
+        complain(
+            f"vehicles.{letter}.length",
+            "shorter than the wheelbase of {amount}; correct one of them",
+            wheelbase,
+        )
+    return length, entry.width.value if entry.width else entry.track.value + margin
 
 
 def _kept(entry: Table, fields: Mapping[str, Field]) -> dict[str, Any]:
@@ -308,8 +303,11 @@ def _mark(entry: MarkEntry) -> Mark:
     )
 
 
-def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -> Rest:
-    assert entry.position, "asked where there is one"
+def _rest(
+    letter: str, entry: RestEntry | None, at_impact: float, complain: Complain
+) -> Rest | None:
+    if entry is None or entry.position is None:
+        return None
     x, y = entry.position
     if entry.heading is None:
         return Rest(x, y, None, turns_known=False)
@@ -328,6 +326,16 @@ def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -
     return Rest(x, y, heading, turns_known=entry.rotation is not None)
 
 
+def _from_impact(entry: RestEntry | None) -> dict[str, Measured]:
+    if entry is None or entry.distance is None:
+        return {}
+    return {key: m for key in FROM_IMPACT if (m := getattr(entry, key))}
+
+
+def _end_of_rotation(entry: EndOfRotationEntry | None) -> EndOfRotation | None:
+    return EndOfRotation(**dict(entry)) if entry else None
+
+
 def _contradicts(entry: RestEntry, at_impact: float) -> bool:
     """Whether a rotation is off the one by the headings by over 1/8 turn, whole turns aside."""
     if not (entry.heading and entry.rotation):
@@ -342,49 +350,6 @@ def _contact(entry: ImpactEntry) -> Contact:
     kept = _kept(entry, IMPACT)
     kept["Gamma"] = kept["Gamma"] or stand_in
     return Contact(x=x, y=y, interlocked=entry.interlocked, together=entry.together, **kept)
-
-
-def _question(
-    entry: SceneEntry,
-    priors: Mapping[str, Prior],
-    unwritten: tuple[str, ...],
-    complain: Complain,
-) -> tuple[str, ...]:
-    """The unknowns that a scene asks for: those that its file names, or all that are unknown."""
-    fixed = fixed_of(priors)
-    if wrong := [name for name in entry.question if name in fixed]:
-        complain(
-            "question", f"{wrong[0]} is fixed by its prior, so that nothing is asked; leave it out"
-        )
-    of_a = entry.vehicles.A.approach
-    speed_is_known = bool(of_a.speed or of_a.speed_record)
-    if entry.alone:
-        return ("speed_a",)
-    not_asked = {"speed_a" if speed_is_known else "", *fixed}
-    not_asked |= {"speed_b"} if entry.vehicles.B is None else set()
-    fixes = OF_CONTACT
-    lacks = [key for key in unwritten if key.rpartition(".")[2] in fixes]
-    if lacks and (wrong := [name for name in entry.question if name in COEFFICIENTS]):
-        for key in lacks:
-            fix = fixes[key.rpartition(".")[2]]
-            complain(key, f"missing; write {fix}, without which {wrong[0]} has no meaning")
-    if entry.impact.together and (
-        wrong := [name for name in entry.question if name in COEFFICIENTS]
-    ):
-        why = f"vehicles that go on together leave no {wrong[0]} to ask for"
-        complain("question", f"{why}; leave it out, or impact.together")
-    not_asked |= set(COEFFICIENTS) if lacks or entry.impact.together else set()
-    asked = entry.question or tuple(name for name in UNKNOWNS if name not in not_asked)
-    if not asked:
-        complain(
-            "priors", "nothing is left to ask: every unknown is fixed; leave one of the priors out"
-        )
-    return asked
-
-
-def _coefficients(entry: ImpactEntry) -> dict[str, Measured]:
-    """Coefficients of the impact that are written, by key; an exact one is a prior."""
-    return {k: m for k in COEFFICIENTS if (m := getattr(entry, k)) is not None}
 
 
 def _not_exchanged(entries: Mapping[str, VehicleEntry], complain: Complain) -> None:
@@ -402,13 +367,23 @@ def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:
     if len(entries) < 2:
         return False
 
-    def contradiction(of: str, rest_of: str) -> bool:
+    def contradiction(vehicle: str, rest_of: str) -> bool:
         rest = entries[rest_of].rest
-        return rest is None or _contradicts(rest, entries[of].heading.value)
+        return rest is None or _contradicts(rest, entries[vehicle].heading.value)
 
     a, b = entries
     as_written = contradiction(a, a) or contradiction(b, b)
     return as_written and not (contradiction(a, b) or contradiction(b, a))
+
+
+def _surfaces(entry: SceneEntry) -> tuple[Surface, ...]:
+    # the schema sees to it that nothing slides where none is written; still a scene has a road
+    written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
+    # surfaces keep their order, but for the road and outlines, which are what covers last
+    in_order = sorted(
+        written.items(), key=lambda item: 2 if item[1].outline else 1 if item[1].edge else 0
+    )
+    return tuple(_surface(*item) for item in in_order)
 
 
 def _surface(name: str, entry: SurfaceEntry) -> Surface:
@@ -441,31 +416,3 @@ def _outline(entry: OutlineEntry) -> Outline:
 
 def _offset(sd: Measured | None) -> Measured:
     return Measured(0.0, sd.value, source=sd.source) if sd else Measured(0.0)
-
-
-def _priors(entry: SceneEntry, complain: Complain) -> dict[str, Prior]:
-    """The default priors with those that are written in their place; exact coefficients are fixed."""
-    priors = default_priors()
-    for name, written in entry.priors:
-        if written is not None:
-            numbers = {key: m for key, m in written if isinstance(m, Measured)}
-            sources = [written.source, *(m.source for m in numbers.values() if m.source)]
-            values = {key: m.value for key, m in numbers.items()}
-            family, source = getattr(written, "family", None), "; ".join(sources)
-            priors[name] = (
-                of_family(name, family, values, source)
-                if family
-                else overridden(name, values, source)
-            )
-    for v, each in entry.vehicles.by_letter.items():
-        approach = each.approach
-        if (approach.speed or approach.speed_record) and priors[f"speed_{v.lower()}"].family:
-            key = f"vehicles.{v}.approach.speed"
-            complain(f"priors.speed_{v.lower()}", f"{key} is measured; leave one of them out")
-    for name, measured in _coefficients(entry.impact).items():
-        if priors[name].fixed or (measured.sd == 0 and priors[name].overridden):
-            complain(f"impact.{name}", f"priors.{name} is written too; keep one of them")
-        if measured.sd == 0:
-            source = measured.source or f"impact.{name}, written without an uncertainty"
-            priors[name] = of_family(name, FIXED, {"value": measured.value}, source)
-    return priors

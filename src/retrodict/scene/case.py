@@ -8,19 +8,11 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationError,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-)
+from pydantic import BeforeValidator, Field, ValidatorFunctionWrapHandler, WrapValidator
 
-from retrodict.scene.entries.table import Note, Title
+from retrodict.scene.entries.table import Note, Table, Title
 from retrodict.scene.errors import Problem, SceneError, shown
-from retrodict.scene.explain import problems_of
+from retrodict.scene.explain import entries_of
 from retrodict.scene.kinds import fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.quantities import Units
@@ -100,11 +92,7 @@ def load_case(path: str | Path) -> Case:
         SceneError: the file or an attachment cannot be read, an attachment lies outside the folder,
             or something is wrong.
     """
-    document = toml_of(read_text(path), str(path))
-    try:
-        entry = _CaseEntry.model_validate(document)
-    except ValidationError as error:
-        raise SceneError(str(path), problems_of(error, _CaseEntry)) from None
+    entry = entries_of(_CaseEntry, toml_of(read_text(path), str(path)), str(path))
     attachments, problems = [], []
     for number, each in enumerate(entry.attachments):
         try:
@@ -164,10 +152,6 @@ def _day(raw: object) -> object:
     return raw.isoformat() if isinstance(raw, date) else raw
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
 def _may_be_empty(raw: object, read: ValidatorFunctionWrapHandler) -> Any:
     return "" if raw == "" else read(raw)
 
@@ -180,7 +164,7 @@ _Day = Annotated[_Text, BeforeValidator(_day)]
 _DAY = Field("", examples=['"2026-03-14"'])
 
 
-class _ExaminerEntry(_Table):
+class _ExaminerEntry(Table):
     name: _Text = _TEXT
     position: _Text = _TEXT
     organisation: _Text = _TEXT
@@ -190,18 +174,18 @@ class _ExaminerEntry(_Table):
     compensation: _Long = _TEXT
 
 
-class _InstructionEntry(_Table):
+class _InstructionEntry(Table):
     by: _Text = _TEXT
     question: _Long = _TEXT
 
 
-class _DatesEntry(_Table):
+class _DatesEntry(Table):
     collision: _Day = _DAY
     inspection: _Day = _DAY
     report: _Day = _DAY
 
 
-class _AttachmentEntry(_Table):
+class _AttachmentEntry(Table):
     file: Title = Field(examples=['"photos/rest-of-b.jpg"'])
     title: _Text = _TEXT
     by: _Text = _TEXT
@@ -216,7 +200,7 @@ def _a_table(raw: object) -> object:
     return raw
 
 
-class _CaseEntry(_Table):
+class _CaseEntry(Table):
     schema_version: int = Field(alias="schema", strict=True, ge=1, le=1, examples=["1"])
     number: _Text = _TEXT
     units: Literal["si", "us"] | None = Field(None, examples=['"si" or "us"'])

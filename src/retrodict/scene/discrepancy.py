@@ -16,7 +16,7 @@ from retrodict.scene.defaults import DEFAULTS
 Point = tuple[float, float]
 
 
-def way(start: Point, passed: Iterable[Point], end: Point) -> float:
+def path_length(start: Point, passed: Iterable[Point], end: Point) -> float:
     """Length of a path through points, in whichever order they were written.
 
     Args:
@@ -32,9 +32,9 @@ def way(start: Point, passed: Iterable[Point], end: Point) -> float:
     return sum(math.dist(p, q) for p, q in pairwise(stations))
 
 
-def settled(way: float) -> float:
-    """Error of a heading after a path of length `way` (m), as a share of its final size."""
-    return min(1.0, way / DEFAULTS["run_out_settled"].amount(0.0))
+def settled(length: float) -> float:
+    """Error of a heading after a path of this length (m), as a share of its final size."""
+    return min(1.0, length / DEFAULTS["run_out_settled"].amount(0.0))
 
 
 def freedom(front_axle: float, rear_axle: float, drags: Sequence[float]) -> float:

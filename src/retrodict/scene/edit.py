@@ -157,25 +157,25 @@ def _write(
     def refuse(depth: int, fix: str) -> SceneError:
         return SceneError(name, [Problem(key_path(parts[: depth + 1]), "", fix)])
 
-    at: Any = document
+    inner: Any = document
     for depth, part in enumerate(parts):
         above = parts[:depth]
         if isinstance(part, int):
-            count = len(at) if isinstance(at, list) else 0
+            count = len(inner) if isinstance(inner, list) else 0
             if part >= count:
                 raise refuse(depth, f"not in the scene, which has {count} there; write all of them")
-        elif not isinstance(at, dict):
+        elif not isinstance(inner, dict):
             raise refuse(depth, f"{key_path(above)} is not a table; write all of it")
         else:
-            _as_spelled(at, above, part)
+            _as_spelled(inner, above, part)
             if part != "source" and (*above, "source") not in written:
-                at.pop("source", None)  # the source of the value that is replaced
+                inner.pop("source", None)  # the source of the value that is replaced
         if depth + 1 < len(parts):
-            at = at.setdefault(part, {}) if isinstance(at, dict) else at[part]
+            inner = inner.setdefault(part, {}) if isinstance(inner, dict) else inner[part]
     if value is not None:
-        at[part] = value
-    elif isinstance(part, int) or part in at:
-        del at[part]
+        inner[part] = value
+    elif isinstance(part, int) or part in inner:
+        del inner[part]
     else:
         raise refuse(depth, "not written in the scene, so it cannot be removed")
 

@@ -8,7 +8,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from retrodict.scene.errors import Problem, key_path, shown
+from retrodict.scene.errors import Problem, SceneError, key_path, shown
 from retrodict.scene.kinds import Kind
 from retrodict.scene.schema import SceneEntry
 
@@ -27,6 +27,23 @@ _OTHER_NAMES = {
     "velocity": "speed",
     "weight": "mass",
 }
+
+
+def entries_of[T: BaseModel](model: type[T], document: object, file: str) -> T:
+    """The entries of a file.
+
+    Args:
+        model: model of the whole file.
+        document: tables and keys of the file.
+        file: name of the file, for messages.
+
+    Raises:
+        SceneError: something in it is wrong.
+    """
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        raise SceneError(file, problems_of(error, model)) from None
 
 
 def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> list[Problem]:
@@ -51,10 +68,10 @@ def problems_of(error: ValidationError, root: type[BaseModel] = SceneEntry) -> l
             problems.append(Problem(key_path(parts), "", fix))
             continue
         if kind == "fault":
-            fix, at = found["ctx"]["fix"], found["ctx"]["at"]
+            fix, place = found["ctx"]["fix"], found["ctx"]["at"]
             # a validator's path, or a key of the user's own, which may have dots
-            own = isinstance(value, dict) and at in value
-            for part in [at] if own else at.split(".") if at else ():
+            own = isinstance(value, dict) and place in value
+            for part in [place] if own else place.split(".") if place else ():
                 parts.append(part)
                 value = value.get(part)
         elif kind == "extra_forbidden":
@@ -84,17 +101,17 @@ def _unknown_key(parts: list[Any], root: type[BaseModel]) -> str:
     return f"unknown key; leave it out ({known})"
 
 
-def _places(model: type[BaseModel], key: str, at: str = "") -> list[str]:
+def _places(model: type[BaseModel], key: str, table: str = "") -> list[str]:
     """The tables in which a key stands, by their paths: of each vehicle, of any surface."""
     found = []
     for name, field in _fields(model).items():
         if name == key:
-            found.append(f"[{at}]" if at else "the file itself, above all tables")
+            found.append(f"[{table}]" if table else "the file itself, above all tables")
         if (inner := _model_in(field.annotation)) is None:
             continue
         if name.lower() == "b" or (len(name) == 1 and name.islower()):  # has the keys of vehicle A
             continue
-        own = f"{at}.{name}" if at else name
+        own = f"{table}.{name}" if table else name
         own += ".NAME" if get_origin(field.annotation) is dict else ""
         found += _places(inner, key, own)
     return list(dict.fromkeys(found))

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema, PydanticCustomError
 
 
-def fault(fix: str, at: str = "") -> PydanticCustomError:
-    """The error of a validator that says what to write instead, at the key `at` below its own."""
+def fault(fix: str, key: str = "") -> PydanticCustomError:
+    """The error of a validator that says what to write instead, at this key below its own."""
     from pydantic_core import PydanticCustomError  # labels and records do without
 
-    return PydanticCustomError("fault", "{fix}", {"fix": fix, "at": at})
+    return PydanticCustomError("fault", "{fix}", {"fix": fix, "at": key})
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Kind:
             reading = units.read_quantity(raw, self.dimension, self.example)
             worth = units.factor(self.dimension.units[0], self.dimension) if self._unit else 1.0
         except units.QuantityError as found:
-            raise fault(found.fix, found.at) from None
+            raise fault(found.fix, found.key) from None
         span = (self.high - self.low) * worth
         slack = 1e-12 * span  # the bounds themselves are accepted, whatever the rounding
         if not self.low * worth - slack <= reading.value <= self.high * worth + slack:

@@ -63,12 +63,12 @@ def load_scene(path: str | Path) -> Scene:
     return scene_from(reader(text, str(path)), name, text, str(path))
 
 
-def read_text(path: str | Path, of: str = "scene file") -> str:
+def read_text(path: str | Path, kind: str = "scene file") -> str:
     """The text of a file that somebody wrote by hand.
 
     Args:
         path: path of the file.
-        of: kind of file, for messages.
+        kind: kind of file, for messages.
 
     Returns:
         The text.
@@ -80,7 +80,7 @@ def read_text(path: str | Path, of: str = "scene file") -> str:
         if not Path(path).is_file():
             what = "not a file" if Path(path).exists() else "no such file"
             what = "is a folder" if Path(path).is_dir() else what
-            raise _file_error(path, f"{what}; write the path of a {of}")
+            raise _file_error(path, f"{what}; write the path of a {kind}")
         with open(path, "rb") as file:
             raw = file.read(_FILE_BYTES + 1)
         text = raw.decode("utf-8-sig")

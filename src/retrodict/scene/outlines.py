@@ -45,7 +45,7 @@ def outline_fault(corners: Sequence[Place]) -> str:
             if _meet(sides[j], sides[i]):
                 names = (f"from corner {k + 1} to {(k + 1) % count + 1}" for k in (j, i))
                 return f"its sides {' and '.join(names)} meet; write the corners in order"
-    twice = sum(ax * by - bx * ay for (ax, ay), (bx, by) in sides)
+    twice = sum(x * y_next - x_next * y for (x, y), (x_next, y_next) in sides)
     if abs(twice) / 2 < _LEAST_AREA:
         return f"an outline around less than {_LEAST_AREA} m²; check its corners and their units"
     return ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterator
 
 from retrodict.scene.energy import CLASS_STIFFNESS_ERROR
 from retrodict.scene.records import Scene, Vehicle
@@ -13,7 +14,6 @@ from retrodict.scene.records import Scene, Vehicle
 _ACROSS = 1 / 3
 # a measuring error that is smaller than the run-out model's by this factor adds less than 2 % to it
 _SHARPER = 5
-_HEADINGS = "vehicles.A.impact.heading, vehicles.B.impact.heading"
 _OF_CONTACT = ("impact_centre", "contact_line")
 _NAMED = 3  # slips in one warning
 # kg/m²: mass over the square of the wheelbase, of passenger cars from the lightest to the heaviest;
@@ -182,13 +182,18 @@ def _beyond_the_wall(scene: Scene) -> list[str]:
     ]
 
 
+def _wheelbases(scene: Scene) -> Iterator[tuple[str, Vehicle, float]]:
+    """Key, vehicle and wheelbase (m) of each vehicle whose wheelbase is known."""
+    for v, vehicle in scene.vehicles.items():
+        key = f"vehicles.{v.upper()}"
+        if f"{key}.wheelbase" not in scene.unwritten:
+            yield key, vehicle, vehicle.front_axle.value + vehicle.rear_axle.value
+
+
 def _masses(scene: Scene) -> list[str]:
     """Masses that no car of this wheelbase has, with a note where they would fit in the other unit."""
     found = []
-    for v, vehicle in scene.vehicles.items():
-        if f"vehicles.{v.upper()}.wheelbase" in scene.unwritten:
-            continue
-        wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
+    for key, vehicle, wheelbase in _wheelbases(scene):
         mass, (least, most) = vehicle.mass.value, (bound * wheelbase**2 for bound in _MASSES)
         if wheelbase > _LONGEST or least <= mass <= most:
             continue
@@ -196,7 +201,7 @@ def _masses(scene: Scene) -> list[str]:
         other, unit = (mass * _POUND, "pounds") if heavy else (mass / _POUND, "kilograms")
         would = f", and {other:.0f} kg were it in {unit}" if least <= other <= most else ""
         found.append(
-            f"vehicles.{v.upper()}.mass: {mass:.0f} kg is {'more' if heavy else 'less'} than cars with "
+            f"{key}.mass: {mass:.0f} kg is {'more' if heavy else 'less'} than cars with "
             f"a wheelbase of {wheelbase:.2f} m have{would}: look at both and at their units"
         )
     return found
@@ -205,20 +210,17 @@ def _masses(scene: Scene) -> list[str]:
 def _sizes(scene: Scene) -> list[str]:
     """Tracks that do not suit the wheelbase, and wheelbases that may be the length of the vehicle."""
     found = []
-    for v, vehicle in scene.vehicles.items():
-        if f"vehicles.{v.upper()}.wheelbase" in scene.unwritten:
-            continue
-        wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
+    for key, vehicle, wheelbase in _wheelbases(scene):
         mass, track = vehicle.mass.value, vehicle.track.value
         if wheelbase > _LONGEST and mass < _LIGHTEST * wheelbase**2:
             found.append(
-                f"vehicles.{v.upper()}.wheelbase: {wheelbase:.2f} m is much for a vehicle of "
+                f"{key}.wheelbase: {wheelbase:.2f} m is much for a vehicle of "
                 f"{mass:.0f} kg: see that it is not the length of the vehicle"
             )
         share = track / wheelbase
         if wheelbase <= _LONGEST and mass > _TWO_TRACKS and not _TRACK[0] <= share <= _TRACK[1]:
             found.append(
-                f"vehicles.{v.upper()}.track: {track:.2f} m is {share:.2f} of the wheelbase, where cars "
+                f"{key}.track: {track:.2f} m is {share:.2f} of the wheelbase, where cars "
                 f"have {_TRACK[0]} to {_TRACK[1]}: look at both and at their units"
             )
     return found
@@ -267,14 +269,11 @@ def _pushes(scene: Scene) -> list[str]:
 
 def _inertias(scene: Scene) -> list[str]:
     found = []
-    for v, vehicle in scene.vehicles.items():
-        if f"vehicles.{v.upper()}.wheelbase" in scene.unwritten:
-            continue
-        wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
+    for key, vehicle, wheelbase in _wheelbases(scene):
         radius = math.sqrt(vehicle.yaw_inertia.value / vehicle.mass.value) / wheelbase
         if not _RADIUS[0] <= radius <= _RADIUS[1]:
             found.append(
-                f"vehicles.{v.upper()}.yaw_inertia: makes a radius of gyration of {radius:.2f} "
+                f"{key}.yaw_inertia: makes a radius of gyration of {radius:.2f} "
                 "wheelbases, where vehicles have about 0.5: look at its unit, the mass and the "
                 "wheelbase"
             )
@@ -342,10 +341,10 @@ def _rolls(scene: Scene) -> list[str]:
         measured = math.hypot(rest.x.sd, rest.y.sd) / math.sqrt(2)
         if missed <= _SHARPER * measured:
             continue
-        way = scene.way_to(v, rest.x.value, rest.y.value)
+        length = scene.path_to(v, rest.x.value, rest.y.value)
         found.append(
             f"vehicles.{v.upper()}.rest.position: measured to {measured:.2g} m, but {v.upper()} rolled "
-            f"{way:.0f} m, after which a run-out model misses it by about {missed:.2g} m "
+            f"{length:.0f} m, after which a run-out model misses it by about {missed:.2g} m "
             "(run_out_error), which makes it weak evidence: marks along its way, or a direction or "
             "speed after the impact, would add more"
         )

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from retrodict.scene.asked import Avoidance, Comparison, Questions
 from retrodict.scene.entries.questions import QuestionsEntry
-from retrodict.scene.errors import SceneError
-from retrodict.scene.explain import problems_of
+from retrodict.scene.explain import entries_of
 
 __all__ = ["Questions", "questions_from", "questions_of"]
 
@@ -34,11 +33,7 @@ def questions_from(mapping: Mapping[str, Any], where: str) -> Questions:
     Raises:
         SceneError: something in it is wrong.
     """
-    try:
-        entry = _Asked.model_validate({"questions": dict(mapping)})
-    except ValidationError as error:
-        raise SceneError(where, problems_of(error, _Asked)) from None
-    return questions_of(entry.questions)
+    return questions_of(entries_of(_Asked, {"questions": dict(mapping)}, where).questions)
 
 
 def questions_of(entry: QuestionsEntry) -> Questions:

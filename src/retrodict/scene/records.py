@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from retrodict.scene import discrepancy
+from retrodict.scene.after_impact import Departure, EndOfRotation, FromImpact, Mark, Rest
 from retrodict.scene.asked import Questions
 from retrodict.scene.energy import ENERGY
 from retrodict.scene.fields import APPROACH, COEFFICIENTS, DEPARTURE, FROM_IMPACT
@@ -67,13 +68,13 @@ class RunOutError:
     position: Measured = Measured(0.0)
     heading: Measured = Measured(0.0)
 
-    def of_position(self, way: float) -> float:
-        """Standard deviation of each coordinate after a path of length `way` (m), m."""
-        return self.position.value * way
+    def of_position(self, length: float) -> float:
+        """Standard deviation of each coordinate after a path of this length (m), m."""
+        return self.position.value * length
 
-    def of_heading(self, way: float) -> float:
-        """Standard deviation of the heading after a path of length `way` (m), rad."""
-        return self.heading.value * discrepancy.settled(way)
+    def of_heading(self, length: float) -> float:
+        """Standard deviation of the heading after a path of this length (m), rad."""
+        return self.heading.value * discrepancy.settled(length)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,58 +126,6 @@ class Approach:
     skid: Measured | None = None
     skid_braking: Measured | None = None
     record: SpeedRecord | None = None
-
-
-# motion of a vehicle just after the impact, by name in `fields.DEPARTURE`
-Departure = dict[str, Measured]
-# where a vehicle came to rest as seen from the impact, by name in `fields.FROM_IMPACT`
-FromImpact = dict[str, Measured]
-
-
-@dataclass(frozen=True, slots=True)
-class Rest:
-    """Rest pose of a vehicle (m, rad): its centre of gravity and its heading, if measured.
-
-    `heading` is unwrapped: it is the heading at impact plus the total rotation when
-    `turns_known`, else the representative within half a turn of the heading at impact.
-    """
-
-    x: Measured
-    y: Measured
-    heading: Measured | None
-    turns_known: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """A point that a vehicle passed on its way to rest (m).
-
-    `of` is the part of the vehicle that passed there: "centre" (of gravity) or a wheel
-    ("front_left", …). `sd` is the uncertainty of the point across the path; `source` and `assumed`
-    are as in `Measured`. `speed` (m/s) and `course` (rad), the direction of travel, are those of the
-    centre of gravity at that moment, None where not measured.
-    """
-
-    x: float
-    y: float
-    sd: float
-    of: str
-    source: str = ""
-    assumed: Literal["", "sd", "value", "stand-in"] = ""
-    speed: Measured | None = None
-    course: Measured | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class EndOfRotation:
-    """Pose in which a vehicle stopped sliding sideways and began to roll (m, rad); None: not measured.
-
-    x and y are the position of its centre of gravity. Whole turns of `heading` mean nothing.
-    """
-
-    x: Measured | None = None
-    y: Measured | None = None
-    heading: Measured | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -381,12 +330,12 @@ class Scene:
         for v in self.vehicles:
             if (rest := self.rest.get(v)) is None:
                 continue
-            way = self.way_to(v, rest.x.value, rest.y.value)
+            length = self.path_to(v, rest.x.value, rest.y.value)
             missed = self.vehicles[v].run_out_error
-            flat[f"rest_x_{v}"] = rest.x.with_model_sd(missed.of_position(way))
-            flat[f"rest_y_{v}"] = rest.y.with_model_sd(missed.of_position(way))
+            flat[f"rest_x_{v}"] = rest.x.with_model_sd(missed.of_position(length))
+            flat[f"rest_y_{v}"] = rest.y.with_model_sd(missed.of_position(length))
             if rest.heading is not None:
-                flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(way))
+                flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(length))
         for v, seen in self.from_impact.items():
             far = seen["distance"].value
             aside = self.vehicles[v].run_out_error.of_position(far)
@@ -400,14 +349,14 @@ class Scene:
             for name in sorted(departure, key=list(DEPARTURE).index):
                 flat[f"departure_{name}_{v}"] = departure[name]
             for number, mark in enumerate(self.marks.get(v, ()), start=1):
-                missed_by = missed.of_position(self.way_to(v, mark.x, mark.y))
+                missed_by = missed.of_position(self.path_to(v, mark.x, mark.y))
                 of_mark = Measured(0.0, mark.sd, source=mark.source, assumed=mark.assumed)
                 flat[f"mark_{number}_{v}"] = of_mark.with_model_sd(missed_by)
                 flat[f"mark_{number}_speed_{v}"] = mark.speed
                 flat[f"mark_{number}_course_{v}"] = mark.course
             end = self.end_of_rotation.get(v, EndOfRotation())
             places = [(e.x, e.y) for e in (end, self.rest.get(v)) if e is not None]
-            far = next((self.way_to(v, x.value, y.value) for x, y in places if x and y), 0.0)
+            far = next((self.path_to(v, x.value, y.value) for x, y in places if x and y), 0.0)
             for part in ("x", "y", "heading"):
                 measured = getattr(end, part)
                 if measured is not None:
@@ -418,7 +367,7 @@ class Scene:
         flat |= {f"impact_{key}": self.coefficients.get(key) for key in COEFFICIENTS}
         return {name: measured for name, measured in flat.items() if measured is not None}
 
-    def way_to(self, v: str, x: float, y: float) -> float:
+    def path_to(self, v: str, x: float, y: float) -> float:
         """Length of a vehicle's path from the impact to a point on it, m.
 
         Args:
@@ -431,7 +380,7 @@ class Scene:
             the centre of gravity, to the point; a path that bends between them was longer.
         """
         passed = [(mark.x, mark.y) for mark in self.marks.get(v, ()) if mark.of == "centre"]
-        return discrepancy.way(self.at_impact(v), passed, (x, y))
+        return discrepancy.path_length(self.at_impact(v), passed, (x, y))
 
     def at_impact(self, v: str) -> tuple[float, float]:
         """Position of the centre of gravity of vehicle `v` at impact, m."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from retrodict.constants import GRAVITY
 from retrodict.scene.discrepancy import freedom
-from retrodict.scene.records import WHEELS, Measured, Rest, Scene, Vehicle
+from retrodict.scene.records import WHEELS, Approach, Measured, Rest, Scene, Vehicle
 
 # simulated crashes without a slip and all of `benchmarks/users` have less (tests/scene/test_slips.py)
 CONFLICT = 1.7
@@ -196,8 +196,8 @@ def _with_vehicles(scene: Scene, vehicles: Mapping[str, Vehicle]) -> Scene:
     return replace(scene, vehicles={**scene.vehicles, **vehicles}, approach=approach)
 
 
-def _turned(angle: Measured, by: float) -> Measured:
-    return replace(angle, value=angle.value + by)
+def _turned(angle: Measured, turn: float) -> Measured:
+    return replace(angle, value=angle.value + turn)
 
 
 def _scaled(measured: Measured, factor: float) -> Measured:
@@ -207,8 +207,8 @@ def _scaled(measured: Measured, factor: float) -> Measured:
 def _slide(scene: Scene, v: str) -> tuple[complex, float, float]:
     """Direction of a straight slide from the impact to rest; the speed it began with, and its error."""
     rest, vehicle = scene.rest[v], scene.vehicles[v]
-    way = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
-    fast = math.sqrt(2 * scene.surfaces[0].friction.value * GRAVITY * abs(way))
+    chord = complex(rest.x.value, rest.y.value) - complex(*scene.at_impact(v))
+    fast = math.sqrt(2 * scene.surfaces[0].friction.value * GRAVITY * abs(chord))
     if vehicle.wheels is None:
         # wheels that turn about the vertical axis hold less than those that only slide
         speed, unknown = 0.9 * fast, 0.0
@@ -218,64 +218,73 @@ def _slide(scene: Scene, v: str) -> tuple[complex, float, float]:
         rolled = math.sqrt(max(1 - free, 0.0))
         # sideways it slides as if locked, lengthwise it rolls
         speed, unknown = fast * (1 + rolled) / 2, fast * (1 - rolled) / 3
-    along = way / abs(way) if way else 1 + 0j
+    along = chord / abs(chord) if chord else 1 + 0j
     return along, speed, math.hypot(0.15 * speed + 0.7, unknown)
+
+
+# factors of some of eight unknown velocities, what they add up to, and its error
+_Equation = tuple[dict[int, float], float, float]
 
 
 def _balance(scene: Scene) -> tuple[dict[str, complex], dict[str, complex], float]:
     """Least-squares velocities before and after the impact (m/s), and the residual's norm."""
-    rows, right, ahead_only = [], [], []
-
-    def missing(parts: Mapping[int, float], value: float, sd: float) -> None:
-        """Add an equation: some of the unknowns, each with its factor, add up to a value."""
-        row = np.zeros(8)
-        row[list(parts)] = list(parts.values())
-        rows.append(row / sd)
-        right.append(value / sd)
-
+    equations: list[_Equation] = []
+    ahead_only: list[int] = []
     courses: dict[str, complex] = {}
     momentum: tuple[dict[int, float], dict[int, float]] = ({}, {})
     for (v, vehicle), (i, j) in zip(scene.vehicles.items(), ((0, 4), (2, 6)), strict=True):
-        approach, departure = scene.approach[v], scene.departure.get(v, {})
         # unknowns i: velocity along the course and to its left; j: velocity after, along x and y
-        course = approach.direction or vehicle.heading
+        course = scene.approach[v].direction or vehicle.heading
         courses[v] = ahead = cmath.rect(1, course.value)
-        if approach.direction is None:
-            missing({i: 1}, 0, _UNKNOWN)
-            missing({i + 1: 1}, 0, _UNKNOWN)
-        else:
-            ahead_only.append(i)
-            usual = approach.speed.value if approach.speed else _USUAL
-            missing({i: 1}, _USUAL, _SPREAD)
-            missing({i + 1: 1}, 0, max(course.sd, math.radians(3)) * max(usual, 5) + 0.3)
-        if approach.speed:
-            missing({i: 1}, approach.speed.value, approach.speed.sd + 0.2)
-        if v in scene.rest:
-            along, speed, sd = _slide(scene, v)
-            missing({j: along.real, j + 1: along.imag}, speed, sd)
-            missing({j: -along.imag, j + 1: along.real}, 0, 0.2 * speed + 0.7)
-        if direction := departure.get("direction"):
-            along, speed_after = cmath.rect(1, direction.value), departure.get("speed")
-            usual = speed_after.value if speed_after else _USUAL / 2
-            missing({j: -along.imag, j + 1: along.real}, 0, direction.sd * usual + 0.5)
-            if speed_after:
-                missing({j: along.real, j + 1: along.imag}, speed_after.value, speed_after.sd + 0.3)
-        forward = cmath.rect(1, vehicle.heading.value)
-        for key, axis in (("delta_v_forward", forward), ("delta_v_left", 1j * forward)):
-            if item := departure.get(key):
-                less = -ahead * axis.conjugate()  # parts of the velocity before along the axis
-                parts = {j: axis.real, j + 1: axis.imag, i: less.real, i + 1: -less.imag}
-                missing(parts, item.value, item.sd + 0.5)
+        equations += [*_before(scene.approach[v], i), *_after(scene, v, ahead, i, j)]
+        ahead_only += [i] if scene.approach[v].direction else []
         mass = vehicle.mass.value
         momentum[0].update({i: mass * ahead.real, i + 1: -mass * ahead.imag, j: -mass})
         momentum[1].update({i: mass * ahead.imag, i + 1: mass * ahead.real, j + 1: -mass})
     total = sum(vehicle.mass.value for vehicle in scene.vehicles.values())
-    for parts in momentum:
-        missing(parts, 0, _OF_MOMENTUM * total)
-    x, missed = _least_squares(np.array(rows), np.array(right), ahead_only)
+    equations += [(parts, 0, _OF_MOMENTUM * total) for parts in momentum]
+    rows, right = np.zeros((len(equations), 8)), np.zeros(len(equations))
+    for n, (parts, value, sd) in enumerate(equations):
+        rows[n, list(parts)] = [factor / sd for factor in parts.values()]
+        right[n] = value / sd
+    x, missed = _least_squares(rows, right, ahead_only)
     before = {v: (x[2 * n] + 1j * x[2 * n + 1]) * own for n, (v, own) in enumerate(courses.items())}
     after = {v: complex(*x[4 + 2 * n : 6 + 2 * n]) for n, v in enumerate(courses)}
     return before, after, missed
+
+
+def _before(approach: Approach, i: int) -> Iterator[_Equation]:
+    """Equations of a velocity before the impact, along the course and to its left."""
+    if (course := approach.direction) is None:
+        yield {i: 1}, 0, _UNKNOWN
+        yield {i + 1: 1}, 0, _UNKNOWN
+    else:
+        usual = approach.speed.value if approach.speed else _USUAL
+        yield {i: 1}, _USUAL, _SPREAD
+        yield {i + 1: 1}, 0, max(course.sd, math.radians(3)) * max(usual, 5) + 0.3
+    if approach.speed:
+        yield {i: 1}, approach.speed.value, approach.speed.sd + 0.2
+
+
+def _after(scene: Scene, v: str, ahead: complex, i: int, j: int) -> Iterator[_Equation]:
+    """Equations of a velocity after the impact, along x and y, and of its change."""
+    departure = scene.departure.get(v, {})
+    if v in scene.rest:
+        along, speed, sd = _slide(scene, v)
+        yield {j: along.real, j + 1: along.imag}, speed, sd
+        yield {j: -along.imag, j + 1: along.real}, 0, 0.2 * speed + 0.7
+    if direction := departure.get("direction"):
+        along, speed_after = cmath.rect(1, direction.value), departure.get("speed")
+        usual = speed_after.value if speed_after else _USUAL / 2
+        yield {j: -along.imag, j + 1: along.real}, 0, direction.sd * usual + 0.5
+        if speed_after:
+            yield {j: along.real, j + 1: along.imag}, speed_after.value, speed_after.sd + 0.3
+    forward = cmath.rect(1, scene.vehicles[v].heading.value)
+    for key, axis in (("delta_v_forward", forward), ("delta_v_left", 1j * forward)):
+        if item := departure.get(key):
+            less = -ahead * axis.conjugate()  # parts of the velocity before along the axis
+            parts = {j: axis.real, j + 1: axis.imag, i: less.real, i + 1: -less.imag}
+            yield parts, item.value, item.sd + 0.5
 
 
 def _least_squares(
@@ -312,8 +321,8 @@ def _rotation(scene: Scene, v: str, change: complex) -> float:
         vehicle.impact_distance.value, vehicle.heading.value + vehicle.impact_angle.value
     )
     impulse = vehicle.mass.value * change
-    way = math.dist(scene.at_impact(v), (rest.x.value, rest.y.value))
+    chord = math.dist(scene.at_impact(v), (rest.x.value, rest.y.value))
     _, speed, _ = _slide(scene, v)
-    gained = vehicle.yaw_inertia.value * turned * speed / max(way, 0.5)
+    gained = vehicle.yaw_inertia.value * turned * speed / max(chord, 0.5)
     by_force = (lever.conjugate() * impulse).imag
     return abs(gained - by_force) / (0.6 * abs(gained) + 0.5 * abs(impulse) + vehicle.mass.value)

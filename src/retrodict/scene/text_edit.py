@@ -101,10 +101,10 @@ def in_missing_tables(document: Mapping[str, Any], changes: Mapping[str, Any]) -
         if value is None or cut == len(parts):
             found[key] = value
             continue
-        at = found.setdefault(".".join(parts[:cut]), {})
+        table = found.setdefault(".".join(parts[:cut]), {})
         for part in parts[cut:-1]:
-            at = at.setdefault(part, {})
-        at[parts[-1]] = value
+            table = table.setdefault(part, {})
+        table[parts[-1]] = value
     return found
 
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from retrodict.scene import units
-from retrodict.scene.entries.table import Note, Title, one_line
-from retrodict.scene.errors import SceneError
-from retrodict.scene.explain import problems_of
+from retrodict.scene.entries.table import Note, Table, Title, one_line
+from retrodict.scene.explain import entries_of
 from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.load import read_text, toml_of
 from retrodict.scene.records import Measured
@@ -63,11 +62,7 @@ def load_truth(path: str | Path) -> Truth:
     Raises:
         SceneError: the file cannot be read, or something in it is wrong.
     """
-    document = toml_of(read_text(path), str(path))
-    try:
-        entry = _TruthEntry.model_validate(document)
-    except ValidationError as error:
-        raise SceneError(str(path), problems_of(error, _TruthEntry)) from None
+    entry = entries_of(_TruthEntry, toml_of(read_text(path), str(path)), str(path))
     published = tuple(
         Published(each.name, {k: m.value for k, m in each.speeds().items()}, each.source)
         for each in entry.published
@@ -103,9 +98,7 @@ _TrueSpeed = Annotated[Measured, _SPEED, AfterValidator(_sourced)]
 _Speed = Annotated[Measured, _SPEED]
 
 
-class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
+class _Entry(Table):
     @model_validator(mode="after")
     def _has_a_speed(self) -> _Entry:
         if not self.speeds():

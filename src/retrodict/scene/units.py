@@ -99,13 +99,13 @@ class QuantityError(ValueError):
 
     Args:
         fix: description of the fault, and advice on what to write.
-        at: the key of the quantity's table that is at fault; empty for the quantity as a whole.
+        key: key of the quantity's table that is at fault; empty for the quantity as a whole.
     """
 
-    def __init__(self, fix: str, at: str = "") -> None:
+    def __init__(self, fix: str, key: str = "") -> None:
         super().__init__(fix)
         self.fix = fix
-        self.at = at
+        self.key = key
 
 
 # a number is read here and never by pint, which would evaluate an expression
@@ -343,24 +343,24 @@ def _read_table(raw: dict[str, object], dimension: Dimension) -> Reading:
             near = difflib.get_close_matches(key.lower(), keys, 1)
             instead = f'did you mean "{near[0]}"?' if near else 'one standard deviation is "sd"'
             raise QuantityError(
-                f"unknown key; {instead} (a quantity has value, sd, unit, source)", at=key
+                f"unknown key; {instead} (a quantity has value, sd, unit, source)", key=key
             )
     if "value" not in raw:
         raise QuantityError(f'no value; write {{value = 45, sd = 2, unit = "{_unit(dimension)}"}}')
     for key in ("value", "sd"):
         if key in raw and (isinstance(raw[key], bool) or not isinstance(raw[key], int | float)):
-            raise QuantityError(f"write a number, without quotes: {key} = 2.5", at=key)
+            raise QuantityError(f"write a number, without quotes: {key} = 2.5", key=key)
     for key in ("unit", "source"):
         text = raw.get(key, "")
         if not isinstance(text, str) or len(text) > 200 or not text.isprintable():
-            raise QuantityError("write one short line of text in quotes", at=key)
+            raise QuantityError("write one short line of text in quotes", key=key)
     unit = str(raw.get("unit", ""))
     if not unit and dimension.units:
         raise QuantityError(f"no unit; add unit = {_either([f'"{u}"' for u in dimension.units])}")
     try:
         worth = factor(unit, dimension) if unit else 1.0
     except QuantityError as fault:
-        raise QuantityError(fault.fix, at="unit") from None
+        raise QuantityError(fault.fix, key="unit") from None
     sd = _number(raw["sd"]) * worth if "sd" in raw else None
     return Reading(_number(raw["value"]) * worth, sd, str(raw.get("source", "")))
 

@@ -310,8 +310,8 @@ def _outline(outline: Outline) -> Iterator[str]:
     yield from (f'  ["{float(x)!r} m", "{float(y)!r} m"],' for x, y in outline.corners)
     yield "]"
     if outline.offset.sd:
-        of = Measured(outline.offset.sd, source=outline.offset.source)
-        yield _line("outline.uncertainty", of, "m")
+        offset = Measured(outline.offset.sd, source=outline.offset.source)
+        yield _line("outline.uncertainty", offset, "m")
 
 
 def _prior(name: str, prior: Prior) -> Iterator[str]:

@@ -41,7 +41,7 @@ def each_alone(
     scene: Scene,
     changes: Mapping[str, tuple[str, str | None]],
     model: str,
-    of: str,
+    name: str,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> tuple[Step, ...]:
@@ -51,7 +51,7 @@ def each_alone(
         scene: the first scene.
         changes: values in both scenes, as text, by dotted key; None where the second has none.
         model: a rung's name.
-        of: flat name of the answer.
+        name: flat name of the answer.
         seed: integer seed of the draws.
         progress: called with the stages of each reconstruction.
 
@@ -68,7 +68,7 @@ def each_alone(
             return Step(key, old, new, why=str(error))
         if not outcome.checks.passed:
             return Step(key, old, new, why="withheld: checks of its draws failed")
-        draws = np.asarray(outcome.idata["posterior"][of])
+        draws = np.asarray(outcome.idata["posterior"][name])
         return Step(key, old, new, float(draws.mean()), float(draws.std(ddof=1)))
 
     steps = [answered(scene, "", "", "")]

@@ -120,7 +120,9 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
     else:
         other = "b" if v == "a" else "a"
         clear = (
-            _random(asked.clear, shape, rng) if asked.clear else _way_to_clear(outcome, other, v)
+            _random(asked.clear, shape, rng)
+            if asked.clear
+            else _distance_to_clear(outcome, other, v)
         )
         # the product with an infinite delay of a vehicle that stands is no number, but then it stopped
         with np.errstate(invalid="ignore"):
@@ -181,9 +183,9 @@ def _approach(outcome: Outcome, v: str) -> Approach:
     )
 
 
-def _way_to_clear(outcome: Outcome, other: str, v: str) -> np.ndarray:
+def _distance_to_clear(outcome: Outcome, other: str, v: str) -> np.ndarray:
     """How far a vehicle had to go on at the impact to leave the strip that `v` sweeps, m."""
-    from retrodict.mechanics.avoidance import half_extent, way_to_clear
+    from retrodict.mechanics.avoidance import distance_to_clear, half_extent
 
     x, y, half = {}, {}, []
     across = draws_of(outcome, f"direction_{v}")
@@ -198,7 +200,7 @@ def _way_to_clear(outcome: Outcome, other: str, v: str) -> np.ndarray:
         half.append(half_extent(vehicle.length, vehicle.width, heading, across))
     offset = (y[other] - y[v]) * np.cos(across) - (x[other] - x[v]) * np.sin(across)
     rate = np.sin(draws_of(outcome, f"direction_{other}") - across)
-    return np.asarray(way_to_clear(offset, half[0] + half[1], rate))
+    return np.asarray(distance_to_clear(offset, half[0] + half[1], rate))
 
 
 def _random(m: Measured, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:

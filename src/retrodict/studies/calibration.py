@@ -202,27 +202,31 @@ def design() -> Scene:
         return load_scene(file)
 
 
-def _batch(of: Calibration, numbers: list[int]) -> list[Row]:
+def _batch(calibration: Calibration, numbers: list[int]) -> list[Row]:
     """Some simulations of one batch, whose truths are drawn together."""
-    structure, data = RUNGS[of.model].of_scene(of.scene)
+    structure, data = RUNGS[calibration.model].of_scene(calibration.scene)
     programs = programs_for(structure)
     sites, quantities = _truths(
-        programs, data, np.random.default_rng([of.seed, numbers[0] // _BATCH])
+        programs, data, np.random.default_rng([calibration.seed, numbers[0] // _BATCH])
     )
     closing = _closing_speeds(structure, data, sites, quantities)
     rows = []
     for number in numbers:
-        i, rng = number % _BATCH, np.random.default_rng([of.seed, number, 1])
-        scene = _measured(of.scene, structure, {k: v[i] for k, v in quantities.items()}, rng)
+        i, rng = number % _BATCH, np.random.default_rng([calibration.seed, number, 1])
+        scene = _measured(
+            calibration.scene, structure, {k: v[i] for k, v in quantities.items()}, rng
+        )
         truth = {k: v[i] for k, v in sites.items()}
         seed = int(rng.integers(2**31))
-        way, *_ = ways(of.method, scene)
+        way, *_ = ways(calibration.method, scene)
         try:
-            where = ModeSearch(scene, seed).on(of.model, way.coordinates)
+            where = ModeSearch(scene, seed).on(calibration.model, way.coordinates)
         except Unanswerable as error:
             rows.append(Row(number, {}, f"refused: {error}", closing[i]))
             continue
-        rows.append(_ranked(where, of.method, seed, truth, rng, Row(number, closing=closing[i])))
+        rows.append(
+            _ranked(where, calibration.method, seed, truth, rng, Row(number, closing=closing[i]))
+        )
     return rows
 
 
@@ -383,7 +387,7 @@ def _ranked(
     along = [np.linspace(0, len(s["Vax"]) - 1, CHUNK - 1).round().astype(int) for s, _ in every]
     chosen = {}
     for name, own in truth.items():
-        taken = [np.asarray(s[name])[at] for (s, _), at in zip(every, along, strict=True)]
+        taken = [np.asarray(s[name])[place] for (s, _), place in zip(every, along, strict=True)]
         mixed = np.stack(taken)[which, np.arange(CHUNK - 1)]
         chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
     quantities = jax.tree.map(np.asarray, programs(SIMULATE, data, chosen))

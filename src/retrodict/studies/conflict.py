@@ -92,7 +92,7 @@ def conflicts(outcome: Outcome) -> tuple[LeftOut, ...]:
         predicted = np.asarray(predictions).ravel()
         value, sd = measured[name].value, measured[name].sd
         beyond = weights @ (predicted > value)
-        # the slope of a posterior mean by a normal measurement is its covariance with what is measured
+        # the derivative of a posterior mean by a measured value is its covariance with the prediction
         off = (predictions - predictions.mean()) / sd
         shares = [off * off, off * (speeds - speeds.mean())]
         believed, moved = (float(share.mean()) for share in shares)

@@ -129,13 +129,13 @@ def _least(
 
     steps = _STEP * np.concatenate([np.zeros((1, count)), np.eye(count), -np.eye(count)])
 
-    def with_slopes(q: np.ndarray) -> tuple[float, np.ndarray]:
+    def with_gradient(q: np.ndarray) -> tuple[float, np.ndarray]:
         found = sign * solve_back(q + steps)
         return float(found[0]), (found[1 : count + 1] - found[count + 1 :]) / (2 * _STEP)
 
-    start = -limit * np.sign(with_slopes(np.zeros(count))[1])
+    start = -limit * np.sign(with_gradient(np.zeros(count))[1])
     return float(
         minimize(
-            with_slopes, start, jac=True, method="L-BFGS-B", bounds=[(-limit, limit)] * count
+            with_gradient, start, jac=True, method="L-BFGS-B", bounds=[(-limit, limit)] * count
         ).fun
     )

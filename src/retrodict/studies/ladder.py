@@ -240,8 +240,8 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
     along = [name for name in left if RUNGS[name].run_out is roll.RUN_OUT]
     if along:  # wheels that roll: the others take long, and would be moved by these
         kept = {along[0], along[-1], left[-1]}
-        by = ", ".join(name for name in left if name in kept)
-        stand = f"skipped: slow for rolling wheels; represented by {by}"
+        stand_ins = ", ".join(name for name in left if name in kept)
+        stand = f"skipped: slow for rolling wheels; represented by {stand_ins}"
         why |= {name: stand for name in left if name not in kept}
     return why
 

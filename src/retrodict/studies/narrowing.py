@@ -43,7 +43,7 @@ class Narrowed:
     sd: float
 
 
-def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
+def narrowing(outcome: Outcome, sought: str) -> tuple[Narrowed, ...]:
     """How sure an answer would be, were each quantity in turn known exactly.
 
     To first order: of the answer's variance stays what a straight line through the draws, answer
@@ -51,7 +51,7 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
 
     Args:
         outcome: the reconstruction.
-        of: the answer's flat name.
+        sought: the answer's flat name.
 
     Returns:
         One record a quantity, the one that narrows the most first: uncertain inputs, evidence, and
@@ -72,7 +72,7 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
         along, across = quantities[f"V{v}x"], quantities[f"V{v}y"]
         quantities[f"departure_speed_{v}"] = np.hypot(along, across)
         quantities[f"departure_direction_{v}"] = np.arctan2(across, along)
-    answer = quantities[of]
+    answer = quantities[sought]
 
     def left(x: np.ndarray, error: float = 0.0) -> float | None:
         """Sd of the answer that knowing x, of which draws may have an error on them, would leave."""
@@ -85,7 +85,7 @@ def narrowing(outcome: Outcome, of: str) -> tuple[Narrowed, ...]:
     inputs, evidence = scene.inputs(), scene.evidence()
     found: dict[str, tuple[Measured | None, float | None]] = {}
     for name in (*inputs, *_OF_MOTION):
-        if name not in quantities or name == of:
+        if name not in quantities or name == sought:
             continue
         x = quantities[name]
         if describe(name)[1] == "angle":  # about its middle, for it may pass half a turn

@@ -32,7 +32,7 @@ class Effect:
     error: float
 
 
-def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
+def one_at_a_time(outcome: Outcome, sought: str) -> tuple[Effect, ...]:
     """How far the posterior mean of an answer would move with each measurement, all else as it is.
 
     To first order: the derivative of a posterior mean by the location of a normal prior, or by a
@@ -41,7 +41,7 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
 
     Args:
         outcome: the reconstruction.
-        of: the answer's flat name.
+        sought: the answer's flat name.
 
     Returns:
         One record an uncertain measurement, the one that moves the answer the most first; without the
@@ -55,7 +55,7 @@ def one_at_a_time(outcome: Outcome, of: str) -> tuple[Effect, ...]:
         Gustafson (2000), "Local robustness in Bayesian analysis".
     """
     tree, scene = outcome.idata, outcome.scene
-    answer = draws_of(outcome, of)
+    answer = draws_of(outcome, sought)
     answer = answer - answer.mean()
     found = []
 

@@ -74,8 +74,8 @@ def in_other_units(value: Any) -> Any:
             written = {key: value[key] for key in ("value", "sd") if key in value}
             if unit not in _OTHER or not all(isinstance(n, int | float) for n in written.values()):
                 return dict(value)
-            other, by = _conversion(unit)
-            return {**value, **{key: n * by for key, n in written.items()}, "unit": other}
+            other, factor = _conversion(unit)
+            return {**value, **{key: n * factor for key, n in written.items()}, "unit": other}
         return {
             key: below if key in _TEXTS else in_other_units(below) for key, below in value.items()
         }
@@ -83,9 +83,9 @@ def in_other_units(value: Any) -> Any:
         return [in_other_units(below) for below in value]
     found = _TEXT.fullmatch(value) if isinstance(value, str) else None
     if found and found[3] in _OTHER:
-        other, by = _conversion(found[3])
-        table = {"value": float(found[1]) * by, "unit": other}
-        return table | ({"sd": float(found[2]) * by} if found[2] else {})
+        other, factor = _conversion(found[3])
+        table = {"value": float(found[1]) * factor, "unit": other}
+        return table | ({"sd": float(found[2]) * factor} if found[2] else {})
     return value
 
 

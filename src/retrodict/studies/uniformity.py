@@ -58,15 +58,15 @@ def uniformity(calibration: Calibration) -> dict[str, Uniformity]:
     # a rank stands for an interval: a point of it at random is uniform without steps
     rng = np.random.default_rng(calibration.seed)
     u = (ranks + rng.random(ranks.shape)) / (DRAWS + 1)
-    at = np.arange(1, n) / n
+    grid = np.arange(1, n) / n
     band, jointly = _band(n, BAND), _band(n, 1 - (1 - BAND) / len(names))
     found = {}
     for name, values in zip(names, u.T, strict=True):
-        ecdf = compute_ecdf(values, at)
+        ecdf = compute_ecdf(values, grid)
         found[name] = Uniformity(
-            np.array([0.0, *at, 1.0]),
-            np.array([0.0, *(ecdf - at), 0.0]),
-            np.pad(band - at, ((0, 0), (1, 1))),
+            np.array([0.0, *grid, 1.0]),
+            np.array([0.0, *(ecdf - grid), 0.0]),
+            np.pad(band - grid, ((0, 0), (1, 1))),
             _within(ecdf, band),
             _within(ecdf, jointly),
             {
@@ -89,6 +89,6 @@ def _band(n: int, level: float) -> Float[np.ndarray, "2 points"]:
     """Edges that an ECDF of n uniform numbers stays within at 1/n, 2/n, …, with this probability."""
     from arviz_stats.ecdf_utils import get_pointwise_confidence_band, simulate_confidence_bands
 
-    at, rng = np.arange(1, n) / n, np.random.default_rng(0)
-    pointwise = simulate_confidence_bands(n, 1, at, level, _SAMPLES, rng)
-    return np.array(get_pointwise_confidence_band(pointwise, n, at))
+    grid, rng = np.arange(1, n) / n, np.random.default_rng(0)
+    pointwise = simulate_confidence_bands(n, 1, grid, level, _SAMPLES, rng)
+    return np.array(get_pointwise_confidence_band(pointwise, n, grid))

@@ -1,3 +1,4 @@
+import io
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,7 +15,7 @@ from matplotlib.text import Text
 
 from retrodict.findings.run_outs import motions
 from retrodict.report.figures import registry as figures
-from retrodict.report.figures.drawing import IMAGES, new_figure
+from retrodict.report.figures.drawing import IMAGES, new_figure, to_png, to_svg
 from retrodict.report.figures.plan_geometry import (
     area_of,
     half_plane,
@@ -26,14 +27,11 @@ from retrodict.report.figures.registry import (
     ASKED,
     FIGURES,
     figures_of,
-    save_figures,
-    to_png,
-    to_svg,
+    images,
 )
 from retrodict.report.figures.scene import plan_figure
 from retrodict.scene import parse_scene
 from retrodict.scene.records import Edge, Measured
-from retrodict.storage import files
 from tests.report.conftest import found_of
 from tests.shared.scene_file import OIL, SCENE, stripped
 
@@ -61,14 +59,13 @@ def test_a_figure_shows_itself_in_a_notebook() -> None:
     assert new_figure(1, 1)._repr_png_().startswith(b"\x89PNG")
 
 
-def test_figures_are_saved_as_png_of_print_quality(outcome, tmp_path):
-    paths = save_figures(found_of(outcome), outcome, tmp_path / "new", "si")
-    assert [p.stem for p in paths] == list(FIGURES)
-    for path in paths:
-        image = matplotlib.image.imread(path)
+def test_figures_are_images_of_print_quality(outcome):
+    found = images(found_of(outcome), outcome, "si")
+    assert list(found) == list(FIGURES)
+    for png in found.values():
+        image = matplotlib.image.imread(io.BytesIO(png))
         assert image.shape[1] >= 150 * 6  # at least 150 dpi over six inches
         assert image[..., :3].std() > 0.05  # something is drawn
-    assert sorted(tmp_path.joinpath("new").iterdir()) == sorted(paths)  # no temporary is left
 
 
 @pytest.mark.parametrize(("name", "group"), NEEDS)
@@ -274,21 +271,6 @@ def test_an_outline_is_drawn_with_its_corners_where_the_view_has_some_of_it(unit
         ((-10, 2, -10, 10), False),
     ):
         assert area_of(oil, view).tolist() == (corners.tolist() if seen else [])
-
-
-def test_a_failing_write_leaves_the_old_figures(outcome, tmp_path, monkeypatch):
-    old = tmp_path / "scene.png"
-    old.write_bytes(b"old")
-
-    def refuse(*_):
-        raise OSError("disk full")
-
-    monkeypatch.setattr(files.os, "replace", refuse)
-    monkeypatch.setattr(figures, "FIGURES", {"scene": FIGURES["scene"]})
-    monkeypatch.setattr(figures, "to_png", lambda _: b"new")
-    with pytest.raises(OSError, match="disk full"):
-        save_figures(found_of(outcome), outcome, tmp_path, "si")
-    assert [(p.name, p.read_bytes()) for p in tmp_path.iterdir()] == [("scene.png", b"old")]
 
 
 def test_the_report_room_opens_without_matplotlib():

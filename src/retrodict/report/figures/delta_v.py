@@ -36,16 +36,7 @@ _DOTS, _MOST_HOURS, _LEAST_SHARE = 400, 3, 0.005
 
 @drawing.styled
 def delta_v_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """Delta-v in each vehicle's axes, and the clock of its force.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: outcome of the reconstruction, with its draws.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """Delta-v in each vehicle's axes, and the clock of its force."""
     unit = unit_of("speed", units)
     figure = drawing.new_figure(7.2, 7.4)
     upper, lower = figure.subfigures(2, 1, squeeze=False, height_ratios=(1, 1.05))[:, 0]

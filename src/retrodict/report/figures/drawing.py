@@ -66,7 +66,12 @@ HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 def styled[**P](
     draw: Callable[Concatenate[Findings, Outcome, Units, P], Figure],
 ) -> Callable[Concatenate[Findings, Outcome, Units, P], Figure]:
-    """A figure's function made to draw in the common style, under a banner where checks failed."""
+    """A figure's function made to draw in the common style, under a banner where checks failed.
+
+    Args:
+        draw: function of the findings of a reconstruction, its outcome with the draws, and the units,
+            "si" or "us"; returns the figure. One that draws what is in the findings leaves the outcome.
+    """
 
     @functools.wraps(draw)
     def drawn(

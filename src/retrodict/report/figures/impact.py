@@ -94,11 +94,11 @@ def _vehicle(
 ) -> Line2D:
     """Draw a vehicle's velocities before and after the impact; return its line of the legend."""
     length, speed, spin = (unit_of(each, units) for each in ("length", "speed", "yaw rate"))
-    at, colour = centre / length.worth, drawing.OF_VEHICLE[v]
-    axes.plot(*np.stack([at, 0 * at]).T, color=colour, lw=0.6)
+    place, colour = centre / length.worth, drawing.OF_VEHICLE[v]
+    axes.plot(*np.stack([place, 0 * place]).T, color=colour, lw=0.6)
     for state, alpha in zip(states, (0.4, 1.0), strict=True):
-        _arrow(axes, at, at + scale * state[:2] / length.worth, colour, alpha)
-    axes.plot(*at, "o", color=colour, ms=5)
+        _arrow(axes, place, place + scale * state[:2] / length.worth, colour, alpha)
+    axes.plot(*place, "o", color=colour, ms=5)
     change = np.hypot(*(states[1] - states[0])[:2])
     v_0, v_1, delta_v = (
         _three_digits(each / speed.worth) for each in (*np.hypot(*states[:, :2].T), change)

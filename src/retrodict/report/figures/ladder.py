@@ -45,11 +45,11 @@ def ladder_figure(ladder: Ladder) -> Figure:
             return figure
         fullest = next((s for s in reversed(ran) if s.counts), ran[-1])
         for step in ran:
-            at = (step.seconds or 0.0, distance(step, fullest))
-            axes.plot(*at, "o", color=_colour(step), mec=drawing.INK)
-            axes.annotate(step.name, at, xytext=(6, 4), textcoords="offset points", size=8)
+            place = (step.seconds or 0.0, distance(step, fullest))
+            axes.plot(*place, "o", color=_colour(step), mec=drawing.INK)
+            axes.annotate(step.name, place, xytext=(6, 4), textcoords="offset points", size=8)
             if step.name == ladder.choice:
-                axes.plot(*at, "o", ms=13, mfc="none", mec=drawing.ORANGE, mew=1.8)
+                axes.plot(*place, "o", ms=13, mfc="none", mec=drawing.ORANGE, mew=1.8)
         axes.axhline(ladder.share, color=drawing.GREY, lw=0.8, ls=(0, (4, 2)))
         axes.set_xscale("log")
         axes.set_yscale("symlog", linthresh=ladder.share)

@@ -29,16 +29,7 @@ CAPTION = (
 
 @drawing.styled
 def pair_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """Pair plot of the unknown speeds, e, e_m and μ with density regions and correlations.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: outcome of the reconstruction, with its draws.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """Pair plot of the unknown speeds, e, e_m and μ with density regions and correlations."""
     names = [name for name in UNKNOWNS if name in drawing.shown(findings)]
     values = {
         name: None if (v := finite_draws(outcome, "posterior", name)) is None

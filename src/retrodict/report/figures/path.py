@@ -64,8 +64,8 @@ def plot_path(path: Path, car: Car | None = None, units: Units = "si") -> Figure
             wheels = np.asarray(wheel_paths(pose, car)) / unit.worth
             axes.plot(*wheels.transpose(2, 0, 1), color=drawing.INK, ls=(0, (1, 1.6)), lw=0.7)
             handles.append(Line2D([], [], color=drawing.INK, ls=(0, (1, 1.6)), label="wheels"))
-            interval, at = _times(float(time[-1]))
-            shown = np.stack([np.interp(at, time, column) for column in pose.T], axis=1)
+            interval, times = _times(float(time[-1]))
+            shown = np.stack([np.interp(times, time, column) for column in pose.T], axis=1)
             corners = np.asarray(wheel_paths(shown, car))[:, _AROUND] / unit.worth
             axes.add_collection(PolyCollection(list(corners), fc="none", ec=drawing.BLUE, lw=1.0))
             front = corners[:, :2].transpose(2, 1, 0)
@@ -75,8 +75,8 @@ def plot_path(path: Path, car: Car | None = None, units: Units = "si") -> Figure
         axes.plot(x, y, color=drawing.ORANGE, lw=1.6)
         axes.plot(x[0], y[0], "o", color=drawing.ORANGE, mfc="white", ms=5)
         axes.plot(x[-1], y[-1], "o", color=drawing.ORANGE, ms=5)
-        way = float(np.hypot(np.diff(x), np.diff(y)).sum())
-        label = f"centre of gravity: {way:.3g} {unit.symbol} to rest (dot), in {time[-1]:.3g} s"
+        length = float(np.hypot(np.diff(x), np.diff(y)).sum())
+        label = f"centre of gravity: {length:.3g} {unit.symbol} to rest (dot), in {time[-1]:.3g} s"
         handles.insert(0, Line2D([], [], color=drawing.ORANGE, lw=1.6, label=label))
         axes.set_xlabel(f"x ({unit.symbol})")
         axes.set_ylabel(f"y ({unit.symbol})")

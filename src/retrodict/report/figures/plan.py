@@ -15,6 +15,13 @@ View = tuple[float, float, float, float]
 SIZE = 720.0  # units of the drawing's longer side
 
 
+def bounds_of(points: list[np.ndarray], margin: float) -> View:
+    """The rectangle about points, each entry of shape (any, 2), with a margin; all in m."""
+    both = np.concatenate(points)
+    low, high = both.min(axis=0) - margin, both.max(axis=0) + margin
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
 @dataclass(frozen=True, slots=True)
 class Plan:
     """A rectangle of the road plane, drawn to scale.

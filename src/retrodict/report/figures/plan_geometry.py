@@ -1,4 +1,4 @@
-"""Where things lie on the plan of a scene: outlines, surfaces, skids, paths of wheels."""
+"""Where things lie on the plan of a scene: outlines, surfaces, skids, wheels, the contact line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from matplotlib.path import Path
 from matplotlib.transforms import Bbox
 
 from retrodict.scene.outlines import body_middle
-from retrodict.scene.records import Edge, Scene, Surface, Vehicle
+from retrodict.scene.records import Edge, Measured, Scene, Surface, Vehicle
 
 WALL = 0.6  # m: thickness of a wall, as it is drawn
 Pose = tuple[float, float, float]
@@ -102,3 +102,25 @@ def skid_lines(scene: Scene) -> list[tuple[str, np.ndarray]]:
         begin = centre - own.skid.value * ahead
         found.append((v, np.array([[begin + side, centre + side] for side in (aside, -aside)])))
     return found
+
+
+def rest_outline(scene: Scene, v: str) -> np.ndarray:
+    """Corners at rest as of `outline`, or the centre of gravity alone where no heading was measured."""
+    rest = scene.rest[v]
+    if rest.heading is None:
+        return np.array([[rest.x.value, rest.y.value]])
+    return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
+
+
+def ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | None]]:
+    """Vehicle, x, y and heading of each end of rotation whose coordinates were both measured."""
+    ends = scene.end_of_rotation.items()
+    return [(v, e.x.value, e.y.value, e.heading) for v, e in ends if e.x and e.y]
+
+
+def contact_lines(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """The contact line and its normal, from end to end, in m."""
+    centre = np.array([scene.contact.x.value, scene.contact.y.value])
+    c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
+    half = 0.45 * max(v.length for v in scene.vehicles.values())
+    return centre + half * np.array([[s, -c], [-s, c]]), centre + half * np.array([[0, 0], [c, s]])

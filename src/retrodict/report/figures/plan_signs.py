@@ -1,4 +1,4 @@
-"""The signs of a map that the plan of a scene has: scale, axes, and the way that the road rises."""
+"""The signs of a map that the plan of a scene has: names, scale, axes, and where the road rises."""
 
 from __future__ import annotations
 
@@ -57,6 +57,14 @@ def uphill(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) ->
     axes.add_patch(arrow)
     text = f"uphill {100 * scene.slope.grade.value:.2g} %"
     axes.text(x, y - 0.6 * reach, text, ha="center", va="top", zorder=10)
+
+
+def write_name(axes: Axes, place: np.ndarray, text: str, colour: str = drawing.INK) -> None:
+    """Write what a thing is beside it; nothing of it reaches beyond the axes."""
+    axes.text(
+        *map(float, place), text, color=colour, size=8, ha="center", va="center", zorder=9.2,
+        path_effects=drawing.HALO, clip_on=True,
+    )  # fmt: skip
 
 
 def _on_white(axes: Axes, corner: tuple[float, float], width: float, height: float) -> None:

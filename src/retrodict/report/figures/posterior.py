@@ -31,16 +31,7 @@ CAPTION = (
 
 @drawing.styled
 def posterior_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """Marginal posteriors of the unknown speeds, e, e_m and μ over their priors.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: outcome of the reconstruction, with its draws.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """Marginal posteriors of the unknown speeds, e, e_m and μ over their priors."""
     names = drawing.shown(findings)
     rows = (len(names) + 1) // 2
     figure = drawing.new_figure(7.2, 2.5 * rows)

@@ -36,16 +36,7 @@ _ROW = 0.19  # inches
 
 @drawing.styled
 def predictive_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """Evidence as predicted and inputs as inferred, about what was measured.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: unused; all that is drawn is in the findings.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """Evidence as predicted and inputs as inferred, about what was measured."""
     rows = [row for row in findings.measured if row.measured.sd > 0]
     kinds = [
         ("evidence", "Evidence: predicted about measured"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
@@ -18,39 +17,12 @@ from retrodict.report.figures import (
     timeline,
     tornado,
 )
-from retrodict.report.figures.delta_v import delta_v_figure
 from retrodict.report.figures.drawing import to_png, to_svg
-from retrodict.report.figures.pair import pair_figure
-from retrodict.report.figures.posterior import posterior_figure
-from retrodict.report.figures.predictive import predictive_figure
-from retrodict.report.figures.scene import scene_figure
-from retrodict.report.figures.timeline import timeline_figure
-from retrodict.report.figures.tornado import tornado_figure
 from retrodict.scene.quantities import Units
-from retrodict.storage.files import write_whole
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
-
-__all__ = [
-    "ASKED",
-    "FIGURES",
-    "Registered",
-    "delta_v_figure",
-    "figures_of",
-    "images",
-    "pair_figure",
-    "posterior_figure",
-    "predictive_figure",
-    "save_figures",
-    "scene_figure",
-    "svgs",
-    "timeline_figure",
-    "to_png",
-    "to_svg",
-    "tornado_figure",
-]
 
 _ALL = slice(None)
 
@@ -60,7 +32,7 @@ class Registered:
     """A figure of the report.
 
     Args:
-        draw: function that draws the figure.
+        draw: function that draws the figure, under `drawing.styled`.
         title: short title.
         caption: explanation of what is drawn, and how to read it.
         beside: key of the section that the figure stands in: "first page", "results", "evidence" or
@@ -77,23 +49,25 @@ class Registered:
 
 # in the order of the report; the key is the file's name
 FIGURES: dict[str, Registered] = {
-    "scene": Registered(scene_figure, "The scene", scene.CAPTION, "first page", svg=True),
-    "delta_v": Registered(delta_v_figure, "Delta-v and direction of force", delta_v.CAPTION),
-    "posterior": Registered(posterior_figure, "The unknowns", posterior.CAPTION),
+    "scene": Registered(scene.scene_figure, "The scene", scene.CAPTION, "first page", svg=True),
+    "delta_v": Registered(
+        delta_v.delta_v_figure, "Delta-v and direction of force", delta_v.CAPTION
+    ),
+    "posterior": Registered(posterior.posterior_figure, "The unknowns", posterior.CAPTION),
     "pair": Registered(
-        pair_figure, "Correlations between the unknowns", pair.CAPTION, "sensitivity"
+        pair.pair_figure, "Correlations between the unknowns", pair.CAPTION, "sensitivity"
     ),
     "predictive": Registered(
-        predictive_figure, "Fit to the evidence", predictive.CAPTION, "evidence"
+        predictive.predictive_figure, "Fit to the evidence", predictive.CAPTION, "evidence"
     ),
     "tornado": Registered(
-        tornado_figure, "The effect of each measurement", tornado.CAPTION, "sensitivity"
+        tornado.tornado_figure, "The effect of each measurement", tornado.CAPTION, "sensitivity"
     ),
 }
 # figures that are drawn only where a question asks for them; keys as above
 ASKED: dict[str, Registered] = {
     "timeline": Registered(
-        timeline_figure,
+        timeline.timeline_figure,
         "Times and distances before the impact",
         timeline.CAPTION,
         "results",
@@ -133,24 +107,3 @@ def svgs(findings: Findings, outcome: Outcome, units: Units = "si") -> dict[str,
     """
     chosen = {name: figure for name, figure in FIGURES.items() if figure.svg}
     return {n: to_svg(figure.draw(findings, outcome, units)) for n, figure in chosen.items()}
-
-
-def save_figures(
-    findings: Findings, outcome: Outcome, directory: Path, units: Units = "si"
-) -> list[Path]:
-    """Write every figure as a PNG file, each whole or not at all.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: outcome of the reconstruction, with its draws.
-        directory: output directory, made where missing.
-        units: "si" or "us".
-
-    Returns:
-        The files, in the order of the report.
-
-    Raises:
-        OSError: a file could not be written.
-    """
-    drawn = images(findings, outcome, units)
-    return [write_whole(directory / f"{name}.png", image) for name, image in drawn.items()]

@@ -10,23 +10,21 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, Polygon, Wedge
+from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from retrodict.report.figures import drawing
+from retrodict.report.figures.plan_evidence import draw_measured, measured_points
 from retrodict.report.figures.plan_geometry import (
     WALL,
-    Pose,
     area_of,
     barrier_outline,
-    impact_pose,
     outline,
-    skid_lines,
     wheel_paths,
 )
-from retrodict.report.figures.plan_signs import compass, scale_bar, uphill
+from retrodict.report.figures.plan_signs import compass, scale_bar, uphill, write_name
 from retrodict.scene.quantities import Units, unit_of
-from retrodict.scene.records import Measured, Scene, Vehicle
+from retrodict.scene.records import Scene
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -56,16 +54,7 @@ _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
 
 @drawing.styled
 def scene_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """Scaled top view: surfaces, impact, measured poses and a fan of posterior run-outs.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: outcome of the reconstruction, with its draws.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """Scaled top view: surfaces, impact, measured poses and a fan of posterior run-outs."""
     return _from_above(findings.scene, units, outcome)
 
 
@@ -99,13 +88,7 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     handles = _run_outs(axes, scene, paths, unit.worth)
     handles += _one_motion(axes, scene, outcome, unit.worth) if outcome else []
     handles += _second_contact(axes, outcome, unit.worth) if outcome else []
-    handles += _vehicles(axes, scene, unit.worth)
-    _skids(axes, scene, unit.worth)
-    handles += _directions(axes, scene, unit.worth)
-    handles += _from_impact(axes, scene, unit.worth)
-    _marks(axes, scene, unit.worth)
-    handles += _rotations(axes, scene, unit.worth)
-    handles += _contact(axes, scene, unit.worth)
+    handles += draw_measured(axes, scene, unit.worth)
     scale_bar(axes, view, unit.symbol)
     compass(axes, view)
     uphill(axes, scene, view)
@@ -135,13 +118,7 @@ def _paths(outcome: Outcome, worth: float) -> dict[str, np.ndarray]:
 def _view(
     scene: Scene, paths: dict[str, np.ndarray], worth: float
 ) -> tuple[float, float, float, float]:
-    points = [outline(scene.vehicles[v], impact_pose(scene, v)) / worth for v in scene.vehicles]
-    points += [_rest_points(scene, v) / worth for v in scene.rest]
-    points += [_rests_from_impact(scene, v) / worth for v in scene.from_impact]
-    points += [np.array([[m.x, m.y] for m in marks]) / worth for marks in scene.marks.values()]
-    points += [np.array([[x, y]]) / worth for _, x, y, _ in _ends_of_rotation(scene)]
-    points += [each / worth for each in _contact_lines(scene)]
-    points += [lines.reshape(-1, 2) / worth for _, lines in skid_lines(scene)]
+    points = [each / worth for each in measured_points(scene)]
     points += [barrier_outline(scene, 0.0) / worth] if scene.barrier else []
     # the odd run-out that ends far away must not shrink the rest to a dot
     for v, runs in paths.items():
@@ -161,22 +138,6 @@ def _view(
     return low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin
 
 
-def _rest_points(scene: Scene, v: str) -> np.ndarray:
-    """The corners at rest, or the centre of gravity alone where no heading was measured."""
-    rest = scene.rest[v]
-    if rest.heading is None:
-        return np.array([[rest.x.value, rest.y.value]])
-    return outline(scene.vehicles[v], (rest.x.value, rest.y.value, rest.heading.value))
-
-
-def _name(axes: Axes, at: np.ndarray, text: str, colour: str = drawing.INK) -> None:
-    """Write what a thing is beside it; nothing of it reaches beyond the axes."""
-    axes.text(
-        float(at[0]), float(at[1]), text, color=colour, size=8, ha="center", va="center", zorder=9.2,
-        path_effects=drawing.HALO, clip_on=True,
-    )  # fmt: skip
-
-
 def _surfaces(
     axes: Axes, scene: Scene, view: tuple[float, float, float, float], worth: float
 ) -> None:
@@ -192,7 +153,7 @@ def _surfaces(
             }
             axes.add_patch(Polygon(corners, zorder=0.1, **look))
             seen = np.clip(corners, [view[0], view[2]], [view[1], view[3]])
-            _name(axes, seen.mean(axis=0), _plain(surface.name))
+            write_name(axes, seen.mean(axis=0), _plain(surface.name))
 
 
 def _barrier(
@@ -210,14 +171,14 @@ def _barrier(
     if scene.barrier.kind == "wall":
         normal = np.array([np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)])
         away = normal * np.copysign(1.0, normal @ behind)
-        at = (
+        place = (
             struck
             + WALL / 2 / worth * away
             + 0.3 * (view[1] - view[0]) * np.array([-away[1], away[0]])
         )
     else:
-        at = struck + (scene.barrier.diameter + 0.6) / worth * away
-    _name(axes, at, _plain(scene.barrier.name))
+        place = struck + (scene.barrier.diameter + 0.6) / worth * away
+    write_name(axes, place, _plain(scene.barrier.name))
 
 
 def _run_outs(axes: Axes, scene: Scene, paths: dict[str, np.ndarray], worth: float) -> list[Artist]:
@@ -284,102 +245,6 @@ def _one_motion(axes: Axes, scene: Scene, outcome: Outcome, worth: float) -> lis
     ]
 
 
-def _vehicles(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    ink, evidence = drawing.INK, scene.evidence()
-    for v in scene.vehicles:
-        _outlined(axes, scene.vehicles[v], v, "impact", impact_pose(scene, v), worth)
-    for v, rest in scene.rest.items():
-        x, y = rest.x.value, rest.y.value
-        size = [4 * evidence[f"rest_{axis}_{v}"].sd / worth for axis in "xy"]
-        ellipse = Ellipse(
-            (x / worth, y / worth), *size, fc=(1, 1, 1, 0.45), ec=ink, lw=1.1, zorder=5.5
-        )
-        axes.add_patch(ellipse)
-        if rest.heading is not None:
-            _outlined(axes, scene.vehicles[v], v, "rest", (x, y, rest.heading.value), worth)
-            continue
-        axes.plot(x / worth, y / worth, "+", color=ink, ms=5, mew=1.0, zorder=7)
-        axes.annotate(
-            f"{v.upper()} rest", (x / worth, y / worth), xytext=(6, 6), textcoords="offset points",
-            color=drawing.OF_VEHICLE[v], size=8, weight="bold", zorder=8, path_effects=drawing.HALO,
-        )  # fmt: skip
-    if not (scene.rest or scene.contact.x.sd):
-        return []
-    look: dict[str, Any] = {"ls": "", "marker": "o", "mfc": "white", "mec": ink, "ms": 8}
-    return [Line2D([], [], label="measured place ± 2 sd", **look)]
-
-
-def _outlined(axes: Axes, vehicle: Vehicle, v: str, when: str, pose: Pose, worth: float) -> None:
-    line, z = ((0, (4, 2)), 4.0) if when == "impact" else ("-", 5.0)
-    colour, corners = drawing.OF_VEHICLE[v], outline(vehicle, pose) / worth
-    axes.add_patch(Polygon(corners[:4], fill=False, ec=colour, lw=1.5, ls=line, zorder=z))
-    axes.add_patch(Polygon(corners[4:], fc=colour, ec="none", zorder=z))
-    cx, cy = pose[0] / worth, pose[1] / worth
-    axes.plot(cx, cy, "+", color=drawing.INK, ms=5, mew=1.0, zorder=z + 2)
-    # the name goes behind the centre of gravity, inside the outline
-    back = 0.3 * vehicle.length / worth
-    tx, ty = cx - back * np.cos(pose[2]), cy - back * np.sin(pose[2])
-    axes.text(
-        tx, ty, f"{v.upper()} {when}", ha="center", va="center", color=colour, size=8,
-        weight="bold", zorder=z + 3, path_effects=drawing.HALO,
-    )  # fmt: skip
-
-
-def _skids(axes: Axes, scene: Scene, worth: float) -> None:
-    """The measured skids up to the impact, along the direction of travel."""
-    look: dict[str, Any] = {"lw": 3.5, "alpha": 0.35, "solid_capstyle": "butt"}
-    for v, sides in skid_lines(scene):
-        for begin, end in sides / worth:
-            axes.plot(*zip(begin, end, strict=True), color=drawing.OF_VEHICLE[v], zorder=2, **look)
-        _name(axes, sides.mean(axis=(0, 1)) / worth, f"skid of {v.upper()}", drawing.OF_VEHICLE[v])
-
-
-def _directions(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    """The measured directions of travel, after impact and at marks."""
-    look: dict[str, Any] = {"alpha": 0.35, "lw": 0}
-    measured = [
-        (v, impact_pose(scene, v)[:2], d.get("direction")) for v, d in scene.departure.items()
-    ]
-    measured += [(v, (m.x, m.y), m.course) for v, marks in scene.marks.items() for m in marks]
-    drawn = []
-    for v, (x, y), direction in measured:
-        if direction is None:
-            continue
-        reach = min(2 * direction.sd, np.pi)  # all round, at most
-        low, high = np.degrees([direction.value - reach, direction.value + reach])
-        radius = 0.6 * scene.vehicles[v].length / worth
-        colour = drawing.OF_VEHICLE[v]
-        axes.add_patch(
-            Wedge((x / worth, y / worth), radius, low, high, color=colour, zorder=3, **look)
-        )
-        drawn.append(v)
-    handle = Patch(color=drawing.INK, label="direction of travel ± 2 sd", **look)
-    return [handle] if drawn else []
-
-
-def _rests_from_impact(scene: Scene, v: str) -> np.ndarray:
-    """Where a vehicle may have come to rest by its distance and direction ± 2 sd: an arc, m."""
-    seen = scene.from_impact[v]
-    direction = seen.get("direction")
-    turn = np.linspace(-np.pi, np.pi, 60)
-    if direction is not None:
-        turn = direction.value + min(2 * direction.sd, np.pi) / np.pi * turn
-    around = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    return impact_pose(scene, v)[:2] + seen["distance"].value * around
-
-
-def _from_impact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    """The rests that were measured from the impact."""
-    look: dict[str, Any] = {"lw": 2.5, "alpha": 0.6}
-    for v in scene.from_impact:
-        arc = _rests_from_impact(scene, v) / worth
-        axes.plot(*arc.T, color=drawing.OF_VEHICLE[v], zorder=3, **look)
-        middle = arc[len(arc) // 2]
-        _name(axes, middle, f"{v.upper()} came to rest here", drawing.OF_VEHICLE[v])
-    label = "rest by its distance, direction ± 2 sd"
-    return [Line2D([], [], color=drawing.INK, label=label, **look)] if scene.from_impact else []
-
-
 def _second_contact(axes: Axes, outcome: Outcome, worth: float) -> list[Artist]:
     """Where the vehicles touch again in the recorded motions."""
     from retrodict.findings.second_contact import second_contact  # a plan does not wait for it
@@ -390,77 +255,6 @@ def _second_contact(axes: Axes, outcome: Outcome, worth: float) -> list[Artist]:
     axes.plot(*np.transpose(again.places) / worth, mew=0, zorder=8, **look)
     label = f"second contact, in {again.share:.0%} of the motions"
     return [Line2D([], [], label=label, **look)]
-
-
-def _marks(axes: Axes, scene: Scene, worth: float) -> None:
-    """The measured points on the way to rest, numbered as the evidence is."""
-    look: dict[str, Any] = {"ls": "", "marker": "x", "ms": 5, "mew": 1.4}
-    for v, marks in scene.marks.items():
-        colour = drawing.OF_VEHICLE[v]
-        for number, mark in enumerate(marks, start=1):
-            at = (mark.x / worth, mark.y / worth)
-            axes.plot(*at, color=colour, zorder=8, **look)
-            axes.annotate(
-                f"mark {v.upper()}{number}", at, xytext=(4, 4), textcoords="offset points", size=8,
-                color=colour, zorder=8, path_effects=drawing.HALO,
-            )  # fmt: skip
-
-
-def _ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | None]]:
-    """Vehicle, x, y and heading of each end of rotation whose coordinates were both measured."""
-    ends = scene.end_of_rotation.items()
-    return [(v, e.x.value, e.y.value, e.heading) for v, e in ends if e.x and e.y]
-
-
-def _rotations(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    """The measured ends of rotation."""
-    look: dict[str, Any] = {"ls": "", "marker": "D", "ms": 4.5, "mfc": "white", "mew": 1.2}
-    ends = _ends_of_rotation(scene)
-    for v, x, y, heading in ends:
-        colour = drawing.OF_VEHICLE[v]
-        if heading:
-            reach, angle = scene.vehicles[v].length / 2, heading.value
-            tip = np.array([[x, y], [x + reach * np.cos(angle), y + reach * np.sin(angle)]])
-            axes.plot(*tip.T / worth, color=colour, lw=1.2, zorder=8)
-        axes.plot(x / worth, y / worth, mec=colour, zorder=8, **look)
-    handle = Line2D([], [], mec=drawing.INK, label="end of rotation, measured", **look)
-    return [handle] if ends else []
-
-
-def _contact_lines(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """The contact line and its normal, from end to end, in m."""
-    at = np.array([scene.contact.x.value, scene.contact.y.value])
-    c, s = np.cos(scene.contact.Gamma.value), np.sin(scene.contact.Gamma.value)
-    half = 0.45 * max(v.length for v in scene.vehicles.values())
-    return at + half * np.array([[s, -c], [-s, c]]), at + half * np.array([[0, 0], [c, s]])
-
-
-def _contact(axes: Axes, scene: Scene, worth: float) -> list[Artist]:
-    x, y = scene.contact.x.value / worth, scene.contact.y.value / worth
-    size = [4 * m.sd / worth for m in (scene.contact.x, scene.contact.y)]
-    if min(size) > 0:
-        axes.add_patch(Ellipse((x, y), *size, fc=(1, 1, 1, 0.45), ec=drawing.INK, lw=1.1, zorder=8))
-    ink = drawing.INK
-    axes.plot(x, y, "*", color="white", mec=ink, ms=10, mew=0.9, zorder=9)
-    star = Line2D([], [], ls="", marker="*", color="white", mec=ink, ms=10, label="impact centre")
-    if "impact.contact_line" in scene.unwritten:
-        return [star]
-    line, normal = (ends / worth for ends in _contact_lines(scene))
-    axes.plot(*line.T, "-.", color=ink, lw=1.0, zorder=8)
-    axes.add_patch(
-        FancyArrowPatch(
-            *normal,
-            arrowstyle="-|>",
-            mutation_scale=8,
-            color=ink,
-            lw=1.0,
-            shrinkA=0,
-            shrinkB=0,
-            zorder=8,
-        )
-    )
-    label = "contact line (Γ), arrow: normal"
-    return [star, Line2D([], [], ls="-.", color=ink, lw=1.0, label=label)]
 
 
 def _plain(text: str) -> str:

@@ -23,16 +23,7 @@ CAPTION = (
 
 @drawing.styled
 def timeline_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """Distance to the impact over the time before it.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: unused; all that is drawn is in the findings.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """Distance to the impact over the time before it."""
     figure = drawing.new_figure(6.4, 3.6)
     axes = figure.subplots()
     distances = next((q.numbers for q in findings.questions if q.kind == "time_distance"), None)

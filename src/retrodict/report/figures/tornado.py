@@ -25,16 +25,7 @@ _MOST, _ROW = 10, 0.22  # bars; inches
 
 @drawing.styled
 def tornado_figure(findings: Findings, outcome: Outcome, units: Units = "si") -> Figure:
-    """A bar for each measurement, to either side of the answer.
-
-    Args:
-        findings: findings of the reconstruction.
-        outcome: unused; all that is drawn is in the findings.
-        units: "si" or "us".
-
-    Returns:
-        The figure.
-    """
+    """A bar for each measurement, to either side of the answer."""
     tables = [each for each in findings.questions if each.kind == "one_at_a_time" and each.numbers]
     figure = drawing.new_figure(7.2, (_MOST * _ROW + 0.9) * max(len(tables), 1))
     panels = figure.subplots(max(len(tables), 1), 1, squeeze=False)[:, 0]

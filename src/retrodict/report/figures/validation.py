@@ -123,8 +123,8 @@ def _plot_errors(axes: Axes, scores: list[Score]) -> None:
             if score.groups.get("kind", "case") == kind
         )
         # spread over the row, in order, so that none hides another
-        at = row + np.linspace(-0.3, 0.3, len(errors)) if len(errors) > 1 else [row]
-        axes.plot(errors, at, "o", ms=4, color=drawing.BLUE, mec="white", mew=0.5)
+        places = row + np.linspace(-0.3, 0.3, len(errors)) if len(errors) > 1 else [row]
+        axes.plot(errors, places, "o", ms=4, color=drawing.BLUE, mec="white", mew=0.5)
     axes.set_yticks(range(len(kinds)), kinds)
     axes.set_ylim(len(kinds) - 0.5, -0.5)
     widest = max(3.0, 1.1 * max(abs(score.standardised or 0.0) for score in scores))
@@ -141,10 +141,10 @@ def _plot_shares(axes: Axes, shares: list[float]) -> None:
     axes.set_ylim(0, 1)
     if not shares:
         return
-    at, n = np.linspace(0, 1, 101), len(shares)
+    grid, n = np.linspace(0, 1, 101), len(shares)
     off = float(kstwo.ppf(0.95, n))
     axes.fill_between(
-        at, np.clip(at - off, 0, 1), np.clip(at + off, 0, 1), color=drawing.PALE, lw=0
+        grid, np.clip(grid - off, 0, 1), np.clip(grid + off, 0, 1), color=drawing.PALE, lw=0
     )
     axes.plot([0, 1], [0, 1], color=drawing.GREY, lw=0.8)
     steps = np.array([0.0, *sorted(shares), 1.0])

@@ -90,8 +90,10 @@ def _with_families[T: PriorEntry](
         beta: whether the unknown may have a beta distribution, which lies between 0 and 1.
     """
 
-    def number(of: units.Dimension, least: float, most: float, example: str) -> tuple[Any, None]:
-        kind = Kind(of, least, most, example, uncertainty="refused", advice=_SPREAD)
+    def number(
+        dimension: units.Dimension, least: float, most: float, example: str
+    ) -> tuple[Any, None]:
+        kind = Kind(dimension, least, most, example, uncertainty="refused", advice=_SPREAD)
         return Annotated[Measured, kind] | None, None
 
     def complete(table: type[T]) -> type[T]:
