@@ -7,7 +7,7 @@ import struct
 from dataclasses import replace
 from pathlib import Path
 
-from retrodict.explore.board.actions import refused
+from retrodict.explore.board.arguments import refused
 from retrodict.explore.board.state import Backdrop
 from retrodict.storage.files import write_whole
 

@@ -14,7 +14,7 @@ from nicegui.element import Element
 from retrodict.explore import answers
 from retrodict.explore.answers import Answer
 from retrodict.explore.board import rows
-from retrodict.explore.board.actions import refused
+from retrodict.explore.board.arguments import refused
 from retrodict.explore.board.backdrop import LARGEST, by_world_file, kept
 from retrodict.explore.board.board import Board
 from retrodict.explore.board.contact import proposed
