@@ -31,6 +31,9 @@ class Saved(Protocol):
     def save(self, directory: Path, units: Units = "si") -> Path:
         """Write it."""
 
+    def archive(self, path: Path) -> Path:
+        """Write it as one file."""
+
 
 class Session(Protocol):
     """A warm posterior of one model, such as `retrodict.live.Session`."""
@@ -117,6 +120,7 @@ class Explorer:
         self._open = open_session
         self._session: Session | None = None
         self._model = ""  # the model of the session
+        self._unwritten: tuple[str, ...] = ()  # what the scene that it was opened with leaves out
         self._asked = False  # whether the scene or the model has changed since it was last asked
         self._tracker: Tracker | None = None
         self._view: View | None = None
@@ -224,10 +228,10 @@ class Explorer:
         return directory / "report.html"
 
     async def archive(self, directory: Path) -> Path:
-        """Put the result that was written into one file beside its folder.
+        """Put the result that was confirmed last into one file beside its folder.
 
         Args:
-            directory: folder that `confirm` wrote to.
+            directory: folder that `confirm` wrote to; its result is read where this process has none.
 
         Returns:
             Path of the archive.
@@ -242,7 +246,8 @@ class Explorer:
         path = directory.resolve().with_name(f"{directory.resolve().name}{SUFFIX}")
 
         def work() -> Path:
-            load_result(directory).archive(path)
+            result = self.result or load_result(directory)
+            result.archive(path)
             return path
 
         async with self._busy:
@@ -294,9 +299,12 @@ class Explorer:
         if scene is None:
             return
         session = self._session if self._model == model else None
+        if model == "auto" and scene.unwritten != self._unwritten:
+            session = None  # with another part of the contact known, another model is to be chosen
         try:
             if session is None:
                 session = await self._run(_PREPARING, self._open, scene, model, self._record)
+                self._unwritten = scene.unwritten
                 answer = session.answer
             else:
                 answer = await self._run(_COMPUTING, session.update, scene)

@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from retrodict.explore.board import of_ground, of_impact, of_keys, of_vehicles
+from retrodict.explore.board import of_ground, of_impact, of_keys, of_questions, of_vehicles
 from retrodict.explore.board.arguments import Given, refused
-from retrodict.explore.board.plan import Plan, plan_of
+from retrodict.explore.board.changes import written
+from retrodict.explore.board.plan import Plan, plan_of, sds_at
 from retrodict.explore.board.state import State
 from retrodict.scene.errors import shown
+from retrodict.scene.load import value_at
+from retrodict.scene.text_edit import rewritten
+from retrodict.scene.units import LENGTH
 
 Action = Callable[[State, Plan, Given], State]
+
+_SHARPEST, _WIDEST = 0.001, 50.0  # m: standard deviations of a place
 
 
 def perform(state: State, name: str, values: Mapping[str, Any]) -> State:
@@ -57,6 +63,30 @@ def _nudge(state: State, plan: Plan, given: Given) -> State:
     return move(state, plan, Given(moved))
 
 
+def _spread(state: State, plan: Plan, given: Given) -> State:
+    """Say how uncertain a place is, of the impact or of a vehicle at rest: by sd, m, or by a factor."""
+    if given.word("thing", ("car", "point")) == "point":
+        key, place, default, said = "impact.point", plan.point, "impact_point", "the impact point"
+    else:
+        car = given.car(plan)
+        key, place, default = f"{car.key}.rest.position", car.rest, "rest_position"
+        said = f"{car.letter} at rest"
+    before = sds_at(plan, key, default)
+    if place is None or before is None:
+        raise refused(f"{said} has no place yet: place it first")
+    if "by" in given.values:
+        new = [sd * abs(given.number("by", 10)) for sd in before]
+    else:
+        new = [abs(given.number(axis, _WIDEST)) for axis in "xy"]
+    raw = value_at(plan.document, key)
+    changes = {
+        f"{key}[{i}]": rewritten(raw[i], place[i], LENGTH, max(round(new[i], 3), _SHARPEST))
+        for i in (0, 1)
+        if abs(new[i] - before[i]) > _SHARPEST / 2
+    }
+    return written(state, plan, changes, f"the uncertainty of {said}")
+
+
 ACTIONS: dict[str, Action] = {
     "place": of_vehicles.place,
     "nudge": _nudge,
@@ -75,6 +105,8 @@ ACTIONS: dict[str, Action] = {
     "edge": of_ground.edge,
     "outline": of_ground.outline,
     "write": of_keys.write,
+    "ask_avoidable": of_questions.ask_avoidable,
+    "spread": _spread,
     "scale": of_ground.scale,
     "north": of_ground.north,
     "origin": of_ground.origin,

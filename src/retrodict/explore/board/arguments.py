@@ -83,3 +83,10 @@ class Given:
 def refused(fix: str) -> SceneError:
     """The refusal of an action, with what to do instead."""
     return SceneError(FILE, [Problem("", "", fix)])
+
+
+def reason(error: SceneError | OSError) -> str:
+    """Why something was refused, in a line."""
+    if isinstance(error, SceneError):
+        return "; ".join(str(problem) for problem in error.problems)
+    return f"not kept: {error}"

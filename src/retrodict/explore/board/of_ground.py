@@ -20,7 +20,7 @@ _CORNERS = 100  # of an outline
 
 def edge(state: State, plan: Plan, given: Given) -> State:
     """Draw the straight edge of a surface, beyond which it lies to one side."""
-    name, key = _surface(given)
+    name, key = _surface(plan, given)
     changes = _of_kind(plan, given, key) | place_changes(plan, f"{key}.edge.point", given.place())
     changes |= {
         f"{key}.edge.direction": rewritten_at(
@@ -37,7 +37,7 @@ def edge(state: State, plan: Plan, given: Given) -> State:
 
 def outline(state: State, plan: Plan, given: Given) -> State:
     """Draw the corners of a surface."""
-    name, key = _surface(given)
+    name, key = _surface(plan, given)
     places = given.places("corners", 3, _CORNERS)
     before = value_at(plan.document, f"{key}.outline.corners")
     changes: dict[str, Any] = {}
@@ -51,11 +51,17 @@ def outline(state: State, plan: Plan, given: Given) -> State:
     return written(state, plan, changes, f"the outline of the {name}")
 
 
-def _surface(given: Given) -> tuple[str, str]:
-    name = given.text("name")
+def _surface(plan: Plan, given: Given) -> tuple[str, str]:
+    """Name and key of a surface: of that name, or a new one whose name begins with a stem."""
+    name = given.text("stem" if "stem" in given.values else "name")
     plain = name.isascii() and name.replace("_", "a").isalnum() and name.islower()
     if not plain or not name[0].isalpha():
         raise refused("name: write a surface's name in lower case: letters, digits and _")
+    if "stem" in given.values:
+        known, stem, number = plan.document.get("surfaces"), name, 1
+        while isinstance(known, dict) and name in known:
+            number += 1
+            name = f"{stem}_{number}"
     return name, f"surfaces.{name}"
 
 

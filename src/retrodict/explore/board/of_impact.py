@@ -38,8 +38,15 @@ def move_point(state: State, plan: Plan, given: Given) -> State:
 
 
 def line(state: State, plan: Plan, given: Given) -> State:
-    """Turn the contact line to an angle from the y axis, degrees counter-clockwise."""
-    angle = math.radians(given.number("angle", 360))
+    """Turn the contact line to an angle from the y axis, or by one; degrees counter-clockwise."""
+    if "by" not in given.values:
+        angle = math.radians(given.number("angle", 360))
+    elif plan.line is None:
+        raise refused(
+            "there is no contact line yet: take the proposal, or click two points along it"
+        )
+    else:
+        angle = plan.line + math.radians(given.number("by", 360))
     angle = math.remainder(angle, math.pi)  # a line has no sense
     raw = value_at(plan.document, "impact.contact_line")
     sd = math.radians(given.number("sd", 60)) if "sd" in given.values else None

@@ -35,6 +35,7 @@ class Backdrop:
         y: y coordinate of the image's upper left corner, m.
         turn: angle by which the image is turned counter-clockwise about that corner, rad.
         scaled: whether somebody has set the scale; else it is a guess.
+        original: name of the file that the image was made from, beside it; empty where it is that file.
     """
 
     file: str
@@ -46,6 +47,7 @@ class Backdrop:
     y: float = 0.0
     turn: float = 0.0
     scaled: bool = False
+    original: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,7 @@ class State:
         loose: positions at impact, by letter, of vehicles that do not touch the impact point yet, m.
         backdrop: photograph under the drawing; None for none.
         points: surveyed points that are shown and snapped to: name, x, y in m.
+        lines: lines of a plan that are shown: places in m.
     """
 
     text: str
@@ -65,6 +68,7 @@ class State:
     loose: Mapping[str, Place] = field(default_factory=dict)
     backdrop: Backdrop | None = None
     points: tuple[tuple[str, float, float], ...] = ()
+    lines: tuple[tuple[Place, ...], ...] = ()
 
     def rest(self) -> dict[str, Any]:
         """Everything but the text, in the form that JSON has."""
@@ -73,6 +77,7 @@ class State:
             "loose": {v: list(at) for v, at in self.loose.items()},
             "backdrop": asdict(self.backdrop) if self.backdrop else None,
             "points": [list(point) for point in self.points],
+            "lines": [[list(place) for place in line] for line in self.lines],
         }
 
 
@@ -93,4 +98,8 @@ def state_from(text: str, rest: Mapping[str, Any]) -> State:
         loose={str(v): (float(x), float(y)) for v, (x, y) in rest["loose"].items()},
         backdrop=Backdrop(**backdrop) if backdrop else None,
         points=tuple((str(name), float(x), float(y)) for name, x, y in rest["points"]),
+        lines=tuple(
+            tuple((float(x), float(y)) for x, y in line)
+            for line in rest.get("lines", ())  # older journals have none
+        ),
     )
