@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -204,12 +204,18 @@ class Explorer:
         if self._task is not None:
             await self._task
 
-    async def confirm(self, directory: Path, units: Units) -> Path:
+    async def confirm(
+        self,
+        directory: Path,
+        units: Units,
+        around: Callable[[], AbstractContextManager[object]] = nullcontext,
+    ) -> Path:
         """Reconstruct the scene as it is now by NUTS, and write the result.
 
         Args:
             directory: folder that the result is written to, as by `Result.save`.
             units: "si" or "us".
+            around: function that makes the context in which it is written.
 
         Returns:
             The report's path.
@@ -224,7 +230,12 @@ class Explorer:
                 raise RuntimeError(self.fault or "there is no answer to confirm")
             confirm = partial(self._session.confirm, progress=self._record)
             result = self.result = await self._run(_PREPARING, confirm)
-            await self._run(_WRITING, result.save, directory, units)
+
+            def write() -> None:
+                with around():
+                    result.save(directory, units)
+
+            await self._run(_WRITING, write)
         return directory / "report.html"
 
     async def archive(self, directory: Path) -> Path:

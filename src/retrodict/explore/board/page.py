@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from nicegui import background_tasks, ui
@@ -11,6 +14,7 @@ from nicegui import background_tasks, ui
 from retrodict.explore import answers, beside
 from retrodict.explore.answers import Answer
 from retrodict.explore.board.arguments import reason
+from retrodict.explore.board.backdrop import image_at
 from retrodict.explore.board.board import Board
 from retrodict.explore.board.drawing import drawing
 from retrodict.explore.board.needs import Need, thing_of
@@ -283,7 +287,8 @@ class BoardPage:
         self._confirm.disable()
         self._written.set_content("")
         try:
-            path = await self.explorer.confirm(self.setting.out, self.units)
+            around = partial(_on_photograph, self.board.path.parent, asked)
+            path = await self.explorer.confirm(self.setting.out, self.units, around)
             said = template("written.html.j2").render(path=str(path), why="")
             self._paths, self._paths_of = _paths(self.explorer.result), asked
             self._refresh()
@@ -312,6 +317,26 @@ def _list_needs(place: ui.element, needs: list[Need]) -> None:
             kind = "need wrong" if need.wrong else "need more" if need.more else "need"
             ui.label(need.words).classes(kind).props(f"data-need={need.thing}")
     place.set_visibility(bool(needs))
+
+
+def _on_photograph(folder: Path, state: State) -> AbstractContextManager[None]:
+    """The context in which plans are drawn on the board's photograph, where its scale was set."""
+    from retrodict.report.figures.photograph import Photograph, under_plans
+
+    backdrop, found = state.backdrop, image_at(folder, state.backdrop)
+    if backdrop is None or found is None or not backdrop.scaled:
+        return under_plans(None)
+    photograph = Photograph(
+        path=found[0],
+        sha256=backdrop.sha256,
+        width=backdrop.width,
+        height=backdrop.height,
+        metres=backdrop.metres,
+        x=backdrop.x,
+        y=backdrop.y,
+        turn=backdrop.turn,
+    )
+    return under_plans(photograph)
 
 
 def _paths(result: object) -> list[dict[str, Any]]:
