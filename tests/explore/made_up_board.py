@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from retrodict.explore.board.board import Board
 from retrodict.explore.explorer import Explorer, Setting
@@ -12,15 +15,26 @@ from retrodict.explore.server import address, listen, serve
 from tests.explore.made_up import MadeUpSession
 
 
+class LateBoard(Board):
+    """A board on a busy machine: every action takes its time."""
+
+    late = 0.0  # s
+
+    def do(self, name: str, values: Mapping[str, Any]) -> bool:
+        time.sleep(self.late)
+        return super().do(name, values)
+
+
 def main() -> None:
-    """Serve the board of the scene file that the first argument names."""
-    board = Board(Path(sys.argv[1]))
+    """Serve the board of the scene file that the first argument names; the second is how late it is, s."""
+    board = LateBoard(Path(sys.argv[1]))
+    LateBoard.late = float(sys.argv[2]) if len(sys.argv) > 2 else 0.0
     listening = listen(0)
     print(address(listening), flush=True)
     setting = Setting(("planar+spin",), board.path.parent / "out", board.path)
     explorer = Explorer(
         board.scene,
-        lambda of, by, _: MadeUpSession(of, by),
+        lambda of, by, _: MadeUpSession(of, "planar+spin"),
         edit=board.edit,
         reset=board.restore,
     )

@@ -117,7 +117,7 @@ def size_of(content: bytes) -> tuple[str, int, int]:
         raise refused(_TOO_LARGE)
     found = _png(content) or _jpeg(content)
     if found is None:
-        raise refused("no PNG, JPEG or TIFF photograph: export it as one of these")
+        raise refused("no PNG or JPEG photograph, nor a TIFF: export it as one of these")
     _, width, height = found
     if not (0 < width <= _PIXELS and 0 < height <= _PIXELS):
         raise refused(f"the photograph is {width} x {height} pixels: make it smaller")
