@@ -26,7 +26,7 @@ class LateBoard(Board):
 
 
 def main() -> None:
-    """Serve the board of the scene file that the first argument names; the second is how late it is, s."""
+    """Serve the board of a scene file; a second argument says how late each action is, s."""
     board = LateBoard(Path(sys.argv[1]))
     LateBoard.late = float(sys.argv[2]) if len(sys.argv) > 2 else 0.0
     listening = listen(0)

@@ -138,8 +138,8 @@ def test_a_ring_says_how_uncertain_a_place_is(board: Board) -> None:
     assert (after.rest["a"].x.sd, after.rest["a"].y.sd) == pytest.approx((0.33, 0.33))
     assert after.rest["a"].x.value == before.rest["a"].x.value
     assert not board.do("spread", {"thing": "car", "vehicle": "A", "by": 1})
+    board.do("write", {"key": "vehicles.B.rest", "value": ""})
     with pytest.raises(SceneError, match="place it first"):
-        board.do("write", {"key": "vehicles.B.rest", "value": ""})
         board.do("spread", {"thing": "car", "vehicle": "B", "x": 1, "y": 1})
 
 

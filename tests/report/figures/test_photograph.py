@@ -14,7 +14,7 @@ from retrodict.report.figures.photograph import Photograph, under_plans
 from retrodict.report.figures.scene import plan_figure
 from retrodict.scene import load_scene
 
-BRACH = Path(__file__).parents[2] / "examples" / "brach-1977" / "scene.toml"
+BRACH = Path(__file__).parents[3] / "examples" / "brach-1977" / "scene.toml"
 
 
 def photograph(path: Path, turn: float = 0.0) -> Photograph:
