@@ -350,6 +350,33 @@ def test_a_late_answer_cancels_no_drag_and_loses_no_click(browser: Browser, tmp_
     assert {surface.name for surface in after.surfaces} >= {"verge", "verge_2"}
 
 
+@pytest.mark.parametrize("size", SIZES)
+def test_an_answer_that_comes_or_goes_moves_nothing_that_is_being_clicked(
+    browser: Browser, tmp_path: Path, size: tuple[int, int]
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path, late=0.6) as (address, _):
+        user = opened(browser, address, size)
+        page, tab = user.page, user.page.get_by_role("tab", name="Ground", exact=True)
+        expect(page.locator("[data-answer]")).to_be_visible()
+        row, save = user.row("vehicles.A.track"), page.get_by_role("button", name="Save the scene")
+        still = [tab.bounding_box(), row.bounding_box(), save.bounding_box()]
+        user.write("vehicles.A.mass", "")
+        # the mouse goes down before the answer goes, and comes up after it
+        box = tab.bounding_box()
+        assert box
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.mouse.down()
+        expect(page.locator("[data-answer]")).to_be_hidden()
+        expect(page.locator(".need")).to_have_count(1)
+        page.mouse.up()
+        expect(user.row("surfaces.road.friction")).to_be_visible()
+        user.tab("A")
+        assert [tab.bounding_box(), row.bounding_box(), save.bounding_box()] == still
+        page.close()
+
+
 def test_what_is_typed_on_while_the_server_is_late_stays(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(BRACH.read_bytes())

@@ -88,9 +88,11 @@ class BoardPage:
                 self.sheet.on("act", lambda e: self._act(e.args))
                 self.sheet.on("pick", lambda e: self._picked(e.args))
             with ui.element("section").classes("side"):
-                self._note = ui.label(self.board.note).classes("small")
-                self._kept = ui.label("").classes("small").props("aria-live=polite")
+                # of a height of its own: what is shown there moves nothing that somebody is about to click
                 with ui.element("div").classes("state").props("aria-live=polite"):
+                    self._note = ui.label(self.board.note).classes("small")
+                    self._kept = ui.label("").classes("small")
+                    self._written = ui.html("", sanitize=False).classes("small")
                     self._needs = ui.element("div").classes("needs")
                     self._progress = ui.linear_progress(value=0, show_value=False, size="3px")
                     self._progress.props("indeterminate instant-feedback").set_visibility(False)
@@ -228,8 +230,8 @@ class BoardPage:
         self._note.set_text(board.note)
         title = value_at(plan.document, "title")
         self._title.set_text(
-            f"{title if isinstance(title, str) else 'Untitled'} · {board.path.name}"
-            f"{' (not saved)' if board.unsaved else ''}"
+            f"{board.path.name}{' (not saved)' if board.unsaved else ''} · "
+            f"{title if isinstance(title, str) else 'Untitled'}"
         )
         for button, word, what in (
             (self._undo, "Undo", board.undoes),
@@ -280,7 +282,6 @@ class BoardPage:
             self._report.set_enabled(self.explorer.result is not None)
             self._archive.set_enabled(self.explorer.result is not None)
             self._sliders = ui.link("Sliders, marginals and joint", "/sliders").classes("small")
-            self._written = ui.html("", sanitize=False).classes("small")
 
     async def _confirmed(self) -> None:
         asked, self._confirming = self.board.state, True

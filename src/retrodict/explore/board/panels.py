@@ -259,12 +259,13 @@ class Panels:
             if kind.value != said and said in ("", *FRICTION):
                 kind.set_value(said)
         found = proposed(plan) if plan.point is not None else None
-        self._proposal.set_visibility(found is not None)
-        if found:
-            self._proposal.set_text(
-                f"Take the proposal: {math.degrees(found.angle):.1f} ± {math.degrees(found.sd):.0f} "
-                f"deg, {found.why}"
-            )
+        self._proposal.set_enabled(found is not None)
+        self._proposal.set_text(
+            f"Take the proposal: {math.degrees(found.angle):.1f} ± {math.degrees(found.sd):.0f} deg, "
+            f"{found.why}"
+            if found
+            else "A contact line is proposed once outlines and the impact point are placed"
+        )
         asked = value_at(plan.document, f"{AVOIDABLE}[0]")
         self._not_asked.set_visibility(asked is not None)
         if asked != self._said_of_avoidable:
