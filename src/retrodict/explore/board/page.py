@@ -88,7 +88,7 @@ class BoardPage:
                 self.sheet.on("act", lambda e: self._act(e.args))
                 self.sheet.on("pick", lambda e: self._picked(e.args))
             with ui.element("section").classes("side"):
-                # of a height of its own: what is shown there moves nothing that somebody is about to click
+                # its height is its own: what comes or goes there moves nothing that is clicked
                 with ui.element("div").classes("state").props("aria-live=polite"):
                     self._note = ui.label(self.board.note).classes("small")
                     self._kept = ui.label("").classes("small")
