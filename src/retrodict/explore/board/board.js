@@ -88,7 +88,9 @@ export default {
       this.d = drawing;
       // a drag that has begun meanwhile goes on: the server may answer late
       this.pending = this.pending.filter((drag) => drag.sent > drawing.done);
-      if (this.sel && this.sel.kind === "car" && !this.poseOf(this.sel)) this.sel = null;
+      // what was placed a moment ago may not be in a late answer yet
+      const settled = drawing.done >= this.count;
+      if (settled && this.sel && this.sel.kind === "car" && !this.poseOf(this.sel)) this.sel = null;
       this.draw();
     },
     surveyed(points, lines) { this.points = points; this.plan = lines; this.draw(); },

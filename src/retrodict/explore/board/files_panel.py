@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from nicegui import events, ui
@@ -43,6 +44,7 @@ class FilesPanel:
         self._board, self._sheet, self._do = board, sheet, do
         self._try, self._say = attempt, say
         self._files: dict[bool, tuple[str, bytes]] = {}  # a map, and a file that it is for
+        self._world_files: dict[str, bytes] = {}  # by name: the smaller of two files comes first
 
     def photograph(self) -> None:
         """Make the elements for a photograph."""
@@ -96,12 +98,17 @@ class FilesPanel:
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         content, name = await event.file.read(), event.file.name
+        stem = Path(name).stem
         if name.lower().endswith(_WORLD_FILES):
+            self._world_files[stem] = content
+            if self._board.state.backdrop is None:
+                self._say(f"{name}: now its photograph")
+                return
             why = self._try(lambda: self._board.change(partial(_placed, content)))
         else:
-            folder, stem = self._board.path.parent, self._board.path.stem
+            path = self._board.path
             try:  # a large one is read for seconds, in which the page goes on
-                backdrop = await asyncio.to_thread(kept, content, folder, stem)
+                backdrop = await asyncio.to_thread(kept, content, path.parent, path.stem)
             except (SceneError, OSError) as error:
                 self._say(reason(error))
                 return
@@ -110,6 +117,9 @@ class FilesPanel:
                 return replace(state, backdrop=backdrop, said="a photograph")
 
             why = self._try(lambda: self._board.change(put))
+            if not why and stem in self._world_files:
+                place = partial(_placed, self._world_files.pop(stem))
+                why = self._try(lambda: self._board.change(place))
         self._say(why)
         self._sheet.run_method("fit")
 
