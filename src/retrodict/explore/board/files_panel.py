@@ -15,7 +15,6 @@ from retrodict.explore.board.arguments import reason, refused
 from retrodict.explore.board.backdrop import LARGEST, by_world_file, kept
 from retrodict.explore.board.board import Board
 from retrodict.explore.board.evidence import taken
-from retrodict.explore.board.sheet import Sheet
 from retrodict.explore.board.state import State
 from retrodict.scene.errors import SceneError
 
@@ -27,22 +26,22 @@ class FilesPanel:
 
     Args:
         board: board that is drawn on.
-        sheet: plan in the browser.
         do: function that does an action by name and returns why it is refused.
         attempt: function that does anything else to the board and returns why it is refused.
         say: function that shows a line of text.
+        fit: function that brings everything into view.
     """
 
     def __init__(
         self,
         board: Board,
-        sheet: Sheet,
         do: Callable[[str, dict[str, Any]], str],
         attempt: Callable[[Callable[[], object]], str],
         say: Callable[[str], None],
+        fit: Callable[[], None],
     ) -> None:
-        self._board, self._sheet, self._do = board, sheet, do
-        self._try, self._say = attempt, say
+        self._board, self._do = board, do
+        self._try, self._say, self._fit = attempt, say, fit
         self._files: dict[bool, tuple[str, bytes]] = {}  # a map, and a file that it is for
         self._world_files: dict[str, bytes] = {}  # by name: the smaller of two files comes first
 
@@ -94,7 +93,7 @@ class FilesPanel:
         file, of_map = self._files.pop(False), self._files.pop(True)
         why = self._try(lambda: self._board.change(lambda state: taken(state, *file, *of_map)))
         self._say(why or f"Taken from {file[0]}")
-        self._sheet.run_method("fit")
+        self._fit()
 
     async def _uploaded(self, event: events.UploadEventArguments) -> None:
         content, name = await event.file.read(), event.file.name
@@ -121,7 +120,7 @@ class FilesPanel:
                 place = partial(_placed, self._world_files.pop(stem))
                 why = self._try(lambda: self._board.change(place))
         self._say(why)
-        self._sheet.run_method("fit")
+        self._fit()
 
 
 def _placed(content: bytes, state: State) -> State:

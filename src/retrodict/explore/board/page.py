@@ -49,6 +49,7 @@ class BoardPage:
         self.board, self.explorer, self.setting = board, explorer, setting
         self.units: Units = setting.units
         self._begun = False
+        self._fits = False  # whether everything is to be brought into view then
         self._due = False  # whether the present state is about to be shown
         self._done = 0  # number of the browser's last act that was done or refused
         self._count = 0
@@ -102,7 +103,7 @@ class BoardPage:
                     self._more = ui.element("div").classes("needs more")
                     self._warned = ui.element("div").classes("warnings")
                 self._panels = Panels(
-                    self.board, self.sheet, self._do, self._try, self._kept.set_text
+                    self.board, self.sheet, self._do, self._try, self._kept.set_text, self._fit
                 )
                 self._panels.build()
                 self._actions()
@@ -208,6 +209,11 @@ class BoardPage:
             self._due = True
             background_tasks.create(self._show_soon())
 
+    def _fit(self) -> None:
+        """Bring everything into view, once it is shown."""
+        self._fits = True
+        self._refresh()
+
     async def _show_soon(self) -> None:
         await asyncio.sleep(0)
         self._due = False
@@ -227,6 +233,9 @@ class BoardPage:
             if state.points is not self._points or state.lines is not self._lines:
                 self._points, self._lines = state.points, state.lines
                 self.sheet.run_method("surveyed", state.points, state.lines)
+            if self._fits:
+                self._fits = False
+                self.sheet.run_method("fit")
         self._note.set_text(board.note)
         title = value_at(plan.document, "title")
         self._title.set_text(

@@ -39,6 +39,7 @@ class Panels:
         do: function that does an action by name and returns why it is refused.
         attempt: function that does anything else to the board and returns why it is refused.
         say: function that shows a line of text.
+        fit: function that brings everything into view.
     """
 
     def __init__(
@@ -48,9 +49,10 @@ class Panels:
         do: Callable[[str, dict[str, Any]], str],
         attempt: Callable[[Callable[[], object]], str],
         say: Callable[[str], None],
+        fit: Callable[[], None],
     ) -> None:
         self._board, self._sheet, self._do, self._say = board, sheet, do, say
-        self._files = FilesPanel(board, sheet, do, attempt, say)
+        self._files = FilesPanel(board, do, attempt, say, fit)
         self._rows: list[TypedRow] = []
         self._classes: dict[str, ui.select] = {}
         self._kinds: dict[str, ui.select] = {}
