@@ -65,8 +65,7 @@ class MadeUpAnswer:
         rng = np.random.default_rng(0)
         speed = self.scene.approach["a"].speed or _UNKNOWN
         middle = {"speed_b": speed.value, "e": 0.1, "e_m": 0.7, "mu": 0.3}
-        found = {name: rng.normal(at, 0.05 * at, 1000) for name, at in middle.items()}
-        return found | {"speed_a": found["speed_b"] + rng.normal(0.0, 0.5, 1000)}
+        return {name: rng.normal(at, 0.05 * at, 1000) for name, at in middle.items()}
 
     def probability(self, proposition: str) -> Answered:
         return probability_of(outcome_of(self), {}, read_proposition(proposition))
@@ -74,8 +73,6 @@ class MadeUpAnswer:
     def summary(self, units: Units = "si") -> pd.DataFrame:
         rows = {}
         for name, values in self.draws.items():
-            if name == "speed_a":
-                continue
             _, unit = label_and_unit(name, units)
             low, median, high = np.quantile(values, [0.025, 0.5, 0.975])
             numbers = {

@@ -424,7 +424,8 @@ def test_every_button_beside_the_answer_does_what_it_says(browser: Browser, tmp_
         expect(question).to_have_count(1)
         # confirm, report, archive, scene file, copy
         report, archive = (
-            page.locator(".actions-box").get_by_text(each) for each in ("Report", "Archive")
+            page.locator(".actions-box").get_by_text(each, exact=True)
+            for each in ("Report", "Archive")
         )
         expect(page.get_by_role("button", name="Archive")).to_be_disabled()
         page.get_by_role("button", name="Confirm by NUTS").click()
