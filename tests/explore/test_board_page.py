@@ -326,7 +326,7 @@ def test_a_late_answer_cancels_no_drag_and_loses_no_click(browser: Browser, tmp_
         user.page.mouse.move(*user.pixel(b[0] + 2, b[1]))
         user.page.mouse.up()
         # two edges, each as soon as the hand allows
-        for y in (6, 8):
+        for y in (4.5, 5.8):
             user.use("edge")
             user.click(-1, y)
             user.click(3, y)
@@ -460,10 +460,11 @@ def test_a_ring_is_dragged_to_the_uncertainty_of_a_place(browser: Browser, tmp_p
         expect(knob).to_be_visible()
         box = knob.bounding_box()
         assert box
-        user.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        at = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        wider = user.pixel(x + 0.9, y)[0] - user.pixel(x, y)[0]
+        user.page.mouse.move(*at)
         user.page.mouse.down()
-        user.page.mouse.move(*user.pixel(x + 0.5, y), steps=4)
-        user.page.mouse.move(*user.pixel(x + 1.2, y), steps=4)
+        user.page.mouse.move(at[0] + wider, at[1], steps=8)
         user.page.mouse.up()
         expect(user.row("A.rest.x")).to_have_value(re.compile("± 0[.][56]"))
         user.press("]")

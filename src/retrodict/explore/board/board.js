@@ -276,9 +276,8 @@ export default {
     },
     ringKnobs(at, sds, letter) {
       for (const axis of [0, 1]) {
-        const edge = [...at];
-        edge[axis] += 2 * sds[axis];
-        const [x, y] = this.px(edge);
+        const [x0, y0] = this.px(at), far = Math.max(2 * sds[axis] * this.s, 18); // a small ring leaves room
+        const [x, y] = axis ? [x0, y0 - far] : [x0 + far, y0];
         const made = element("rect", { x: x - 5, y: y - 5, width: 10, height: 10, class: "knob ring-knob", "data-thing": JSON.stringify({ kind: "ring", letter, axis }) }, this.over);
         element("title", {}, made, `uncertainty in ${"xy"[axis]}: ± ${this.length(sds[axis])}`);
       }
@@ -568,7 +567,8 @@ export default {
       } else if (thing.kind === "line" || thing.kind === "course") {
         this.drag = { kind: thing.kind, letter: thing.letter, angle: thing.kind === "line" ? this.d.line : null, sign: thing.sign };
       } else if (thing.kind === "ring") {
-        this.drag = { ...thing };
+        const car = this.d.cars.find((each) => each.letter === thing.letter);
+        this.drag = { ...thing, before: this.ringNow(thing.letter, car ? car.restSd : this.d.pointSd) };
       } else if (thing.kind !== "ground") {
         this.sel = thing;
         this.drag = { ...thing };
@@ -615,10 +615,8 @@ export default {
         drag.angle = bearing(minus(pose.at, place));
         this.say(`${drag.letter} travelled along ${drag.angle.toFixed(1)}°`);
       } else if (drag.kind === "ring") {
-        const car = this.d.cars.find((each) => each.letter === drag.letter);
-        const centre = car ? this.now(car, "rest").at : this.placeNow("point", this.d.point);
-        const sd = Math.max(Math.abs(place[drag.axis] - centre[drag.axis]) / 2, 0.01);
-        drag.sds = [...this.ringNow(drag.letter, car ? car.restSd : this.d.pointSd)];
+        const sd = Math.max(drag.before[drag.axis] + (place[drag.axis] - start.place[drag.axis]) / 2, 0.01);
+        drag.sds = [...drag.before];
         drag.sds[drag.axis] = sd;
         if (event.shiftKey) drag.sds = [sd, sd];
         this.say(`± ${this.length(drag.sds[0])} in x, ± ${this.length(drag.sds[1])} in y`);
