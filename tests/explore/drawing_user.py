@@ -17,7 +17,7 @@ from tests.explore.test_page import PATIENCE
 
 @contextmanager
 def served(
-    scene: Path, *command: str, folder: Path | None = None
+    scene: Path, *command: str, folder: Path | None = None, late: float = 0.0
 ) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """The address of a served board, and its server, which is killed at the end.
 
@@ -25,8 +25,9 @@ def served(
         scene: scene file that is drawn on.
         command: arguments of Python that serve it; none for a board with a made-up session.
         folder: folder that the command runs in.
+        late: time that the made-up server takes for each action, s.
     """
-    made_up = ("-m", "tests.explore.made_up_board", str(scene))
+    made_up = ("-m", "tests.explore.made_up_board", str(scene), str(late))
     with subprocess.Popen(
         [sys.executable, *(command or made_up)], stdout=subprocess.PIPE, text=True, cwd=folder
     ) as server:

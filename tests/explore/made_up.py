@@ -11,11 +11,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from retrodict.explore.beside import outcome_of
 from retrodict.explore.explorer import Explorer, Setting
 from retrodict.explore.server import address, listen, serve
+from retrodict.findings.answers import Answered
+from retrodict.findings.questions import probability_of
 from retrodict.inference.outcome import Checks
 from retrodict.progress import Progress
 from retrodict.scene import Scene, parse_scene
+from retrodict.scene.asked import read_proposition
 from retrodict.scene.measured import Measured
 from retrodict.scene.quantities import Units, label_and_unit
 
@@ -63,6 +67,9 @@ class MadeUpAnswer:
         middle = {"speed_b": speed.value, "e": 0.1, "e_m": 0.7, "mu": 0.3}
         return {name: rng.normal(at, 0.05 * at, 1000) for name, at in middle.items()}
 
+    def probability(self, proposition: str) -> Answered:
+        return probability_of(outcome_of(self), {}, read_proposition(proposition))
+
     def summary(self, units: Units = "si") -> pd.DataFrame:
         rows = {}
         for name, values in self.draws.items():
@@ -89,6 +96,10 @@ class MadeUpResult:
         directory.mkdir(parents=True, exist_ok=True)
         (directory / "report.html").write_text("<p>The report.</p>")
         return directory
+
+    def archive(self, path: Path) -> Path:
+        path.write_text("The archive.")
+        return path
 
 
 @dataclass

@@ -112,8 +112,64 @@ def test_what_is_missing_is_asked_in_the_order_of_drawing(board: Board) -> None:
         board.do(name, values)
         left = min(left, len(board.needs))
     assert left == len(board.needs) == 0
+
+
+def test_momentum_answers_without_a_contact_line_but_not_a_crash_into_a_wall(board: Board) -> None:
+    drawn(board)
     board.do("write", {"key": "impact.contact_line", "value": ""})
-    assert [need.key for need in board.needs] == ["impact.contact_line"]
+    assert [(need.key, need.more) for need in board.needs] == [("impact.contact_line", True)]
+    assert board.scene is not None
+    assert board.scene.unwritten == ("impact.contact_line",)
+    board.do("barrier", {"kind": "wall"})
+    assert ("impact.contact_line", False) in [(need.key, need.more) for need in board.needs]
+    assert board.scene is None
+
+
+def test_a_ring_says_how_uncertain_a_place_is(board: Board) -> None:
+    drawn(board)
+    before = board.scene
+    assert before is not None
+    assert board.do("spread", {"thing": "point", "x": 0.25, "y": 0.1})
+    assert board.do("spread", {"thing": "car", "vehicle": "A", "x": 0.3, "y": 0.3})
+    assert board.do("spread", {"thing": "car", "vehicle": "A", "by": 1.1})
+    after = board.scene
+    assert after is not None
+    assert (after.contact.x.sd, after.contact.y.sd) == pytest.approx((0.25, 0.1))
+    assert (after.rest["a"].x.sd, after.rest["a"].y.sd) == pytest.approx((0.33, 0.33))
+    assert after.rest["a"].x.value == before.rest["a"].x.value
+    assert not board.do("spread", {"thing": "car", "vehicle": "A", "by": 1})
+    board.do("write", {"key": "vehicles.B.rest", "value": ""})
+    with pytest.raises(SceneError, match="place it first"):
+        board.do("spread", {"thing": "car", "vehicle": "B", "x": 1, "y": 1})
+
+
+def test_whether_a_driver_could_have_stopped_is_asked_and_no_longer_asked(board: Board) -> None:
+    drawn(board)
+    text = board.state.text
+    how = {"vehicle": "A", "limit": "35 mph", "reaction": "1.5 ± 0.3 s", "deceleration": "0.7 g"}
+    board.do("ask_avoidable", {**how, "seen_time": "2.5 s"})
+    board.do("ask_avoidable", {**how, "seen_time": "2.5 s", "limit": "50 km/h"})
+    assert board.scene is not None
+    (asked,) = board.scene.questions.avoidance
+    assert asked.limit == pytest.approx(50 / 3.6)
+    with pytest.raises(SceneError, match="speed limit"):
+        board.do("ask_avoidable", {**how, "seen_time": "", "limit": ""})
+    with pytest.raises(SceneError, match="limit"):
+        board.do("ask_avoidable", {**how, "seen_time": "", "limit": "slow"})
+    board.do("ask_avoidable", {})
+    assert board.state.text.startswith(text)
+    assert board.scene.questions.avoidance == ()
+
+
+def test_edges_that_are_drawn_one_after_the_other_are_two_surfaces(board: Board) -> None:
+    edge = {"stem": "verge", "kind": "gravel", "x": 0, "angle": 0, "side": "left"}
+    board.do("edge", {**edge, "y": 3})
+    board.do("edge", {**edge, "y": 5})
+    assert [ground.name for ground in board.plan.grounds] == ["verge", "verge_2"]
+    board.do("line", {"angle": 10})
+    for _ in range(3):
+        board.do("line", {"by": 1})
+    assert board.plan.line == pytest.approx(math.radians(13))
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}-{path.stem}")
@@ -476,9 +532,28 @@ class Drawing(RuleBasedStateMachine):
     def struck(self, vehicle: str, ahead: float, left: float) -> None:
         self.do("struck", vehicle=vehicle, ahead=ahead, left=left)
 
-    @rule(angle=_angle)
-    def line(self, angle: float) -> None:
-        self.do("line", angle=angle)
+    @rule(angle=_angle, by=st.booleans())
+    def line(self, angle: float, by: bool) -> None:
+        self.do("line", **{"by" if by else "angle": angle})
+
+    @rule(
+        thing=st.sampled_from(["car", "point"]),
+        vehicle=_letter,
+        x=_coordinate,
+        y=st.floats(0, 9),
+        by=st.sampled_from([None, 1.1, 1 / 1.1, 0]),
+    )
+    def spread(self, thing: str, vehicle: str, x: object, y: float, by: float | None) -> None:
+        how = {"x": x, "y": y} if by is None else {"by": by}
+        self.do("spread", thing=thing, vehicle=vehicle, **how)
+
+    @rule(vehicle=_letter, limit=_value, seen=st.sampled_from(["", "2.5 s", "soon"]))
+    def ask_avoidable(self, vehicle: str, limit: str, seen: str) -> None:
+        if vehicle == "C":
+            self.do("ask_avoidable")
+            return
+        how = {"reaction": "1.5 ± 0.3 s", "deceleration": "0.7 g", "seen_time": seen}
+        self.do("ask_avoidable", vehicle=vehicle, limit=limit, **how)
 
     @rule(vehicle=_letter, angle=_angle)
     def course(self, vehicle: str, angle: float) -> None:
@@ -515,13 +590,15 @@ class Drawing(RuleBasedStateMachine):
 
     @rule(
         name=st.sampled_from(["road", "verge", "berm", "X"]),
+        named=st.sampled_from(["name", "stem"]),
         x=_coordinate,
         y=_coordinate,
         angle=_angle,
         side=st.sampled_from(["left", "right"]),
     )
-    def edge(self, name: str, x: object, y: object, angle: float, side: str) -> None:
-        self.do("edge", name=name, kind="gravel", x=x, y=y, angle=angle, side=side)
+    def edge(self, name: str, named: str, x: object, y: object, angle: float, side: str) -> None:
+        where = {"x": x, "y": y, "angle": angle, "side": side}
+        self.do("edge", **{named: name}, kind="gravel", **where)
 
     @rule(corners=st.lists(st.tuples(_coordinate, _coordinate), min_size=2, max_size=5))
     def outline(self, corners: list[object]) -> None:
@@ -559,7 +636,7 @@ class Drawing(RuleBasedStateMachine):
         if not hasattr(self, "board"):
             return
         plan_of(self.board.state)
-        if not self.board.needs:
+        if all(need.more for need in self.board.needs):
             assert self.board.scene is not None
 
     def teardown(self) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import math
 import struct
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from PIL import Image, TiffImagePlugin
 
 from retrodict.explore.board.actions import perform
 from retrodict.explore.board.backdrop import by_world_file, image_at, kept, size_of
@@ -126,3 +128,75 @@ def test_a_map_that_takes_nothing_shows_the_points() -> None:
     assert after == replace(State(EMPTY), points=(("a", 1.0, 2.0), ("b", 3.0, 4.0)), said="p.csv")
     with pytest.raises(SceneError, match=r"p\.csv"):
         taken(State(EMPTY), "p.csv", b"\xff", "m.toml", of_map)
+
+
+def geotiff(
+    *, unit: int = 9001, kind: int = 1, scale: tuple[float, ...] = (0.05, 0.05, 0.0)
+) -> bytes:
+    """A GeoTIFF of 40 by 20 pixels."""
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags[33550], tags.tagtype[33550] = scale, 12
+    tags[33922], tags.tagtype[33922] = (0.0, 0.0, 0.0, 400_000.0, 5_600_000.0, 0.0), 12
+    keys = (1, 1, 0, 2, 1024, 0, 1, kind, 3076, 0, 1, unit)
+    tags[34735], tags.tagtype[34735] = keys, 3
+    made = io.BytesIO()
+    Image.new("RGB", (40, 20), (90, 120, 60)).save(made, "TIFF", tiffinfo=tags)
+    return made.getvalue()
+
+
+def test_a_geotiff_has_its_scale_and_is_kept_beside_what_is_shown(tmp_path: Path) -> None:
+    content = geotiff()
+    backdrop = kept(content, tmp_path, "scene")
+    assert backdrop.scaled
+    assert backdrop.metres == pytest.approx(0.05)
+    assert (backdrop.x, backdrop.y, backdrop.turn) == pytest.approx((-1.0, 0.5, 0.0))
+    assert (tmp_path / backdrop.original).read_bytes() == content
+    found = image_at(tmp_path, backdrop)
+    assert found is not None
+    assert size_of(found[0].read_bytes()) == ("image/jpeg", 40, 20)
+    feet = kept(geotiff(unit=9002), tmp_path, "feet")
+    assert feet.metres == pytest.approx(0.05 * 0.3048)
+
+
+def test_a_geotiff_of_degrees_or_stretched_pixels_is_refused(tmp_path: Path) -> None:
+    for content, words in (
+        (geotiff(kind=2), "degrees"),
+        (geotiff(unit=9035), "neither the metre nor the foot"),
+        (geotiff(scale=(0.05, 0.07, 0.0)), "stretches"),
+        (geotiff()[:200], "cannot be read"),
+    ):
+        with pytest.raises(SceneError, match=words):
+            kept(content, tmp_path, "scene")
+
+
+def test_a_tiff_without_georeference_waits_for_a_scale(tmp_path: Path) -> None:
+    made = io.BytesIO()
+    Image.new("RGBA", (40, 20)).save(made, "TIFF")
+    backdrop = kept(made.getvalue(), tmp_path, "scene")
+    assert (backdrop.scaled, Path(backdrop.file).suffix) == (False, ".png")
+    north_up = by_world_file(backdrop, "0.05\n0\n0\n-0.05\n400000\n5600000\n")
+    assert north_up.metres == 0.05
+
+
+def test_lines_of_a_plan_lie_where_its_points_lie() -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    document = ezdxf.new()
+    space = document.modelspace()
+    # in feet, x to the north and y to the west
+    space.add_line((0, 0), (100, 0), dxfattribs={"layer": "kerb"})
+    space.add_lwpolyline([(0, 10), (50, 10), (50, 30)], dxfattribs={"layer": "kerb"})
+    space.add_circle((20, 20), 5)
+    stream = io.StringIO()
+    document.write(stream)
+    of_map = b'schema = 1\n[drawing]\nunit = "ft"\nprecision = "0.02 m"\naxes = ["north", "west"]\n'
+    after = taken(State(EMPTY), "plan.dxf", stream.getvalue().encode(), "m.toml", of_map)
+    foot = 0.3048
+    straight, bent, circle = after.lines
+    assert straight[0] == pytest.approx((0, 0), abs=2e-3)
+    assert straight[1] == pytest.approx((0, 100 * foot), abs=2e-3)
+    assert bent[2] == pytest.approx((-30 * foot, 50 * foot), abs=2e-3)
+    around = [math.dist(place, (-20 * foot, 20 * foot)) for place in circle]
+    assert around == pytest.approx([5 * foot] * len(around), abs=2e-3)
+    assert len(around) >= 8
+    again = state_from(after.text, after.rest())
+    assert again == after

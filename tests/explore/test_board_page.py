@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import math
 import random
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -123,7 +124,7 @@ def test_the_papers_collision_is_drawn_from_nothing(browser: Browser, tmp_path: 
     path = tmp_path / "drawn.toml"
     with served(path) as (address, _):
         user = opened(browser, address)
-        assert len(user.needs()) > 5
+        assert len(user.needs()) == 5
         draw_the_papers_collision(user)
         expect(user.page.locator("[data-answer]")).to_be_visible()
         expect(user.page.locator(".answer-box")).to_contain_text("passed")
@@ -302,6 +303,179 @@ def test_a_scene_is_dragged_turned_and_undone(
         assert wide <= 0
         assert not user.complaints
         user.page.close()
+
+
+def test_a_late_answer_cancels_no_drag_and_loses_no_click(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    before = load_scene(path)
+    with served(path, late=0.6) as (address, _):
+        user = opened(browser, address)
+        user.tab("Ground")
+        a, b = (
+            (before.rest[v].x.value + dx, before.rest[v].y.value)
+            for v, dx in (("a", 0.0), ("b", -1.2))
+        )
+        user.press("0")
+        # B is dragged while the answer to A's drag is on its way, and comes in the middle of it
+        user.drag(a, (a[0] - 1, a[1]))
+        user.page.mouse.move(*user.pixel(*b))
+        user.page.mouse.down()
+        user.page.mouse.move(*user.pixel(b[0] + 1, b[1]))
+        user.page.wait_for_timeout(1000)
+        user.page.mouse.move(*user.pixel(b[0] + 2, b[1]))
+        user.page.mouse.up()
+        # two edges, each as soon as the hand allows
+        for y in (4.5, 5.8):
+            user.use("edge")
+            user.click(-1, y)
+            user.click(3, y)
+        user.write("surfaces.verge.friction", "0.40 ± 0.03")
+        user.write("surfaces.verge_2.friction", "0.45 ± 0.03")
+        expect(user.row("surfaces.verge_2.friction")).to_have_value("0.45 ± 0.03")
+        user.page.locator(".sheet").focus()
+        # the impact point, turned by three degrees
+        user.press("Escape", ".", "Escape")
+        user.click(before.contact.x.value, before.contact.y.value)
+        user.press("q", "q", "q")
+        user.press("Control+s")
+        expect(user.page.get_by_text("Saved:")).to_be_visible()
+        assert not user.complaints
+        user.page.close()
+    after = load_scene(path)
+    assert math.isclose(after.rest["a"].x.value, before.rest["a"].x.value - 1, abs_tol=0.08)
+    assert math.isclose(after.rest["b"].x.value, before.rest["b"].x.value + 2, abs_tol=0.08)
+    turned = after.contact.Gamma.value - before.contact.Gamma.value
+    assert math.isclose(turned, math.radians(3), abs_tol=1e-3)
+    assert {surface.name for surface in after.surfaces} >= {"verge", "verge_2"}
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_an_answer_that_comes_or_goes_moves_nothing_that_is_being_clicked(
+    browser: Browser, tmp_path: Path, size: tuple[int, int]
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path, late=0.6) as (address, _):
+        user = opened(browser, address, size)
+        page, tab = user.page, user.page.get_by_role("tab", name="Ground", exact=True)
+        expect(page.locator("[data-answer]")).to_be_visible()
+        row, save = user.row("vehicles.A.track"), page.get_by_role("button", name="Save the scene")
+        still = [tab.bounding_box(), row.bounding_box(), save.bounding_box()]
+        user.write("vehicles.A.mass", "")
+        # the mouse goes down before the answer goes, and comes up after it
+        box = tab.bounding_box()
+        assert box
+        page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        page.mouse.down()
+        expect(page.locator("[data-answer]")).to_be_hidden()
+        expect(page.locator(".need")).to_have_count(1)
+        page.mouse.up()
+        expect(user.row("surfaces.road.friction")).to_be_visible()
+        user.tab("A")
+        assert [tab.bounding_box(), row.bounding_box(), save.bounding_box()] == still
+        page.close()
+
+
+def test_what_is_typed_on_while_the_server_is_late_stays(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path, late=0.6) as (address, _):
+        user = opened(browser, address)
+        user.tab("A")
+        row = user.row("vehicles.A.approach.speed")
+        row.fill("40 ± 2 mph")
+        row.press("Enter")
+        row.press("End")
+        row.press_sequentially(" and", delay=100)
+        user.page.wait_for_timeout(1500)
+        expect(row).to_have_value("40 ± 2 mph and")
+        row.press("Enter")
+        fault = user.page.locator('[data-key="vehicles.A.approach.speed"] .fault')
+        expect(fault).to_contain_text("unknown unit")
+        user.page.close()
+
+
+def test_every_button_beside_the_answer_does_what_it_says(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path) as (address, _):
+        user = opened(browser, address)
+        page = user.page
+        expect(page.locator("[data-answer]")).to_be_visible()
+        # what would narrow the answer stands beside it, and questions once they are asked
+        expect(page.locator(".narrowing")).to_contain_text("What would narrow")
+        user.tab("Scene")
+        user.write("questions.exceeds", "speed_b > 40 mph")
+        question = page.locator(".question")
+        expect(question).to_have_count(1)
+        expect(question).to_contain_text("the probability is")
+        for label, text in (
+            ("speed limit", "35 mph"),
+            ("reaction time", "1.5 ± 0.3 s"),
+            ("deceleration when braking", "0.7 g"),
+            ("hazard seen before the impact", "2.5 s"),
+        ):
+            page.get_by_label(label, exact=True).fill(text)
+        page.get_by_role("button", name="Ask", exact=True).click()
+        expect(question).to_have_count(2)
+        expect(question.last).to_contain_text("would have")
+        page.get_by_role("button", name="Ask no longer").click()
+        expect(question).to_have_count(1)
+        # confirm, report, archive, scene file, copy
+        report, archive = (
+            page.locator(".actions-box").get_by_text(each, exact=True)
+            for each in ("Report", "Archive")
+        )
+        expect(page.get_by_role("button", name="Archive")).to_be_disabled()
+        page.get_by_role("button", name="Confirm by NUTS").click()
+        expect(page.get_by_text("Open the report")).to_be_visible()
+        with page.expect_popup() as popup:
+            report.click()
+        expect(popup.value.get_by_text("The report.")).to_be_visible()
+        popup.value.close()
+        archive.click()
+        expect(page.get_by_text("Archived:")).to_be_visible()
+        assert (tmp_path / "out.retrodict.zip").is_file()
+        page.get_by_role("button", name="Save the scene file").click()
+        expect(page.get_by_text("Saved:")).to_be_visible()
+        assert "speed_b > 40 mph" in path.read_text("utf-8")
+        page.get_by_label("save a copy as").fill("copy")
+        page.get_by_role("button", name="Save a copy").click()
+        expect(page.get_by_text("copy.toml")).to_be_visible()
+        assert (tmp_path / "copy.toml").read_bytes() == path.read_bytes()
+        assert not user.complaints
+        page.close()
+
+
+def test_a_ring_is_dragged_to_the_uncertainty_of_a_place(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    before = load_scene(path)
+    with served(path) as (address, _):
+        user = opened(browser, address)
+        x, y = before.rest["a"].x.value, before.rest["a"].y.value
+        user.click(x, y)
+        knob = user.page.locator(".ring-knob").first
+        expect(knob).to_be_visible()
+        box = knob.bounding_box()
+        assert box
+        at = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        wider = user.pixel(x + 0.9, y)[0] - user.pixel(x, y)[0]
+        user.page.mouse.move(*at)
+        user.page.mouse.down()
+        user.page.mouse.move(at[0] + wider, at[1], steps=8)
+        user.page.mouse.up()
+        expect(user.row("A.rest.x")).to_have_value(re.compile("± 0[.][56]"))
+        user.press("]")
+        expect(user.row("A.rest.y")).to_have_value(re.compile("± 0[.]16"))
+        user.press("Control+s")
+        expect(user.page.get_by_text("Saved:")).to_be_visible()
+        assert not user.complaints
+        user.page.close()
+    after = load_scene(path)
+    assert math.isclose(after.rest["a"].x.sd, 0.66, abs_tol=0.04)
+    assert after.rest["a"].x.value == before.rest["a"].x.value
 
 
 def test_a_killed_server_comes_back_where_it_was(browser: Browser, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import threading
 from collections.abc import Callable, Coroutine
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from retrodict.explore.explorer import Explorer
-from retrodict.scene import SceneError, load_scene
+from retrodict.scene import SceneError, load_scene, parse_scene
 from tests.explore.made_up import BRACH, MPH, MadeUpAnswer, MadeUpSession
 
 SPEED = "vehicles.A.approach.speed"
@@ -123,6 +124,23 @@ def test_another_model_is_another_session_of_the_scene_as_it_is() -> None:
     run(steps)
 
 
+def test_auto_chooses_anew_once_another_part_of_the_contact_is_known() -> None:
+    async def steps(explorer: Explorer, _: Seen, sessions: list[MadeUpSession]) -> None:
+        whole = load_scene(BRACH)
+        without = parse_scene(re.sub(r"contact_line = .*", "", whole.text), "without")
+        assert without.unwritten == ("impact.contact_line",)
+        explorer.follow(without)
+        await explorer.settled()
+        set_speed(explorer, 50)
+        await explorer.settled()
+        assert len(sessions) == 2
+        explorer.follow(whole)
+        await explorer.settled()
+        assert len(sessions) == 3
+
+    run(steps)
+
+
 def test_the_newest_page_takes_over() -> None:
     async def steps(explorer: Explorer, seen: Seen, _: list[MadeUpSession]) -> None:
         other = Seen()
@@ -163,5 +181,6 @@ def test_a_scene_is_saved_beside_its_file_and_replaces_none_unasked(tmp_path: Pa
 def test_what_is_confirmed_is_written(tmp_path: Path) -> None:
     async def steps(explorer: Explorer, seen: Seen, _: list[MadeUpSession]) -> None:
         assert (await explorer.confirm(tmp_path / "out", "si")).read_text() == "<p>The report.</p>"
+        assert (await explorer.archive(tmp_path / "out")).read_text() == "The archive."
 
     run(steps)

@@ -19,6 +19,7 @@ from retrodict.scene.quantities import SHORT, Units, describe, label_and_unit
 if TYPE_CHECKING:
     import pandas as pd
 
+    from retrodict.findings.answers import Answered
     from retrodict.inference.outcome import Checks
     from retrodict.scene.records import Scene
 
@@ -53,6 +54,9 @@ class Answer(Protocol):
 
     def summary(self, units: Units = "si") -> pd.DataFrame:
         """The reported quantities, a row each."""
+
+    def probability(self, proposition: str) -> Answered:
+        """How probable a proposition about a reported quantity is."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,6 +30,9 @@ class Saved(Protocol):
 
     def save(self, directory: Path, units: Units = "si") -> Path:
         """Write it."""
+
+    def archive(self, path: Path) -> Path:
+        """Write it as one file."""
 
 
 class Session(Protocol):
@@ -117,6 +120,7 @@ class Explorer:
         self._open = open_session
         self._session: Session | None = None
         self._model = ""  # the model of the session
+        self._unwritten: tuple[str, ...] = ()  # what the scene that it was opened with leaves out
         self._asked = False  # whether the scene or the model has changed since it was last asked
         self._tracker: Tracker | None = None
         self._view: View | None = None
@@ -200,12 +204,18 @@ class Explorer:
         if self._task is not None:
             await self._task
 
-    async def confirm(self, directory: Path, units: Units) -> Path:
+    async def confirm(
+        self,
+        directory: Path,
+        units: Units,
+        around: Callable[[], AbstractContextManager[object]] = nullcontext,
+    ) -> Path:
         """Reconstruct the scene as it is now by NUTS, and write the result.
 
         Args:
             directory: folder that the result is written to, as by `Result.save`.
             units: "si" or "us".
+            around: function that makes the context in which it is written.
 
         Returns:
             The report's path.
@@ -220,14 +230,19 @@ class Explorer:
                 raise RuntimeError(self.fault or "there is no answer to confirm")
             confirm = partial(self._session.confirm, progress=self._record)
             result = self.result = await self._run(_PREPARING, confirm)
-            await self._run(_WRITING, result.save, directory, units)
+
+            def write() -> None:
+                with around():
+                    result.save(directory, units)
+
+            await self._run(_WRITING, write)
         return directory / "report.html"
 
     async def archive(self, directory: Path) -> Path:
-        """Put the result that was written into one file beside its folder.
+        """Put the result that was confirmed last into one file beside its folder.
 
         Args:
-            directory: folder that `confirm` wrote to.
+            directory: folder that `confirm` wrote to; its result is read where this process has none.
 
         Returns:
             Path of the archive.
@@ -242,7 +257,8 @@ class Explorer:
         path = directory.resolve().with_name(f"{directory.resolve().name}{SUFFIX}")
 
         def work() -> Path:
-            load_result(directory).archive(path)
+            result = self.result or load_result(directory)
+            result.archive(path)
             return path
 
         async with self._busy:
@@ -294,9 +310,12 @@ class Explorer:
         if scene is None:
             return
         session = self._session if self._model == model else None
+        if model == "auto" and scene.unwritten != self._unwritten:
+            session = None  # with another part of the contact known, another model is to be chosen
         try:
             if session is None:
                 session = await self._run(_PREPARING, self._open, scene, model, self._record)
+                self._unwritten = scene.unwritten
                 answer = session.answer
             else:
                 answer = await self._run(_COMPUTING, session.update, scene)

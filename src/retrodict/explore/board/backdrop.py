@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import cmath
 import hashlib
 import struct
 from dataclasses import replace
 from pathlib import Path
 
-from retrodict.explore.board.actions import refused
+from retrodict.explore.board.arguments import refused
+from retrodict.explore.board.backdrop_tiff import decoded, is_tiff
 from retrodict.explore.board.state import Backdrop
 from retrodict.storage.files import write_whole
 
 LARGEST = 64 * 1024 * 1024  # bytes of a photograph
+_TOO_LARGE = f"the photograph is larger than {LARGEST // 2**20} MiB: make it smaller"
 _ACROSS = 60.0  # m: width of the ground in a photograph, until somebody sets its scale
 _PIXELS = 30_000  # at most, along a side
 _SUFFIX = {"image/png": ".png", "image/jpeg": ".jpg"}
@@ -22,20 +25,36 @@ def kept(content: bytes, folder: Path, stem: str) -> Backdrop:
     """Keep a photograph beside the scene file, under a name of its own.
 
     Args:
-        content: bytes of a PNG or JPEG file.
+        content: bytes of a PNG, JPEG or TIFF file; a TIFF is kept too, and shown as JPEG,
+            or as PNG where it has transparent parts.
         folder: folder of the scene file.
         stem: name of the scene file, without its suffix.
 
     Returns:
-        The photograph, its middle at the origin; its scale is a guess.
+        The photograph, its middle at the origin; its scale is a guess where no tags of a GeoTIFF have
+        it. Its SHA-256 is that of the file that was brought.
 
     Raises:
         SceneError: it is no such file, or too large.
         OSError: it cannot be written.
     """
-    kind, width, height = size_of(content)
     digest = hashlib.sha256(content).hexdigest()
-    path = folder / f"{stem}.ground-{digest[:8]}{_SUFFIX[kind]}"
+    name = f"{stem}.ground-{digest[:8]}"
+    if not is_tiff(content):
+        return _written(content, folder, name, digest)
+    if len(content) > LARGEST:
+        raise refused(_TOO_LARGE)
+    tiff = decoded(content)
+    backdrop = _written(tiff.image, folder, name, digest)
+    if not (folder / f"{name}.tif").exists():
+        write_whole(folder / f"{name}.tif", content)
+    backdrop = replace(backdrop, original=f"{name}.tif")
+    return backdrop if tiff.across is None else _by_steps(backdrop, tiff.across, tiff.down)
+
+
+def _written(content: bytes, folder: Path, name: str, digest: str) -> Backdrop:
+    kind, width, height = size_of(content)
+    path = folder / f"{name}{_SUFFIX[kind]}"
     if not path.exists():
         write_whole(path, content)
     metres = _ACROSS / width
@@ -65,17 +84,20 @@ def by_world_file(backdrop: Backdrop, text: str) -> Backdrop:
         a, d, b, e, _, _ = (float(line) for line in text.split())
     except ValueError:
         raise refused("a world file has six numbers, a line each") from None
-    across, down = complex(a, d), complex(b, e)
-    if not 1e-5 < abs(across) < 10 or abs(down + 1j * across) > 1e-3 * abs(across):
+    return _by_steps(backdrop, complex(a, d), complex(b, e))
+
+
+def _by_steps(backdrop: Backdrop, across: complex, down: complex | None) -> Backdrop:
+    """A photograph by the steps of a pixel to the right and downwards, m."""
+    if down is None or not 1e-5 < abs(across) < 10 or abs(down + 1j * across) > 1e-3 * abs(across):
         raise refused(
-            "the world file stretches the photograph, or its unit is no metre: export it in a metric "
-            "projection, with square pixels"
+            "its georeference stretches the photograph, or its unit is no metre: export it in a "
+            "metric projection, with square pixels"
         )
     corner = -(backdrop.width * across + backdrop.height * down) / 2
-    from cmath import phase
-
+    turn = cmath.phase(across)
     return replace(
-        backdrop, metres=abs(across), x=corner.real, y=corner.imag, turn=phase(across), scaled=True
+        backdrop, metres=abs(across), x=corner.real, y=corner.imag, turn=turn, scaled=True
     )
 
 
@@ -92,10 +114,10 @@ def size_of(content: bytes) -> tuple[str, int, int]:
         SceneError: it is neither, or too large.
     """
     if len(content) > LARGEST:
-        raise refused(f"the photograph is larger than {LARGEST // 2**20} MiB: make it smaller")
+        raise refused(_TOO_LARGE)
     found = _png(content) or _jpeg(content)
     if found is None:
-        raise refused("no PNG or JPEG photograph: export it as one of these")
+        raise refused("no PNG or JPEG photograph, nor a TIFF: export it as one of these")
     _, width, height = found
     if not (0 < width <= _PIXELS and 0 < height <= _PIXELS):
         raise refused(f"the photograph is {width} x {height} pixels: make it smaller")

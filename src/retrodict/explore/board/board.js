@@ -55,10 +55,13 @@ export default {
       </div>
       <div class="hint" role="status" aria-live="polite"></div>
     </div>`,
-  props: { first: Object, survey: Array, units: String },
+  props: { first: Object, survey: Array, lines: Array, units: String },
   mounted() {
     this.d = this.first;
     this.points = this.survey || [];
+    this.plan = this.lines || [];
+    this.count = 0; // acts that were sent
+    this.pending = []; // drags that were sent and are not answered: drawn, so that nothing jumps back
     this.foot = this.units === "us";
     this.tool = "select";
     this.sel = null; // {kind, letter, at, number}
@@ -83,17 +86,21 @@ export default {
     // what the server calls
     show(drawing) {
       this.d = drawing;
-      this.drag = null;
-      if (this.sel && this.sel.kind === "car" && !this.poseOf(this.sel)) this.sel = null;
+      // a drag that has begun meanwhile goes on: the server may answer late
+      this.pending = this.pending.filter((drag) => drag.sent > drawing.done);
+      // what was placed a moment ago may not be in a late answer yet
+      const settled = drawing.done >= this.count;
+      if (settled && this.sel && this.sel.kind === "car" && !this.poseOf(this.sel)) this.sel = null;
       this.draw();
     },
-    surveyed(points) { this.points = points; this.draw(); },
+    surveyed(points, lines) { this.points = points; this.plan = lines; this.draw(); },
     measure(units) { this.foot = units === "us"; this.draw(); },
-    refuse(text) { this.say(text, true); this.drag = null; this.draw(); },
+    refuse(text) { this.say(text, true); },
     markPart(part) { this.part = part; },
     choose(letter, at) { this.sel = { kind: "car", letter, at }; this.draw(); },
 
-    act(name, values) { this.$emit("act", { name, values }); },
+    act(name, values) { this.$emit("act", { number: ++this.count, name, values }); },
+    send(drag, name, values) { this.act(name, values); this.pending.push({ ...drag, sent: this.count }); },
     pick() {
       const s = this.sel;
       this.$emit("pick", s ? { thing: s.letter || (s.kind === "ground" ? "ground" : "impact") } : {});
@@ -179,12 +186,21 @@ export default {
     },
     now(car, at) { // the pose as it is being dragged
       const pose = this.poseOf({ letter: car.letter, at });
-      const drag = this.drag;
-      if (pose && drag && drag.kind === "car" && drag.letter === car.letter && drag.at === at) {
+      for (const drag of pose ? this.drags("car") : []) {
+        if (drag.letter !== car.letter || drag.at !== at) continue;
         pose.at = drag.place || pose.at;
         pose.heading += drag.by || 0;
       }
       return pose;
+    },
+    drags(kind) { return [...this.pending, ...(this.drag ? [this.drag] : [])].filter((drag) => drag.kind === kind); },
+    placeNow(kind, place, letter, number) { // of the impact point or a mark
+      const drag = this.drags(kind).filter((each) => each.place && each.letter === letter && each.number === number).pop();
+      return drag ? drag.place : place;
+    },
+    ringNow(letter, sds) { // letter: of a vehicle at rest; none for the impact point
+      const drag = this.drags("ring").filter((each) => each.sds && each.letter === letter).pop();
+      return drag ? drag.sds : sds;
     },
     draw() { this.world.replaceChildren(); this.drawWorld(); this.view(); },
     polygon(points, attributes, parent = this.world) {
@@ -206,6 +222,7 @@ export default {
           element("title", {}, this.polygon([a, b, plus(b, deep), plus(a, deep)], { class: "surface", ...data }), ground.name);
         }
       }
+      for (const line of this.plan) this.path(line, { class: "plan-line" });
       if (this.points.length) { // one path, however many
         const said = this.points.map((p) => `M${p[1]} ${p[2]}h0`).join("");
         element("path", { d: said, class: "survey" }, this.world);
@@ -245,17 +262,24 @@ export default {
             }
           }
         }
-        if (car.rest && car.restSd) {
-          element("ellipse", { cx: car.rest[0], cy: car.rest[1], rx: 2 * car.restSd[0], ry: 2 * car.restSd[1], class: "ring" }, this.world);
-        }
+        if (car.rest && car.restSd) this.ring(this.now(car, "rest").at, this.ringNow(car.letter, car.restSd));
       }
-      if (d.point && d.pointSd) {
-        element("ellipse", { cx: d.point[0], cy: d.point[1], rx: 2 * d.pointSd[0], ry: 2 * d.pointSd[1], class: "ring" }, this.world);
-      }
+      if (d.point && d.pointSd) this.ring(this.placeNow("point", d.point), this.ringNow(undefined, d.pointSd));
       for (const [kind, angle] of [["proposal", d.line === null ? d.proposal : null], ["line", this.lineNow()]]) {
         if (angle === null || !d.point) continue;
         const along = turned([2.2, 0], angle + 90);
         this.path([minus(d.point, along), plus(d.point, along)], { class: kind });
+      }
+    },
+    ring(at, sds) { // two standard deviations
+      element("ellipse", { cx: at[0], cy: at[1], rx: 2 * sds[0], ry: 2 * sds[1], class: "ring" }, this.world);
+    },
+    ringKnobs(at, sds, letter) {
+      for (const axis of [0, 1]) {
+        const [x0, y0] = this.px(at), far = Math.max(2 * sds[axis] * this.s, 18); // a small ring leaves room
+        const [x, y] = axis ? [x0, y0 - far] : [x0 + far, y0];
+        const made = element("rect", { x: x - 5, y: y - 5, width: 10, height: 10, class: "knob ring-knob", "data-thing": JSON.stringify({ kind: "ring", letter, axis }) }, this.over);
+        element("title", {}, made, `uncertainty in ${"xy"[axis]}: ± ${this.length(sds[axis])}`);
       }
     },
     away() { // 1 where the contact line's normal points from A to the barrier
@@ -264,7 +288,10 @@ export default {
       const n = turned([1, 0], this.d.line), to = minus(this.d.point, a.at);
       return n[0] * to[0] + n[1] * to[1] < 0 ? -1 : 1;
     },
-    lineNow() { return this.drag && this.drag.kind === "line" ? this.drag.angle : this.d.line; },
+    lineNow() {
+      const drag = this.drags("line").pop();
+      return drag ? drag.angle : this.d.line;
+    },
     same(thing) {
       const s = this.sel;
       return !!s && s.kind === thing.kind && s.letter === thing.letter && s.at === thing.at && s.number === thing.number && s.name === thing.name;
@@ -299,18 +326,19 @@ export default {
           const made = element("circle", { cx: knob[0], cy: knob[1], r: 9, class: "knob turn", "data-thing": JSON.stringify({ ...thing, turn: true }) }, this.over);
           element("title", {}, made, "turn");
           if (at === "impact") this.courseHandle(car, pose);
+          else if (car.restSd) this.ringKnobs(pose.at, this.ringNow(car.letter, car.restSd), car.letter);
         }
         for (const [number, x, y, of] of car.marks) {
-          const drag = this.drag, thing = { kind: "mark", letter: car.letter, number };
-          const place = drag && drag.kind === "mark" && drag.letter === car.letter && drag.number === number && drag.place ? drag.place : [x, y];
-          const [px, py] = this.px(place);
+          const thing = { kind: "mark", letter: car.letter, number };
+          const [px, py] = this.px(this.placeNow("mark", [x, y], car.letter, number));
           const made = element("path", { d: `M${px - 6} ${py - 6}l12 12m0 -12l-12 12`, class: `mark ${car.letter}${this.same(thing) ? " chosen" : ""}`, "data-thing": JSON.stringify(thing) }, this.over);
           element("title", {}, made, `mark ${number + 1} of ${car.name}, ${of.replace("_", " ")}`);
         }
       }
       if (d.point) {
-        const place = this.drag && this.drag.kind === "point" && this.drag.place ? this.drag.place : d.point;
+        const place = this.placeNow("point", d.point);
         const [x, y] = this.px(place);
+        if (this.same({ kind: "point" }) && d.pointSd) this.ringKnobs(place, this.ringNow(undefined, d.pointSd));
         const made = element("circle", { cx: x, cy: y, r: 7, class: `knob impact${this.same({ kind: "point" }) ? " chosen" : ""}`, "data-thing": JSON.stringify({ kind: "point" }) }, this.over);
         element("title", {}, made, "impact point");
         if (this.warned("impact")) this.badge(x + 16, y - 14, "impact");
@@ -333,8 +361,8 @@ export default {
       element("title", {}, group, this.warned(thing));
     },
     courseHandle(car, pose) {
-      const drag = this.drag;
-      const course = drag && drag.kind === "course" && drag.letter === car.letter ? drag.angle : car.course === null ? pose.heading : car.course;
+      const drag = this.drags("course").filter((each) => each.letter === car.letter && each.angle !== null).pop();
+      const course = drag ? drag.angle : car.course === null ? pose.heading : car.course;
       const back = turned([1, 0], course + 180);
       const far = (car.length / 2 + Math.abs(car.middle)) * this.s + 44, [x, y] = this.px(pose.at);
       const tail = [x + far * back[0], y - far * back[1]], mid = [x + (far - 40) * back[0], y - (far - 40) * back[1]];
@@ -467,20 +495,14 @@ export default {
         return;
       }
       if (tool === "line") this.act("line", { angle: bearing(minus(b, a)) - 90 });
-      if (tool === "edge") this.act("edge", { name: this.name("verge"), kind: "wet grass", x: a[0], y: a[1], angle: bearing(minus(b, a)), side: "left" });
+      if (tool === "edge") this.act("edge", { stem: "verge", kind: "wet grass", x: a[0], y: a[1], angle: bearing(minus(b, a)), side: "left" });
       if (tool === "north") this.act("north", { x1: a[0], y1: a[1], x2: b[0], y2: b[1] });
-      if (tool === "area" && this.clicks.length > 2) this.act("outline", { name: this.name("area"), kind: "gravel", corners: this.clicks });
+      if (tool === "area" && this.clicks.length > 2) this.act("outline", { stem: "area", kind: "gravel", corners: this.clicks });
       if (tool === "corners") {
         const s = this.sel && this.sel.kind === "car" ? this.sel : { letter: "A", at: "rest" };
         this.act("corners", { vehicle: s.letter, at: s.at, corners: this.clicks });
       }
       this.use("select");
-    },
-    name(stem) {
-      const taken = new Set(this.d.grounds.map((each) => each.name));
-      let name = stem;
-      for (let i = 2; taken.has(name); i++) name = `${stem}_${i}`;
-      return name;
     },
     request(label, then) {
       const input = this.ask.querySelector("input"), button = this.ask.querySelector("button");
@@ -506,6 +528,7 @@ export default {
       on("pointermove", (event) => this.move(event));
       on("pointerup", (event) => this.up(event));
       on("pointercancel", (event) => this.up(event, true));
+      on("lostpointercapture", (event) => this.up(event, true)); // where neither came
       this.sheet.addEventListener("wheel", (event) => {
         event.preventDefault();
         this.zoom(Math.exp(-event.deltaY * 0.0015), ...this.at(event));
@@ -524,7 +547,7 @@ export default {
     down(event) {
       if (event.button > 1) return;
       this.sheet.focus({ preventScroll: true });
-      this.svg.setPointerCapture(event.pointerId);
+      try { this.svg.setPointerCapture(event.pointerId); } catch { /* it has been lifted already */ }
       const px = this.at(event);
       this.fingers.set(event.pointerId, px);
       this.start = { px, place: this.m(...px), moved: false, last: px };
@@ -536,13 +559,16 @@ export default {
       this.start.thing = thing;
       if (!thing) return;
       if (thing.kind === "car") {
-        const pose = this.poseOf(thing);
+        const pose = this.now(this.d.cars.find((each) => each.letter === thing.letter), thing.at);
         this.drag = { kind: "car", letter: thing.letter, at: thing.at, wheel: thing.wheel, turn: thing.turn, from: pose.at, by: 0, last: null, pose };
         const chosen = { kind: "car", letter: thing.letter, at: thing.at };
         this.was = this.same(chosen);
         this.sel = chosen;
       } else if (thing.kind === "line" || thing.kind === "course") {
         this.drag = { kind: thing.kind, letter: thing.letter, angle: thing.kind === "line" ? this.d.line : null, sign: thing.sign };
+      } else if (thing.kind === "ring") {
+        const car = this.d.cars.find((each) => each.letter === thing.letter);
+        this.drag = { ...thing, before: this.ringNow(thing.letter, car ? car.restSd : this.d.pointSd) };
       } else if (thing.kind !== "ground") {
         this.sel = thing;
         this.drag = { ...thing };
@@ -588,6 +614,12 @@ export default {
         const pose = this.poseOf({ letter: drag.letter, at: "impact" });
         drag.angle = bearing(minus(pose.at, place));
         this.say(`${drag.letter} travelled along ${drag.angle.toFixed(1)}°`);
+      } else if (drag.kind === "ring") {
+        const sd = Math.max(drag.before[drag.axis] + (place[drag.axis] - start.place[drag.axis]) / 2, 0.01);
+        drag.sds = [...drag.before];
+        drag.sds[drag.axis] = sd;
+        if (event.shiftKey) drag.sds = [sd, sd];
+        this.say(`± ${this.length(drag.sds[0])} in x, ± ${this.length(drag.sds[1])} in y`);
       } else {
         drag.place = this.snap(place);
         drag.along = event.shiftKey;
@@ -610,14 +642,19 @@ export default {
         return;
       }
       if (!drag) return;
-      if (drag.kind === "car" && drag.turn) this.act("turn", { vehicle: drag.letter, at: drag.at, by: drag.by });
-      else if (drag.kind === "car") this.act("place", { vehicle: drag.letter, at: drag.at, x: drag.place[0], y: drag.place[1] });
-      else if (drag.kind === "line") this.act("line", { angle: wrap(drag.angle) });
-      else if (drag.kind === "course") { if (drag.angle !== null) this.act("course", { vehicle: drag.letter, angle: drag.angle }); }
-      else if (drag.kind === "point") this.act("point", { x: drag.place[0], y: drag.place[1], along: !!drag.along });
-      else if (drag.kind === "mark") this.act("move_mark", { vehicle: drag.letter, number: drag.number, x: drag.place[0], y: drag.place[1] });
-      // the drag stays until the server answers, so that nothing jumps back
+      this.drag = null;
+      const { kind, letter, place: to } = drag;
+      if (kind === "car" && drag.turn) this.send(drag, "turn", { vehicle: letter, at: drag.at, by: drag.by });
+      else if (kind === "car") this.send(drag, "place", { vehicle: letter, at: drag.at, x: to[0], y: to[1] });
+      else if (kind === "line") this.send(drag, "line", { angle: wrap(drag.angle) });
+      else if (kind === "course" && drag.angle !== null) this.send(drag, "course", { vehicle: letter, angle: drag.angle });
+      else if (kind === "point") this.send(drag, "point", { x: to[0], y: to[1], along: !!drag.along });
+      else if (kind === "mark") this.send(drag, "move_mark", { vehicle: letter, number: drag.number, x: to[0], y: to[1] });
+      else if (kind === "ring") this.send(drag, "spread", { ...this.ofRing(letter), x: drag.sds[0], y: drag.sds[1] });
+      this.draw();
     },
+
+    ofRing(letter) { return letter ? { thing: "car", vehicle: letter } : { thing: "point" }; },
 
     // keys: everything that the pointer does
     key(event) {
@@ -638,7 +675,9 @@ export default {
       } else if (/^[qe]$/i.test(key)) {
         const by = (key.toLowerCase() === "q" ? 1 : -1) * (event.altKey ? 0.1 : event.shiftKey ? 15 : 1);
         if (s && s.kind === "car") this.act("turn", { vehicle: s.letter, at: s.at, by });
-        else if (s && s.kind === "point" && this.d.line !== null) this.act("line", { angle: this.d.line + by });
+        else if (s && s.kind === "point") this.act("line", { by });
+      } else if ((key === "[" || key === "]") && s && (s.kind === "point" || s.at === "rest")) {
+        this.act("spread", { ...this.ofRing(s.letter), by: key === "]" ? 1.1 : 1 / 1.1 });
       } else if (key === "Enter" && this.tool === "area" && this.clicks.length > 2) {
         this.finish();
       } else if (key === "Enter" && this.tool !== "select") {

@@ -6,11 +6,8 @@ import math
 from typing import Any
 
 from retrodict.explore.board.contact import proposed
-from retrodict.explore.board.plan import Car, Plan
+from retrodict.explore.board.plan import Car, Plan, sds_at
 from retrodict.explore.board.state import State
-from retrodict.scene.defaults import DEFAULTS
-from retrodict.scene.load import value_at
-from retrodict.scene.units import LENGTH, QuantityError, read_quantity
 
 
 def drawing(state: State, plan: Plan) -> dict[str, Any]:
@@ -25,7 +22,7 @@ def drawing(state: State, plan: Plan) -> dict[str, Any]:
     return {
         "cars": [_car(plan, car) for car in plan.cars.values()],
         "point": plan.point,
-        "pointSd": _spread(plan, "impact.point", "impact_point"),
+        "pointSd": sds_at(plan, "impact.point", "impact_point"),
         "line": _degrees(plan.line),
         "proposal": _degrees(proposal.angle) if proposal else None,
         "grounds": [
@@ -73,26 +70,11 @@ def _car(plan: Plan, car: Car) -> dict[str, Any]:
         "course": _degrees(car.course),
         "rest": car.rest,
         "restHeading": _degrees(car.rest_heading),
-        "restSd": _spread(plan, f"{car.key}.rest.position", "rest_position") if car.rest else None,
+        "restSd": sds_at(plan, f"{car.key}.rest.position", "rest_position") if car.rest else None,
         "rotation": _degrees(car.rotation),
         "marks": [list(mark) for mark in car.marks],
         "wheels": dict(car.wheels) if car.wheels else None,
     }
-
-
-def _spread(plan: Plan, key: str, default: str) -> list[float] | None:
-    """Standard deviations of a pair of coordinates, m: written, or assumed."""
-    pair = value_at(plan.document, key)
-    if not isinstance(pair, list) or len(pair) != 2:
-        return None
-    found = []
-    for raw in pair:
-        try:
-            sd = read_quantity(raw, LENGTH, "").sd
-        except QuantityError:
-            return None
-        found.append(sd if sd is not None else DEFAULTS[default].amount(0.0))
-    return found
 
 
 def _degrees(angle: float | None) -> float | None:

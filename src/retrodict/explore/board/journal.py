@@ -51,9 +51,7 @@ class Journal:
 
     def step(self, before: State, after: State) -> None:
         """Add a step from one state to another."""
-        known = before.rest()
-        others = {key: each for key, each in after.rest().items() if each != known[key]}
-        self._append({"do": difference(before.text, after.text), **others})
+        self._append({"do": difference(before.text, after.text), **after.rest(before)})
 
     def undo(self) -> None:
         """Add that a step was taken back."""
@@ -208,7 +206,7 @@ def _replayed(steps: list[dict[str, Any]]) -> History | None:
     for step in steps[1:]:
         if "do" in step:
             known = history.present
-            history.add(state_from(applied(known.text, step["do"]), {**known.rest(), **step}))
+            history.add(state_from(applied(known.text, step["do"]), step, known))
         elif "undo" in step:
             history.undo()
         elif "redo" in step:

@@ -25,12 +25,15 @@ class Need:
         thing: subject: "A", "B", "impact", "ground" or "scene".
         key: key of the scene file; empty where there are several.
         wrong: whether something is written and wrong; else it is missing.
+        more: whether an answer comes without it, and it would only tell more: momentum answers
+            without the contact, but not by how much the vehicles rebounded and slid.
     """
 
     words: str
     thing: str
     key: str = ""
     wrong: bool = False
+    more: bool = False
 
 
 def needs_of(state: State) -> tuple[Need, ...]:
@@ -40,7 +43,8 @@ def needs_of(state: State) -> tuple[Need, ...]:
         state: state of the board.
 
     Returns:
-        Nothing where the scene is complete.
+        Those that an answer waits for; among them, and alone where the scene is complete, those that
+        would tell more.
     """
     plan = plan_of(state)
     # of these kinds of scene the board draws no more than the file says
@@ -51,7 +55,10 @@ def needs_of(state: State) -> tuple[Need, ...]:
         Need(f"{each.key}: {each.fix}", thing_of(each.key), each.key, wrong=True)
         for each in problems
     ]
-    if not found and (left := faults(state.text)):
+    left = faults(state.text)
+    if not left:
+        return tuple(need for need in found if need.more)
+    if all(need.more for need in found):
         found += [Need(f"{each.key}: {each.fix}", thing_of(each.key), each.key) for each in left]
     return tuple(found)
 
@@ -93,18 +100,7 @@ def _missing(plan: Plan) -> Iterator[Need]:
     letters = ("A",) if "barrier" in document else ("A", "B")
     for v in letters:
         yield from _of_vehicle(plan, v)
-    if plan.point is None:
-        yield Need("the impact point: click it, or the place that was hit on an outline", "impact")
-    for v in letters:
-        car = plan.cars.get(v)
-        if car and car.heading is not None and car.hit is None and plan.point is not None:
-            yield Need(f"{v} does not reach the impact point: drag it there", v)
-    if plan.line is None:
-        yield Need(
-            "the contact line: take the proposal, or turn it by its handle",
-            "impact",
-            "impact.contact_line",
-        )
+    yield from _of_contact(plan, letters)
     after = ("rest", "departure", "marks", "end_of_rotation")
     if not any(value_at(document, f"vehicles.{v}.{key}") for v in letters for key in after):
         whose = "the vehicle" if len(letters) == 1 else "a vehicle"
@@ -117,6 +113,27 @@ def _missing(plan: Plan) -> Iterator[Need]:
         value_at(document, f"vehicles.{v}.{key}") for v in letters for key in slid
     ):
         yield Need("the road's surface, or its friction from skid tests", "ground", "surfaces")
+
+
+def _of_contact(plan: Plan, letters: tuple[str, ...]) -> Iterator[Need]:
+    """Point, place and line of the contact, which only a barrier or places on the ground require."""
+    document = plan.document
+    without = "barrier" not in document
+    places = ("rest.position", "marks", "end_of_rotation")
+    placed = bool(plan.grounds) or any(
+        value_at(document, f"vehicles.{v}.{key}") for v in letters for key in places
+    )
+    if plan.point is None:
+        words = "the impact point: click it, or the place that was hit on an outline"
+        yield Need(words, "impact", "impact.point", more=without and not placed)
+    for v in letters:
+        car = plan.cars.get(v)
+        if car and car.heading is not None and car.hit is None and plan.point is not None:
+            words = f"{v} does not reach the impact point: drag it there"
+            yield Need(words, v, f"vehicles.{v}.impact_centre", more=without)
+    if plan.line is None:
+        words = "the contact line: take the proposal, or turn it by its handle"
+        yield Need(words, "impact", "impact.contact_line", more=without)
 
 
 def _of_vehicle(plan: Plan, v: str) -> Iterator[Need]:

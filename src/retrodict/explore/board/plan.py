@@ -168,6 +168,30 @@ def si(raw: object, dimension: Dimension) -> float | None:
         return None
 
 
+def sds_at(plan: Plan, key: str, default: str) -> list[float] | None:
+    """Standard deviations of a pair of coordinates, m: as written, or assumed.
+
+    Args:
+        plan: plan of the present state.
+        key: key of the pair.
+        default: name in `DEFAULTS` of what is assumed.
+
+    Returns:
+        Both; None where there is no such pair.
+    """
+    pair = value_at(plan.document, key)
+    if not isinstance(pair, list) or len(pair) != 2:
+        return None
+    found = []
+    for raw in pair:
+        try:
+            sd = read_quantity(raw, LENGTH, "").sd
+        except QuantityError:
+            return None
+        found.append(sd if sd is not None else DEFAULTS[default].amount(0.0))
+    return found
+
+
 def _pair(raw: object) -> Place | None:
     if not isinstance(raw, list) or len(raw) != 2:
         return None

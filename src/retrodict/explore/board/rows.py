@@ -159,11 +159,20 @@ def said(plan: Plan, key: str) -> str:
         key: key of the file.
     """
     raw = value_at(plan.document, key)
+    if key in LISTS and isinstance(raw, list):
+        return ", ".join(map(str, raw))
+    return in_words(raw)
+
+
+def in_words(raw: object) -> str:
+    """A quantity of a file, as somebody would type it; empty for anything else.
+
+    Args:
+        raw: value of a key, as TOML has it.
+    """
     if isinstance(raw, dict) and "value" in raw:
         spread = f" ± {raw['sd']}" if "sd" in raw else ""
         return f"{raw['value']}{spread} {raw.get('unit', '')}".rstrip()
-    if key in LISTS and isinstance(raw, list):
-        return ", ".join(map(str, raw))
     return "" if raw is None or isinstance(raw, dict | list) else str(raw)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 Place = tuple[float, float]
@@ -35,6 +35,7 @@ class Backdrop:
         y: y coordinate of the image's upper left corner, m.
         turn: angle by which the image is turned counter-clockwise about that corner, rad.
         scaled: whether somebody has set the scale; else it is a guess.
+        original: name of the file that the image was made from, beside it; empty where it is that file.
     """
 
     file: str
@@ -46,6 +47,7 @@ class Backdrop:
     y: float = 0.0
     turn: float = 0.0
     scaled: bool = False
+    original: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +60,7 @@ class State:
         loose: positions at impact, by letter, of vehicles that do not touch the impact point yet, m.
         backdrop: photograph under the drawing; None for none.
         points: surveyed points that are shown and snapped to: name, x, y in m.
+        lines: lines of a plan that are shown: places in m.
     """
 
     text: str
@@ -65,32 +68,47 @@ class State:
     loose: Mapping[str, Place] = field(default_factory=dict)
     backdrop: Backdrop | None = None
     points: tuple[tuple[str, float, float], ...] = ()
+    lines: tuple[tuple[Place, ...], ...] = ()
 
-    def rest(self) -> dict[str, Any]:
-        """Everything but the text, in the form that JSON has."""
+    def rest(self, since: State | None = None) -> dict[str, Any]:
+        """Everything but the text, in the form that JSON has.
+
+        Args:
+            since: state before; what is the same in it is left out.
+        """
+        forms: dict[str, Callable[[], Any]] = {
+            "said": lambda: self.said,
+            "loose": lambda: {v: list(at) for v, at in self.loose.items()},
+            "backdrop": lambda: asdict(self.backdrop) if self.backdrop else None,
+            "points": lambda: [list(point) for point in self.points],
+            "lines": lambda: [[list(place) for place in line] for line in self.lines],
+        }
         return {
-            "said": self.said,
-            "loose": {v: list(at) for v, at in self.loose.items()},
-            "backdrop": asdict(self.backdrop) if self.backdrop else None,
-            "points": [list(point) for point in self.points],
+            key: form()
+            for key, form in forms.items()
+            if since is None or getattr(self, key) != getattr(since, key)
         }
 
 
-def state_from(text: str, rest: Mapping[str, Any]) -> State:
+def state_from(text: str, rest: Mapping[str, Any], before: State | None = None) -> State:
     """The state that `State.rest` and a text describe.
 
     Args:
         text: text of the scene file.
         rest: everything else, as JSON has it.
+        before: state before, from which comes what `rest` does not have.
 
     Raises:
         ValueError, TypeError, KeyError: it describes none.
     """
-    backdrop = rest["backdrop"]
-    return State(
-        text=text,
-        said=str(rest["said"]),
-        loose={str(v): (float(x), float(y)) for v, (x, y) in rest["loose"].items()},
-        backdrop=Backdrop(**backdrop) if backdrop else None,
-        points=tuple((str(name), float(x), float(y)) for name, x, y in rest["points"]),
-    )
+    readers: dict[str, Callable[[Any], Any]] = {
+        "said": str,
+        "loose": lambda loose: {str(v): (float(x), float(y)) for v, (x, y) in loose.items()},
+        "backdrop": lambda backdrop: Backdrop(**backdrop) if backdrop else None,
+        "points": lambda points: tuple((str(name), float(x), float(y)) for name, x, y in points),
+        "lines": lambda lines: tuple(
+            tuple((float(x), float(y)) for x, y in line) for line in lines
+        ),
+    }
+    found = {key: read(rest[key]) for key, read in readers.items() if key in rest}
+    return replace(before or State(""), text=text, **found)

@@ -62,8 +62,8 @@ def uphill(axes: Axes, scene: Scene, view: tuple[float, float, float, float]) ->
 def write_name(axes: Axes, place: np.ndarray, text: str, colour: str = drawing.INK) -> None:
     """Write what a thing is beside it; nothing of it reaches beyond the axes."""
     axes.text(
-        *map(float, place), text, color=colour, size=8, ha="center", va="center", zorder=9.2,
-        path_effects=drawing.HALO, clip_on=True,
+        float(place[0]), float(place[1]), text, color=colour, size=8, ha="center", va="center",
+        zorder=9.2, path_effects=drawing.HALO, clip_on=True,
     )  # fmt: skip
 
 

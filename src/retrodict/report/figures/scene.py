@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from retrodict.report.figures import drawing
 from retrodict.report.figures.plan_evidence import draw_measured, measured_points
+from retrodict.report.figures.photograph import draw_photograph
 from retrodict.report.figures.plan_geometry import (
     WALL,
     area_of,
@@ -49,6 +50,7 @@ _TALLEST = 0.9  # height over width of the plan
 _ENDS = 12  # outlines drawn at the end of run-outs
 _ON_THE_WAY = 6  # outlines of one draw between impact and rest, at most
 _INTERVALS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # s, between these outlines
+_GROUND = "#f1efe6"
 _HATCHES = ("....", "////", "xxxx", "\\\\\\\\")
 
 
@@ -82,7 +84,8 @@ def _from_above(scene: Scene, units: Units, outcome: Outcome | None = None) -> F
     axes.set_aspect("equal")
     axes.set_xlim(view[0], view[1])
     axes.set_ylim(view[2], view[3])
-    _surfaces(axes, scene, view, unit.worth)
+    photographed = draw_photograph(axes, unit.worth)
+    _surfaces(axes, scene, view, unit.worth, "none" if photographed else _GROUND)
     _barrier(axes, scene, view, unit.worth)
     # what has a name beside it needs no entry in the legend
     handles = _run_outs(axes, scene, paths, unit.worth)
@@ -139,14 +142,14 @@ def _view(
 
 
 def _surfaces(
-    axes: Axes, scene: Scene, view: tuple[float, float, float, float], worth: float
+    axes: Axes, scene: Scene, view: tuple[float, float, float, float], worth: float, colour: str
 ) -> None:
     in_metres = tuple(bound * worth for bound in view)
     for surface, hatch in zip(scene.surfaces[1:], _HATCHES * 9, strict=False):
         corners = area_of(surface, in_metres) / worth  # type: ignore[arg-type]
         if len(corners) >= 3:
             look: dict[str, Any] = {
-                "facecolor": "#f1efe6",
+                "facecolor": colour,
                 "edgecolor": "#b5b09a",
                 "hatch": hatch,
                 "lw": 0.8,
