@@ -14,8 +14,8 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from retrodict.report.figures import drawing
-from retrodict.report.figures.plan_evidence import draw_measured, measured_points
 from retrodict.report.figures.photograph import draw_photograph
+from retrodict.report.figures.plan_evidence import draw_measured, measured_points
 from retrodict.report.figures.plan_geometry import (
     WALL,
     area_of,
