@@ -23,12 +23,14 @@ if TYPE_CHECKING:
     from retrodict.findings.inputs import InputRow
     from retrodict.findings.record import Findings
     from retrodict.findings.schema import (
+        BySlidingEntry,
         LadderEntry,
         LeftOutEntry,
         MeasuredEntry,
         ProbabilityEntry,
         QuantityEntry,
         QuestionEntry,
+        SlidingEntry,
         Summary,
     )
     from retrodict.findings.statistics import Quantity
@@ -36,7 +38,9 @@ if TYPE_CHECKING:
     from retrodict.studies.comparison import Ladder
     from retrodict.studies.conflict import LeftOut
     from retrodict.studies.corners import Corner
+    from retrodict.studies.fit import Summary as FitSummary
     from retrodict.studies.named_checks import NamedCheck
+    from retrodict.studies.sliding import BySliding
 
 SUMMARY = "summary.json"
 
@@ -99,6 +103,7 @@ def summarise(findings: Findings) -> Summary:
             for name, known in findings.narrowing.items()
         },
         "questions": [_question(each) for each in findings.questions],
+        "sliding": {each.name: _by_sliding(each) for each in findings.sliding},
     }
 
 
@@ -174,6 +179,25 @@ def _left_out(item: LeftOut, sought: str) -> LeftOutEntry:
         "reliable": item.reliable,
         "told": item.reliable,
         "disagrees": item.disagrees,
+    }
+
+
+def _by_sliding(found: BySliding) -> BySlidingEntry:
+    return {
+        "ended": _of_sliding(found.ended),
+        "went_on": _of_sliding(found.went_on),
+        "effective": found.effective,
+    }
+
+
+def _of_sliding(found: FitSummary) -> SlidingEntry:
+    low, middle, high = LEVELS
+    return {
+        "median": found.median,
+        "sd": found.sd,
+        "interval_50": list(found.intervals[low]),
+        "interval_90": list(found.intervals[middle]),
+        "interval_95": list(found.intervals[high]),
     }
 
 
