@@ -132,7 +132,7 @@ def weighted(draws: Draws, weight: Draws) -> Summary:
 
 
 def _friction(outcome: Outcome) -> tuple[Draws, Draws]:
-    """μ and its critical value, which is huge where friction does not end the sliding, as in the models."""
+    """μ and its critical value, which is huge where friction does not end the sliding."""
     posterior = outcome.idata["posterior"]
     mu, critical = (np.asarray(posterior[name]).ravel() for name in ("mu", "mu_critical"))
     return mu, np.clip(
