@@ -433,8 +433,8 @@ def _middle(shares: list[float]) -> str:
 def _closed(found: ClosedForm | None) -> str:
     if found is None:
         return "–"
-    largest = max(found.parts, key=lambda name: found.parts[name])
-    return f"{_percent(found.sd / found.speed)} ({largest} {_percent(found.parts[largest] / found.speed)})"
+    name, size = max(found.parts.items(), key=lambda part: part[1])
+    return f"{_percent(found.sd / found.speed)} ({name} {_percent(size / found.speed)})"
 
 
 if __name__ == "__main__":
