@@ -46,8 +46,9 @@ def print_summary(findings: Findings, console: Console, units: Units = "si") -> 
     _line(console, findings.answers[units], "bold" if checks.passed else "bold red")
     _line(console, findings.verdict, "green" if checks.passed else "bold red")
     if by_sliding := sliding_table(findings, units):
+        _line(console, by_sliding.title, "bold")
         _print_block(by_sliding, console)
-        _line(console, f"  note: {CAUTION}", "yellow")
+        _line(console, CAUTION, "yellow")
     for asked in findings.questions:
         if asked.kind not in _ONLY_IN_REPORTS:
             _print_answer(asked.in_units(units), console)
