@@ -22,7 +22,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from retrodict.models import parts
-from scipy.optimize import brentq
 
 from benchmarks import page
 from benchmarks.__main__ import DOCS
@@ -237,18 +236,17 @@ def closed_form(scene: Scene, share: tuple[float, float]) -> ClosedForm | None:
 
     def speed_of(x: Mapping[str, float]) -> float | None:
         row = jnp.array([x[name] for name in at])
-
-        def off(speed: float) -> float:
-            return float(size(row, speed)) - x["delta_v"]
-
-        # the larger of two solutions where the other car's speed allows two
-        grid = np.linspace(0.0, FASTEST, 201)
-        signs = np.sign([off(float(speed)) for speed in grid])
-        (turns,) = np.nonzero(np.diff(signs))
-        if not turns.size:
-            return None
-        low = float(grid[turns[-1]])
-        return float(brentq(off, low, low + float(grid[1])))
+        low, high = 0.0, FASTEST
+        for _ in range(3):  # looks at ever shorter pieces
+            grid = np.linspace(low, high, 201)
+            off = np.asarray(size(row, grid)) - x["delta_v"]
+            (turns,) = np.nonzero(np.diff(np.sign(off)))
+            if not turns.size:
+                return None
+            last = turns[-1]  # the faster solution, where the other car's speed allows two
+            low, high = float(grid[last]), float(grid[last + 1])
+        below, above = off[last], off[last + 1]
+        return float(low - below * (high - low) / (above - below))
 
     middle = speed_of(at)
     if middle is None:
@@ -279,7 +277,7 @@ def delta_v(scene: Scene, v: str) -> Measured | None:
 
 
 def _delta_v_of(sought: str, names: tuple[str, ...], vehicle: int) -> Callable[..., Any]:
-    """A vehicle's delta-v as a compiled function of the inputs and the sought speed."""
+    """A vehicle's delta-v as a compiled function of the inputs and of sought speeds."""
 
     def size(row: jax.Array, speed: jax.Array) -> jax.Array:
         x = dict(zip(names, row, strict=True)) | {sought: speed}
@@ -297,7 +295,7 @@ def _delta_v_of(sought: str, names: tuple[str, ...], vehicle: int) -> Callable[.
         end = separation(start, bodies, Coefficients(x["e"], mu, one))
         return jnp.linalg.norm((end - start)[3 * vehicle : 3 * vehicle + 2])
 
-    return jax.jit(size)
+    return jax.jit(jax.vmap(size, (None, 0)))
 
 
 def case_of(row: Mapping[str, Any]) -> Case:
