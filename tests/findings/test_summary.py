@@ -43,7 +43,7 @@ def test_summary_has_exactly_the_agreed_structure(outcome):
         "schema", "scene", "model", "assumptions", "parameters", "derived", "hours", "correlations",
         "measured", "checks", "verdict", "question", "answers", "seconds", "versions", "seed",
         "settings", "complete", "notes", "ladder", "left_out", "causes", "narrowing",
-        "questions",
+        "questions", "sliding",
     ]  # fmt: skip
     assert found["scene"] == {"title": outcome.scene.title, "name": "made-up"}
     assert found["model"] == "planar-moment+wheels"

@@ -31,6 +31,7 @@ from retrodict.scene.records import VEHICLES
 from retrodict.scene.write import SceneText, scene_text
 from retrodict.studies.conflict import LeftOut, conflicts
 from retrodict.studies.narrowing import Narrowed, narrowing
+from retrodict.studies.sliding import BySliding, by_sliding
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Checks, Outcome
@@ -80,6 +81,8 @@ class Findings:
         assumptions: assumptions of the reconstruction, one line each.
         simplifications: parts of the scene that the answer leaves out, and assumptions that the scene
             file does not state, one sentence each.
+        sliding: each sought speed if sliding along the contact line ended within the contact, and if it
+            went on, where that makes a difference; empty where checks failed.
         checks: the verdict on the draws.
         verdict: the same verdict in one line.
         question: the question on speeds and impact, in words.
@@ -118,6 +121,7 @@ class Findings:
     notes: tuple[str, ...]
     ladder: Ladder | None = None
     simplifications: tuple[str, ...] = ()
+    sliding: tuple[BySliding, ...] = ()
     schema: Literal[1] = SCHEMA
 
     def __repr__(self) -> str:
@@ -172,6 +176,7 @@ def compute(outcome: Outcome, ladder: Ladder | None = None) -> Findings:
         notes=outcome.notes,
         ladder=ladder,
         simplifications=simplifications(outcome),
+        sliding=_sliding(outcome, quantities),
     )
 
 
@@ -183,6 +188,14 @@ def _narrowing(
     sought = [name for name in quantities if name in SPEEDS]
     found = {name: narrowing(outcome, name) for name in sought}
     return {name: known for name, known in found.items() if known}
+
+
+def _sliding(outcome: Outcome, quantities: dict[str, Quantity]) -> tuple[BySliding, ...]:
+    if not outcome.checks.passed:
+        return ()
+    return by_sliding(
+        outcome, *(name for name, each in quantities.items() if name in SPEEDS and each.passed)
+    )
 
 
 def _causes(answer: Quantity, known: tuple[Narrowed, ...]) -> tuple[Cause, ...]:

@@ -270,6 +270,27 @@ class LadderEntry(TypedDict):
     steps: list[dict[str, Any]]
 
 
+class SlidingEntry(TypedDict):
+    """A speed under an assumption, m/s: median, standard deviation and central intervals."""
+
+    median: float
+    sd: float
+    interval_50: list[float]
+    interval_90: list[float]
+    interval_95: list[float]
+
+
+class BySlidingEntry(TypedDict):
+    """A speed if sliding along the contact line ended within the contact, and if it went on.
+
+    effective: effective number of draws behind each assumption, the smaller.
+    """
+
+    ended: SlidingEntry
+    went_on: SlidingEntry
+    effective: float
+
+
 class Summary(TypedDict):
     """The findings of a reconstruction: SI units and radians, null for what is not finite.
 
@@ -278,7 +299,8 @@ class Summary(TypedDict):
     of each speed that was sought, were a quantity known exactly; causes: the measured quantities of
     which that would take away the largest shares of its variance, and the shares; question: what was
     asked, in words; answers: by the system of units that comes first; questions: what else was asked,
-    with its answers; files: SHA-256 of the other files of the same result.
+    with its answers; sliding: the speeds that were sought if sliding along the contact line ended, and
+    if it went on, where that makes a difference; files: SHA-256 of the other files of the same result.
     """
 
     schema: Literal[1]
@@ -305,6 +327,7 @@ class Summary(TypedDict):
     causes: dict[str, dict[str, float]]
     narrowing: dict[str, dict[str, float]]
     questions: list[QuestionEntry]
+    sliding: dict[str, BySlidingEntry]
     files: NotRequired[dict[str, str]]
 
 

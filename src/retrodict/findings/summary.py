@@ -15,6 +15,7 @@ from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import scaled, scaled_interval
 from retrodict.studies.avoidability import Avoidability, TimeDistance
 from retrodict.studies.corners import Corner
+from retrodict.studies.fit import LEVELS
 from retrodict.studies.named_checks import NamedCheck
 from retrodict.studies.one_at_a_time import Effect
 from retrodict.studies.probability import LikelihoodRatio, Probability
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from retrodict.scene.quantities import Units
     from retrodict.studies.comparison import Ladder
     from retrodict.studies.conflict import LeftOut
+    from retrodict.studies.fit import Summary as FitSummary
+    from retrodict.studies.sliding import BySliding
 
 _KINDS: dict[type, Any] = {
     Corner: schema.CornerEntry,
@@ -74,6 +77,7 @@ def summarise(findings: Findings) -> schema.Summary:
             _entry(schema.QuestionEntry, each, numbers=_numbers(each.numbers))
             for each in findings.questions
         ],
+        sliding={each.name: _by_sliding(each) for each in findings.sliding},
     )
 
 
@@ -120,6 +124,16 @@ def _left_out(item: LeftOut, sought: str) -> schema.LeftOutEntry:
     speeds = dict.fromkeys(("speed_a", "speed_a_sd", "speed_b", "speed_b_sd"))
     speeds |= {sought: item.speed, f"{sought}_sd": item.speed_sd}
     return _entry(schema.LeftOutEntry, item, **speeds, told=item.reliable)
+
+
+def _by_sliding(found: BySliding) -> schema.BySlidingEntry:
+    ended, went_on = _of_sliding(found.ended), _of_sliding(found.went_on)
+    return _entry(schema.BySlidingEntry, found, ended=ended, went_on=went_on)
+
+
+def _of_sliding(found: FitSummary) -> schema.SlidingEntry:
+    intervals = {f"interval_{level}": found.intervals[level] for level in LEVELS}
+    return _entry(schema.SlidingEntry, found, **intervals)
 
 
 def _numbers(found: Numbers | None) -> Any:

@@ -11,6 +11,7 @@ from retrodict.findings.sentences import MARK, NOT_TO_BE_RELIED_ON
 from retrodict.inference.digits import decimals_of
 from retrodict.report.blocks import Block, Listing, Paragraph, Picture, Section, Table
 from retrodict.report.sections import NOT_STATED
+from retrodict.report.sliding import CAUTION, sliding_table
 from retrodict.scene.case import Case
 from retrodict.scene.quantities import Units, label_and_unit
 
@@ -31,7 +32,8 @@ def first_page(
     asked = [Paragraph(case.instruction)] if case.instruction else []
     blocks: list[Block] = [*_case_lines(case)]
     blocks.append(Section("The question", (*asked, Paragraph(findings.question))))
-    blocks.append(Section("The answer", (*_answer(findings, units), *_put(findings, units))))
+    answered = (*_answer(findings, units), *_if_sliding(findings, units), *_put(findings, units))
+    blocks.append(Section("The answer", answered))
     if causes := tuple(_causes(findings, units)):
         blocks.append(Section("What the uncertainty comes from most", causes))
     blocks.append(Section("Did the computation converge?", _verdict(findings)))
@@ -73,6 +75,13 @@ def _answer(findings: Findings, units: Units) -> list[Block]:
         )
         blocks.append(Paragraph(text, "note"))
     return blocks
+
+
+def _if_sliding(findings: Findings, units: Units) -> Iterable[Block]:
+    """The answers if sliding ended and if it went on, with a caution."""
+    if table := sliding_table(findings, units):
+        yield table
+        yield Paragraph(CAUTION, "note")
 
 
 def _put(findings: Findings, units: Units) -> Iterable[Block]:

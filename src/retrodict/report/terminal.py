@@ -15,6 +15,7 @@ from retrodict.report import blocks
 from retrodict.report.ladder import ladder_rows
 from retrodict.report.layout import print_table
 from retrodict.report.results import named, result_rows
+from retrodict.report.sliding import CAUTION, sliding_table
 from retrodict.scene.quantities import Units, label_and_unit
 
 if TYPE_CHECKING:
@@ -44,6 +45,10 @@ def print_summary(findings: Findings, console: Console, units: Units = "si") -> 
     print_table(console, _table(findings, units, wide=console.width >= _WIDE))
     _line(console, findings.answers[units], "bold" if checks.passed else "bold red")
     _line(console, findings.verdict, "green" if checks.passed else "bold red")
+    if by_sliding := sliding_table(findings, units):
+        _line(console, by_sliding.title, "bold")
+        _print_block(by_sliding, console)
+        _line(console, CAUTION, "yellow")
     for asked in findings.questions:
         if asked.kind not in _ONLY_IN_REPORTS:
             _print_answer(asked.in_units(units), console)

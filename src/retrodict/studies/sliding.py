@@ -1,0 +1,140 @@
+"""An answer under each of two assumptions: that sliding ended within the contact, and that it did not.
+
+Which it was decides much of a speed that follows from delta-v along a grazing contact, and no source
+says how often sliding ends in a contact of a kind (docs/validation.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from retrodict.studies.comparison import SHARE
+from retrodict.studies.fit import LEVELS, Summary, summary
+
+if TYPE_CHECKING:
+    from retrodict.inference.outcome import Outcome
+
+TOLERANCE = 0.02  # scale of what is left of the sliding where it counts as ended
+LEFT = 0.05  # of the sliding, at least, where it counts as having gone on
+_HUGE = 1e9  # critical friction of a contact in which no friction ends the sliding
+_MIN_EFFECTIVE = 100  # draws: fewer make limits of an interval that move with the seed
+
+Draws = Float[np.ndarray, " draws"]
+
+
+@dataclass(frozen=True, slots=True)
+class BySliding:
+    """A speed under both assumptions (m/s).
+
+    Args:
+        name: flat name of the speed.
+        ended: the speed if sliding along the contact line ended within the contact.
+        went_on: the speed if more than `LEFT` of the sliding was left.
+        effective: effective number of draws behind each assumption, the smaller.
+    """
+
+    name: str
+    ended: Summary
+    went_on: Summary
+    effective: float
+
+
+def by_sliding(outcome: Outcome, *names: str) -> tuple[BySliding, ...]:
+    """Speeds under both assumptions, where these differ and the evidence allows both.
+
+    Args:
+        outcome: the reconstruction.
+        names: flat names of the speeds.
+
+    Returns:
+        A record for each speed whose two medians differ by more than a quarter of its standard
+        deviation; none where the model or the user decides on μ, parts may have interlocked, or fewer
+        than 100 effective draws are left to an assumption.
+    """
+    if (log_weight := log_ratio_of_ended(outcome)) is None:
+        return ()
+    weight = np.exp(log_weight - log_weight.max())
+    went_on = left_of_sliding(outcome) > LEFT
+    effective = min(float(weight.sum() ** 2 / (weight**2).sum()), float(went_on.sum()))
+    if effective < _MIN_EFFECTIVE:
+        return ()
+    posterior = outcome.idata["posterior"]
+    found = []
+    for name in names:
+        draws = np.asarray(posterior[name]).ravel()
+        each = BySliding(name, weighted(draws, weight), summary(draws[went_on]), effective)
+        if abs(each.went_on.median - each.ended.median) > SHARE * draws.std(ddof=1):
+            found.append(each)
+    return tuple(found)
+
+
+def left_of_sliding(outcome: Outcome) -> Draws:
+    """Share of the sliding that is left after the contact, 1 − μ/μ_c, of each draw.
+
+    Args:
+        outcome: a reconstruction by a model with a free μ.
+    """
+    mu, critical = _friction(outcome)
+    return 1 - mu / critical
+
+
+def log_ratio_of_ended(outcome: Outcome) -> Draws | None:
+    """Log density of μ where sliding ends, less that of the default prior, at each draw.
+
+    Args:
+        outcome: a reconstruction.
+
+    Returns:
+        The logarithms, whose exponentials have mean 1 over the prior; None where the model has no free
+        μ, the user gave its prior, or parts may have interlocked.
+    """
+    from retrodict.models import RUNGS
+    from retrodict.models.friction import Friction  # JAX: slow to import
+
+    scene, tree = outcome.scene, outcome.idata
+    rung = RUNGS.get(outcome.description.name)
+    if rung is None or "mu" not in rung.answers or "posterior" not in tree.children:
+        return None
+    if "mu_critical" not in tree["posterior"].data_vars:
+        return None
+    prior = scene.priors["mu"]
+    if prior.family or scene.contact.interlocked:
+        return None
+    mu, critical = _friction(outcome)
+    size = np.abs(critical)
+    left = left_of_sliding(outcome)
+    default = Friction(critical, *prior.numbers).log_prob(mu)
+    constant = np.log(2 / (TOLERANCE * np.sqrt(2 * np.pi)))
+    return constant - left**2 / (2 * TOLERANCE**2) - np.log(size) - np.asarray(default)
+
+
+def weighted(draws: Draws, weight: Draws) -> Summary:
+    """Median, sd and central intervals of weighted draws.
+
+    Args:
+        draws: values, shape (draws,).
+        weight: weights of any scale, shape (draws,).
+    """
+    order = np.argsort(draws)
+    share = weight[order] / weight.sum()
+    below = np.cumsum(share) - share / 2
+
+    def quantile(q: float) -> float:
+        return float(np.interp(q, below, draws[order]))
+
+    mean = float(share @ draws[order])
+    bounds = {n: (quantile(0.5 - n / 200), quantile(0.5 + n / 200)) for n in LEVELS}
+    return Summary(quantile(0.5), float(np.sqrt(share @ (draws[order] - mean) ** 2)), bounds)
+
+
+def _friction(outcome: Outcome) -> tuple[Draws, Draws]:
+    """μ and its critical value, which is huge where friction does not end the sliding."""
+    posterior = outcome.idata["posterior"]
+    mu, critical = (np.asarray(posterior[name]).ravel() for name in ("mu", "mu_critical"))
+    return mu, np.clip(
+        np.nan_to_num(critical, nan=_HUGE, posinf=_HUGE, neginf=-_HUGE), -_HUGE, _HUGE
+    )
