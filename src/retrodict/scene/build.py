@@ -16,8 +16,9 @@ from retrodict.scene.entries.impact import (
     OutlineEntry,
     SurfaceEntry,
 )
+from retrodict.scene.entries.motion import ApproachEntry, MarkEntry, RestEntry
 from retrodict.scene.entries.table import Table
-from retrodict.scene.entries.vehicle import ApproachEntry, MarkEntry, RestEntry, VehicleEntry
+from retrodict.scene.entries.vehicle import VehicleEntry
 from retrodict.scene.estimates import (
     Complain,
     axle_distances,
@@ -31,9 +32,11 @@ from retrodict.scene.fields import (
     COEFFICIENTS,
     FROM_IMPACT,
     IMPACT,
+    SKID,
     SLOPE,
     SURFACE,
     VEHICLE,
+    YAW_MARK,
     Field,
 )
 from retrodict.scene.priors import FIXED, Prior, default_priors, fixed_of, of_family, overridden
@@ -50,9 +53,11 @@ from retrodict.scene.records import (
     Outline,
     Rest,
     Scene,
+    Skid,
     Slope,
     Surface,
     Vehicle,
+    YawMark,
 )
 from retrodict.scene.schema import SceneEntry
 from retrodict.scene.speed_record import SpeedRecord
@@ -88,11 +93,17 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     _not_exchanged(entries, complain)
     # the schema sees to it that nothing slides where none is written; still a scene has a road
     written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
+    slid_on = set[str]().union(*(each.approach.slid_on for each in entries.values()))
+
+    def place(item: tuple[str, SurfaceEntry]) -> int:
+        name, surface = item
+        return 3 if surface.outline else 2 if surface.edge else 1 if name in slid_on else 0
+
     # surfaces keep their order, but for the road and outlines, which are what covers last
-    in_order = sorted(
-        written.items(), key=lambda item: 2 if item[1].outline else 1 if item[1].edge else 0
-    )
-    surfaces = tuple(_surface(*item) for item in in_order)
+    in_order = sorted(written.items(), key=place)
+    road, *others = (_surface(*item) for item in in_order)
+    nowhere = tuple(s for s in others if s.edge is None and s.outline is None)
+    surfaces = (road, *(s for s in others if s not in nowhere))
     priors = _priors(entry, complain)
     unwritten = unwritten_keys(entry, complain)
     scene = Scene(
@@ -100,10 +111,13 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         name=name,
         text=text,
         vehicles={
-            v.lower(): _vehicle(v, entries[v], other_side(v, entries), surfaces[0], complain)
+            v.lower(): _vehicle(v, entries[v], other_side(v, entries), road, complain)
             for v in entries
         },
-        approach={v.lower(): _approach(each.approach, each.heading) for v, each in entries.items()},
+        approach={
+            v.lower(): _approach(each.approach, each.heading, road.name)
+            for v, each in entries.items()
+        },
         rest={
             v.lower(): _rest(v, each.rest, each.heading.value, complain)
             for v, each in entries.items()
@@ -116,6 +130,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         },
         contact=_contact(entry.impact),
         surfaces=surfaces,
+        skidded_on=nowhere,
         notes=tuple(entry.notes),
         question=_question(entry, priors, unwritten, complain),
         unwritten=unwritten,
@@ -142,7 +157,28 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     )
     for v in scene.vehicles:
         _stops(scene, v, complain)
+    _slid_on_known(entry, complain)
     return scene
+
+
+def _slid_on_known(entry: SceneEntry, complain: Complain) -> None:
+    """Refuse skids on surfaces that the file does not have, and critical speeds on a slope."""
+    for v, each in entry.vehicles.by_letter.items():
+        approach, names = each.approach, ", ".join(entry.surfaces)
+        parts = [(f"skids[{i}]", piece.surface) for i, piece in enumerate(approach.skids)]
+        if yaw := approach.yaw_mark:
+            parts.append(("yaw_mark", yaw.surface))
+            if entry.slope:
+                complain(
+                    f"vehicles.{v}.approach.yaw_mark",
+                    "the critical speed on a slope is not modelled; leave it out, or slope",
+                )
+        for key, name in parts:
+            if name is not None and name not in entry.surfaces:
+                complain(
+                    f"vehicles.{v}.approach.{key}.surface",
+                    f"no such surface; write one of {names}, or [surfaces.{name}]",
+                )
 
 
 def _stops(scene: Scene, v: str, complain: Complain) -> None:
@@ -224,6 +260,7 @@ def _vehicle(
         length=length,
         width=width,
         wheels=wheels,
+        articulated=entry.articulation == "locked" or bool(known and known.articulated),
         run_out_error=run_out_error(entry, front.value, rear.value, wheels),
         **_kept(entry, VEHICLE),
     )
@@ -238,7 +275,7 @@ def _kept(entry: Table, fields: Mapping[str, Field]) -> dict[str, Any]:
     }
 
 
-def _approach(entry: ApproachEntry, heading: Measured) -> Approach:
+def _approach(entry: ApproachEntry, heading: Measured, road: str) -> Approach:
     """Motion before impact: along the heading and without yaw, unless the file states a slide."""
     speed, record = _speed(entry)
     direction = _known(entry.direction, lambda: along(heading))
@@ -248,7 +285,23 @@ def _approach(entry: ApproachEntry, heading: Measured) -> Approach:
         or abs(math.remainder(direction.value - heading.value, math.tau)) > _SLIDES
     )
     yaw_rate = _known(entry.yaw_rate, lambda: None if slides else without_yaw())
-    return Approach(speed, direction, yaw_rate, record=record, **_kept(entry, APPROACH))
+    skids = tuple(
+        Skid(**_kept(piece, SKID), surface="" if piece.drag_factor else piece.surface or road)
+        for piece in entry.skids
+    )
+    yaw = entry.yaw_mark
+    mark = None
+    if yaw is not None and yaw.error is not None:
+        mark = YawMark(**_kept(yaw, YAW_MARK), error=yaw.error, surface=yaw.surface or road)
+    return Approach(
+        speed,
+        direction,
+        yaw_rate,
+        record=record,
+        skids=skids,
+        yaw_mark=mark,
+        **_kept(entry, APPROACH),
+    )
 
 
 def _known(

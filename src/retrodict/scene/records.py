@@ -12,10 +12,18 @@ from retrodict.scene.energy import ENERGY
 from retrodict.scene.fields import APPROACH, COEFFICIENTS, DEPARTURE, FROM_IMPACT
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
+from retrodict.scene.motion_records import Approach as Approach
+from retrodict.scene.motion_records import Departure as Departure
+from retrodict.scene.motion_records import EndOfRotation as EndOfRotation
+from retrodict.scene.motion_records import FromImpact as FromImpact
+from retrodict.scene.motion_records import Mark as Mark
+from retrodict.scene.motion_records import Rest as Rest
+from retrodict.scene.motion_records import Skid as Skid
+from retrodict.scene.motion_records import YawMark as YawMark
+from retrodict.scene.motion_records import marks_before
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.priors import Prior, default_priors, fixed_of
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
-from retrodict.scene.speed_record import SpeedRecord
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -87,6 +95,7 @@ class Vehicle:
     whose figures stand where the scene file has none; it is empty where the file names no class.
     `cg_height` is the height of the centre of gravity above the road; None where loads are static.
     `slides` is the drag factor of a body without wheels; None for a vehicle on its wheels.
+    `articulated` says that it is a tractor with a trailer, taken as one rigid body.
     """
 
     name: str
@@ -106,77 +115,7 @@ class Vehicle:
     kind: str = ""
     cg_height: Measured | None = None
     slides: Measured | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Approach:
-    """Motion just before impact (m/s, rad, rad/s, m); None stands for unknown.
-
-    `direction` is the direction of travel, counter-clockwise from the x axis; it need not be the
-    heading, but is assumed to be along it where a scene file says nothing. `skid` is how far the vehicle
-    skidded on the road up to the impact, `skid_braking` the braking force over the available friction
-    there; None where all wheels were locked. `record` is the speed record that `speed` comes from, if
-    any; `speed` then holds the mean and standard deviation of the speed at impact by that record.
-    """
-
-    speed: Measured | None
-    direction: Measured | None
-    yaw_rate: Measured | None
-    skid: Measured | None = None
-    skid_braking: Measured | None = None
-    record: SpeedRecord | None = None
-
-
-# motion of a vehicle just after the impact, by name in `fields.DEPARTURE`
-Departure = dict[str, Measured]
-# where a vehicle came to rest as seen from the impact, by name in `fields.FROM_IMPACT`
-FromImpact = dict[str, Measured]
-
-
-@dataclass(frozen=True, slots=True)
-class Rest:
-    """Rest pose of a vehicle (m, rad): its centre of gravity and its heading, if measured.
-
-    `heading` is unwrapped: it is the heading at impact plus the total rotation when
-    `turns_known`, else the representative within half a turn of the heading at impact.
-    """
-
-    x: Measured
-    y: Measured
-    heading: Measured | None
-    turns_known: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """A point that a vehicle passed on its way to rest (m).
-
-    `of` is the part of the vehicle that passed there: "centre" (of gravity) or a wheel
-    ("front_left", …). `sd` is the uncertainty of the point across the path; `source` and `assumed`
-    are as in `Measured`. `speed` (m/s) and `course` (rad), the direction of travel, are those of the
-    centre of gravity at that moment, None where not measured.
-    """
-
-    x: float
-    y: float
-    sd: float
-    of: str
-    source: str = ""
-    assumed: Literal["", "sd", "value", "stand-in"] = ""
-    speed: Measured | None = None
-    course: Measured | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class EndOfRotation:
-    """Pose in which a vehicle stopped sliding sideways and began to roll (m, rad); None: not measured.
-
-    x and y are the position of its centre of gravity. Whole turns of `heading` mean nothing.
-    """
-
-    x: Measured | None = None
-    y: Measured | None = None
-    heading: Measured | None = None
+    articulated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,6 +236,8 @@ class Scene:
         unwritten: paths of the file's keys that some models need and the file does not have; the
             records hold stand-ins in their places.
         extra: log likelihood terms of the user's own, by name: functions, None once stored.
+        skidded_on: surfaces of skids and yaw marks that lie nowhere in the scene, or that a run-out
+            leaves out.
     """
 
     title: str
@@ -323,6 +264,7 @@ class Scene:
     from_impact: dict[str, FromImpact] = field(default_factory=dict)
     unwritten: tuple[str, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)
+    skidded_on: tuple[Surface, ...] = ()
 
     if TYPE_CHECKING:
         # these need the schema or matplotlib, and import this module: `scene` and `notebook` attach
@@ -356,8 +298,9 @@ class Scene:
         for v, vehicle in self.vehicles.items():
             for part in (vehicle, vehicle.wheels, self.approach[v]):
                 flat |= {f"{name}_{v}": measured for name, measured in _measured(part)}
+            flat |= {f"{name}_{v}": measured for name, measured in marks_before(self.approach[v])}
         flat |= _measured(self.contact)
-        for surface in self.surfaces:
+        for surface in (*self.surfaces, *self.skidded_on):
             flat |= {f"{name}_{surface.name}": measured for name, measured in _measured(surface)}
             if (end := surface.edge or surface.outline) is not None:
                 flat[f"edge_{surface.name}"] = end.offset
@@ -414,6 +357,8 @@ class Scene:
                     off = missed.of_heading(far) if part == "heading" else missed.of_position(far)
                     measured = measured.with_model_sd(off)
                 flat[f"end_{part}_{v}"] = measured
+            if (yaw := self.approach[v].yaw_mark) is not None:
+                flat[f"yaw_mark_{v}"] = Measured(1.0, yaw.error.value, source=yaw.error.source)
         flat |= {f"impact_{key}": self.energy_lost.get(key) for key in ENERGY}
         flat |= {f"impact_{key}": self.coefficients.get(key) for key in COEFFICIENTS}
         return {name: measured for name, measured in flat.items() if measured is not None}
@@ -466,7 +411,14 @@ class Scene:
     @property
     def skidded(self) -> tuple[str, ...]:
         """Vehicles with a measured skid up to the impact."""
-        return tuple(v for v in self.vehicles if self.approach[v].skid is not None)
+        return tuple(v for v in self.vehicles if self.approach[v].skid_length)
+
+    @property
+    def slid_on(self) -> frozenset[str]:
+        """Names of the surfaces of skids in several pieces and of yaw marks."""
+        pieces = [piece for own in self.approach.values() for piece in own.skids]
+        marks = [own.yaw_mark for own in self.approach.values() if own.yaw_mark]
+        return frozenset(each.surface for each in (*pieces, *marks))
 
     def reported(self) -> tuple[str, ...]:
         """Names in `REPORTED` of the quantities in the scene's results, where the model knows them."""
