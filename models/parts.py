@@ -391,7 +391,7 @@ def over_critical_speed(
 ) -> Values:
     """Speed of each vehicle over the critical speed of its yaw mark, which ends where its skid begins.
 
-    The critical speed is √(f g r), with r = c²/(8 m) + m/2 from chord c and middle ordinate m of the arc.
+    The critical speed is √(f g r), r = c²/(8 m) + m/2 from chord c and middle ordinate m of the arc.
 
     Args:
         structure: static structure of the scene.

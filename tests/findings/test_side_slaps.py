@@ -47,7 +47,7 @@ def test_an_overlap_is_pushed_out_of_the_side_that_it_is_in_the_least() -> None:
     assert area == pytest.approx(0.1 * min(a.length, b.length), rel=0.02)
     assert centre[1] == pytest.approx(a.width / 2 - 0.05)
     assert np.cos(axis + np.pi / 2) == pytest.approx(1.0)  # A goes down
-    assert overlap(beside + [[0, 0, 0], [0, 0.2, 0]])[0] == 0
+    assert overlap(beside + np.array([[0, 0, 0], [0, 0.2, 0]]))[0] == 0
 
 
 @pytest.mark.slow

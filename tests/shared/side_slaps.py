@@ -147,7 +147,9 @@ def impact(
     levers = point - poses[:, :2]
 
     def at_contact(velocity: Array) -> Array:
-        places = [v[:2] + v[2] * np.array([-r[1], r[0]]) for v, r in zip(velocity, levers)]
+        places = [
+            v[:2] + v[2] * np.array([-r[1], r[0]]) for v, r in zip(velocity, levers, strict=True)
+        ]
         return places[0] - places[1]
 
     def per_impulse(P: Array) -> Array:
@@ -313,7 +315,7 @@ def scene_text(crash: Crash, rng: np.random.Generator) -> str:
 
     lines = ["schema = 1", 'title = "Crossing"']
     for i, (car, v) in enumerate(zip(CARS, "AB", strict=True)):
-        x, y, heading = crash.poses[i]
+        heading = crash.poses[i, 2]
         lever = crash.point - crash.poses[i, :2]
         angle = math.degrees(math.atan2(lever[1], lever[0]) - heading)
         rest, turned = crash.rests[i], math.degrees(crash.rests[i, 2] - heading)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Mapping
 
+from retrodict.scene.build_motion import approach_of, contradicts, kept_values, mark_of, rest_of
 from retrodict.scene.defaults import DEFAULTS, FRICTION
 from retrodict.scene.energy import ENERGY
 from retrodict.scene.entries.impact import (
@@ -16,8 +15,6 @@ from retrodict.scene.entries.impact import (
     OutlineEntry,
     SurfaceEntry,
 )
-from retrodict.scene.entries.motion import ApproachEntry, MarkEntry, RestEntry
-from retrodict.scene.entries.table import Table
 from retrodict.scene.entries.vehicle import VehicleEntry
 from retrodict.scene.estimates import (
     Complain,
@@ -28,40 +25,30 @@ from retrodict.scene.estimates import (
     wheels_of,
 )
 from retrodict.scene.fields import (
-    APPROACH,
     COEFFICIENTS,
     FROM_IMPACT,
     IMPACT,
-    SKID,
     SLOPE,
     SURFACE,
     VEHICLE,
-    YAW_MARK,
-    Field,
 )
 from retrodict.scene.priors import FIXED, Prior, default_priors, fixed_of, of_family, overridden
 from retrodict.scene.quantities import UNKNOWNS
 from retrodict.scene.questions import questions_of
 from retrodict.scene.records import (
-    Approach,
     Barrier,
     Contact,
     Edge,
     EndOfRotation,
-    Mark,
     Measured,
     Outline,
-    Rest,
     Scene,
-    Skid,
     Slope,
     Surface,
     Vehicle,
-    YawMark,
 )
 from retrodict.scene.schema import SceneEntry
-from retrodict.scene.speed_record import SpeedRecord
-from retrodict.scene.units import ANGLE, GRADE
+from retrodict.scene.units import GRADE
 from retrodict.scene.unwritten import (
     AROUND_SLIDING,
     OF_CONTACT,
@@ -73,7 +60,6 @@ from retrodict.scene.unwritten import (
 )
 from retrodict.scene.vehicle_library import find
 
-_SLIDES = math.radians(15)  # off its heading a vehicle slides: tyres that roll slip by some 10 deg
 _SURE = 2  # standard deviations by which friction has to exceed a slope
 
 
@@ -115,11 +101,11 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
             for v in entries
         },
         approach={
-            v.lower(): _approach(each.approach, each.heading, road.name)
+            v.lower(): approach_of(each.approach, each.heading, road.name)
             for v, each in entries.items()
         },
         rest={
-            v.lower(): _rest(v, each.rest, each.heading.value, complain)
+            v.lower(): rest_of(v, each.rest, each.heading.value, complain)
             for v, each in entries.items()
             if each.rest and each.rest.position
         },
@@ -141,7 +127,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
             if each.departure
         },
         marks={
-            v.lower(): tuple(map(_mark, each.marks)) for v, each in entries.items() if each.marks
+            v.lower(): tuple(map(mark_of, each.marks)) for v, each in entries.items() if each.marks
         },
         end_of_rotation={
             v.lower(): EndOfRotation(**dict(each.end_of_rotation))
@@ -152,7 +138,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         questions=questions_of(entry.questions),
         barrier=_barrier(entry.barrier) if entry.barrier else None,
         energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
-        slope=Slope(**_kept(entry.slope, SLOPE)) if entry.slope else None,
+        slope=Slope(**kept_values(entry.slope, SLOPE)) if entry.slope else None,
         coefficients={k: m for k, m in _coefficients(entry.impact).items() if m.sd},
     )
     for v in scene.vehicles:
@@ -262,137 +248,14 @@ def _vehicle(
         wheels=wheels,
         articulated=entry.articulation == "locked" or bool(known and known.articulated),
         run_out_error=run_out_error(entry, front.value, rear.value, wheels),
-        **_kept(entry, VEHICLE),
+        **kept_values(entry, VEHICLE),
     )
-
-
-def _kept(entry: Table, fields: Mapping[str, Field]) -> dict[str, Any]:
-    """Values of a table that a record keeps as written, or the assumed ones, by attribute."""
-    return {
-        field.name or key: getattr(entry, key) or field.where_unwritten
-        for key, field in fields.items()
-        if not field.computed
-    }
-
-
-def _approach(entry: ApproachEntry, heading: Measured, road: str) -> Approach:
-    """Motion before impact: along the heading and without yaw, unless the file states a slide."""
-    speed, record = _speed(entry)
-    direction = _known(entry.direction, lambda: along(heading))
-    # a vehicle that slides sideways has begun to yaw
-    slides = (
-        direction is None
-        or abs(math.remainder(direction.value - heading.value, math.tau)) > _SLIDES
-    )
-    yaw_rate = _known(entry.yaw_rate, lambda: None if slides else without_yaw())
-    skids = tuple(
-        Skid(**_kept(piece, SKID), surface="" if piece.drag_factor else piece.surface or road)
-        for piece in entry.skids
-    )
-    yaw = entry.yaw_mark
-    mark = None
-    if yaw is not None and yaw.error is not None:
-        mark = YawMark(**_kept(yaw, YAW_MARK), error=yaw.error, surface=yaw.surface or road)
-    return Approach(
-        speed,
-        direction,
-        yaw_rate,
-        record=record,
-        skids=skids,
-        yaw_mark=mark,
-        **_kept(entry, APPROACH),
-    )
-
-
-def _known(
-    written: Measured | str | None, assumed: Callable[[], Measured | None]
-) -> Measured | None:
-    """The written value, None where it is "unknown", or the assumed one where nothing is written."""
-    if written is None:
-        return assumed()
-    return None if isinstance(written, str) else written
-
-
-def along(heading: Measured) -> Measured:
-    """The assumed direction of travel of a vehicle that did not slide, by its heading."""
-    spread = DEFAULTS["course"]
-    return Measured(
-        heading.value,
-        math.hypot(heading.sd, spread.amount(heading.value)),
-        source=f"assumed: along the heading at impact, whose error is added to ± {spread}",
-        assumed="value",
-    )
-
-
-def without_yaw() -> Measured:
-    """The assumed yaw rate of a vehicle that neither slid nor turned."""
-    spread = DEFAULTS["yaw_rate"]
-    return Measured(0.0, spread.amount(0.0), source=f"assumed: 0 ± {spread}", assumed="value")
-
-
-def _speed(entry: ApproachEntry) -> tuple[Measured | None, SpeedRecord | None]:
-    """The speed as measured, or the mean and standard deviation by a speed record, and that record."""
-    if (kept := entry.speed_record) is None:
-        return entry.speed, None
-    low, high = (moment.value for moment in kept.impact)
-    record = SpeedRecord(
-        times=tuple(t.value for t in kept.times),
-        speeds=tuple(v.value for v in kept.speeds),
-        low=low,
-        high=high,
-        sd=kept.uncertainty.value,
-    )
-    every = (kept.uncertainty, *kept.speeds, *kept.times)
-    source = "; ".join(dict.fromkeys(m.source for m in every if m.source))  # each once
-    return Measured(*record.moments, source=source), record
-
-
-def _mark(entry: MarkEntry) -> Mark:
-    x, y = entry.point
-    default = DEFAULTS["mark"]
-    across = entry.uncertainty or Measured(
-        default.amount(0.0), source=f"uncertainty assumed: {default}", assumed="sd"
-    )
-    sources = dict.fromkeys(m.source for m in (x, y, across) if m.source)  # each once
-    return Mark(
-        *(x.value, y.value, across.value, entry.of, "; ".join(sources), across.assumed),
-        speed=entry.speed,
-        course=entry.course,
-    )
-
-
-def _rest(letter: str, entry: RestEntry, at_impact: float, complain: Complain) -> Rest:
-    assert entry.position, "asked where there is one"
-    x, y = entry.position
-    if entry.heading is None:
-        return Rest(x, y, None, turns_known=False)
-    turned = entry.heading.value - at_impact  # but for whole turns
-    expected = entry.rotation.value if entry.rotation else 0.0
-    rotation = turned + math.tau * round((expected - turned) / math.tau)
-    if _contradicts(entry, at_impact):
-        complain(
-            f"vehicles.{letter}.rest.rotation",
-            "the two headings differ by {amount} and whole turns; write a rotation (positive "
-            "counter-clockwise) within 45 deg of that, or correct a heading",
-            math.remainder(turned, math.tau),
-            ANGLE,
-        )
-    heading = replace(entry.heading, value=at_impact + rotation)
-    return Rest(x, y, heading, turns_known=entry.rotation is not None)
-
-
-def _contradicts(entry: RestEntry, at_impact: float) -> bool:
-    """Whether a rotation is off the one by the headings by over 1/8 turn, whole turns aside."""
-    if not (entry.heading and entry.rotation):
-        return False
-    off = entry.heading.value - at_impact - entry.rotation.value
-    return abs(math.remainder(off, math.tau)) > math.pi / 4
 
 
 def _contact(entry: ImpactEntry) -> Contact:
     stand_in = Measured(0.0, source=STANDS_IN, assumed="stand-in")
     x, y = entry.point or (stand_in, stand_in)
-    kept = _kept(entry, IMPACT)
+    kept = kept_values(entry, IMPACT)
     kept["Gamma"] = kept["Gamma"] or stand_in
     return Contact(x=x, y=y, interlocked=entry.interlocked, together=entry.together, **kept)
 
@@ -457,7 +320,7 @@ def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:
 
     def contradiction(of: str, rest_of: str) -> bool:
         rest = entries[rest_of].rest
-        return rest is None or _contradicts(rest, entries[of].heading.value)
+        return rest is None or contradicts(rest, entries[of].heading.value)
 
     a, b = entries
     as_written = contradiction(a, a) or contradiction(b, b)
@@ -468,7 +331,7 @@ def _surface(name: str, entry: SurfaceEntry) -> Surface:
     friction = entry.friction or _friction_of(entry.kind or "")
     edge = _edge(entry.edge) if entry.edge else None
     outline = _outline(entry.outline) if entry.outline else None
-    return Surface(name, friction, edge=edge, outline=outline, **_kept(entry, SURFACE))
+    return Surface(name, friction, edge=edge, outline=outline, **kept_values(entry, SURFACE))
 
 
 def _friction_of(kind: str) -> Measured:

@@ -52,9 +52,10 @@ class Approach:
     `direction` is the direction of travel, counter-clockwise from the x axis; it need not be the
     heading, but is assumed to be along it where a scene file says nothing. `skid` is how far the vehicle
     skidded on the road up to the impact, `skid_braking` the braking force over the available friction
-    there; None where all wheels were locked. `skids` are the pieces of a skid that is not one, in the
-    order in which they were driven, `yaw_mark` the mark that it left before them. `record` is the speed record that `speed` comes from, if
+    there; None where all wheels were locked. `record` is the speed record that `speed` comes from, if
     any; `speed` then holds the mean and standard deviation of the speed at impact by that record.
+    `skids` are the pieces of a skid that is not one, in the order in which they were driven, and
+    `yaw_mark` is the mark that it left before them.
     """
 
     speed: Measured | None

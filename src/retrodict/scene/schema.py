@@ -151,7 +151,7 @@ def validated(document: Mapping[str, Any]) -> SceneEntry:
 
 
 def _slid_on(document: Mapping[str, Any]) -> set[str]:
-    """Names of surfaces that skids and yaw marks before the impact state, in a file not yet validated."""
+    """Names of the surfaces that skids and yaw marks state, in a file not yet validated."""
     found: set[str] = set()
 
     def look(part: object, key: str) -> None:

@@ -151,7 +151,7 @@ _NO_ERROR = (
 
 @with_fields(YAW_MARK)
 class YawMarkEntry(Table):
-    """`yaw_mark` of an approach: the arc of a critical-speed yaw mark that ends where its skid begins."""
+    """`yaw_mark` of an approach: the arc of a critical-speed yaw mark, up to where its skid begins."""
 
     error: MethodError | None = None
     surface: SurfaceName | None = Field(None, examples=['"road"'])
