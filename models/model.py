@@ -208,4 +208,9 @@ def rungs_for(scene: Scene) -> dict[str, Rung]:
     Args:
         scene: measured scene.
     """
-    return {name: rung for name, rung in RUNGS.items() if rung.impact.kind == scene.kind}
+    return {
+        name: rung
+        for kind in scene.kinds
+        for name, rung in RUNGS.items()
+        if rung.impact.kind == kind
+    }

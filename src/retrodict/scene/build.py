@@ -257,7 +257,14 @@ def _contact(entry: ImpactEntry) -> Contact:
     x, y = entry.point or (stand_in, stand_in)
     kept = kept_values(entry, IMPACT)
     kept["Gamma"] = kept["Gamma"] or stand_in
-    return Contact(x=x, y=y, interlocked=entry.interlocked, together=entry.together, **kept)
+    return Contact(
+        x=x,
+        y=y,
+        interlocked=entry.interlocked,
+        together=entry.together is True,
+        perhaps_together=entry.together == "perhaps",
+        **kept,
+    )
 
 
 def _question(
@@ -284,7 +291,7 @@ def _question(
         for key in lacks:
             fix = fixes[key.rpartition(".")[2]]
             complain(key, f"missing; write {fix}, without which {wrong[0]} has no meaning")
-    if entry.impact.together and (
+    if entry.impact.together is True and (
         wrong := [name for name in entry.question if name in COEFFICIENTS]
     ):
         why = f"vehicles that go on together leave no {wrong[0]} to ask for"

@@ -123,7 +123,8 @@ class Contact:
     """Impact centre in the road plane (m) and Gamma (rad), the contact line's angle from the y axis.
 
     `interlocked` says that parts of the vehicles hooked into each other, so that sliding may have been
-    reversed; `together` that they went on as one from there to rest.
+    reversed; `together` that they went on as one from there to rest, `perhaps_together` that nobody
+    knows whether they did.
     """
 
     x: Measured
@@ -131,6 +132,7 @@ class Contact:
     Gamma: Measured
     interlocked: bool = False
     together: bool = False
+    perhaps_together: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -402,6 +404,11 @@ class Scene:
     def kind(self) -> SceneKind:
         """What happened: each kind has models of its own."""
         return "alone" if self.alone else "together" if self.contact.together else "impact"
+
+    @property
+    def kinds(self) -> tuple[SceneKind, ...]:
+        """What may have happened: where it is in doubt, that the vehicles went on together first."""
+        return ("together", self.kind) if self.contact.perhaps_together else (self.kind,)
 
     @property
     def travelled(self) -> tuple[str, ...]:

@@ -196,6 +196,8 @@ def _impact(scene: Scene) -> Iterator[str]:
     yield f"interlocked = {str(scene.contact.interlocked).lower()}"
     if scene.contact.together:
         yield "together = true"
+    if scene.contact.perhaps_together:
+        yield 'together = "perhaps"'
     yield from (_line(key, stated, "J") for key, stated in scene.energy_lost.items())
     yield from (_line(key, measured) for key, measured in scene.coefficients.items())
 
