@@ -62,11 +62,13 @@ def test_a_yaw_mark_narrows_the_speed_before_a_skid_into_a_crash() -> None:
     """Speeds of a crossing, with and without a mark at A's speed before its skid."""
     from tests.models.test_as_people_write import CLASSROOM
 
-    skid = 'approach = { skid = "5 ± 0.3 m" }\nrest = { distance = "25.9 ft"'
-    mark = 'approach = { skid = "5 ± 0.3 m", yaw_mark = { chord = "15 m", middle_ordinate = "0.45 ± 0.02 m", error = "5 %" } }\nrest = { distance = "25.9 ft"'
+    rest = 'rest = { distance = "25.9 ft"'
+    arc = '{ chord = "15 m", middle_ordinate = "0.45 ± 0.02 m", error = "5 %" }'
+    skid = f'approach = {{ skid = "5 ± 0.3 m" }}\n{rest}'
+    mark = f'approach = {{ skid = "5 ± 0.3 m", yaw_mark = {arc} }}\n{rest}'
     both = []
     for text in (skid, mark):
-        scene = rd.parse_scene(CLASSROOM.replace('rest = { distance = "25.9 ft"', text), "crossing")
+        scene = rd.parse_scene(CLASSROOM.replace(rest, text), "crossing")
         found = rd.reconstruct(scene, method="importance")
         assert found.checks.passed
         both.append(np.ravel(found.idata["posterior"]["travelling_speed_a"]))

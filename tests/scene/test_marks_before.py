@@ -36,6 +36,7 @@ approach = { yaw_mark = { chord = "12 m", middle_ordinate = "0.3 ± 0.01 m", err
 [surfaces.road]
 friction = "0.72 ± 0.05"
 """
+SLOPE = '[slope]\ngrade = "3 ± 1 %"\nuphill = "0 deg"\n'
 
 
 def test_pieces_are_inputs_with_the_friction_of_their_surfaces() -> None:
@@ -66,7 +67,8 @@ def test_a_text_made_of_it_reads_as_the_same_scene(text: str) -> None:
     again = parse_scene(scene_toml(scene), "skid")
     for name in (*scene.inputs(), *scene.evidence()):
         label, _ = describe(name)
-        assert label and "{" not in label
+        assert label
+        assert "{" not in label
     before, after = (each.inputs() | each.evidence() for each in (scene, again))
     assert before.keys() == after.keys()
     assert all(after[k].value == pytest.approx(m.value) for k, m in before.items())
@@ -84,15 +86,15 @@ def test_a_text_made_of_it_reads_as_the_same_scene(text: str) -> None:
             'drag_factor = "0.35 ± 0.05", surface = "road"',
             "a drag factor is the whole deceleration",
         ),
-        (PIECES, 'speed = "0 mph", ', 'speed = "0 mph", skid = "9 m", ', "the same twice; keep it, or skids"),
+        (PIECES, 'speed = "0 mph", ', 'skid = "9 m", ', "the same twice; keep it, or skids"),
         (PIECES, 'speed = "0 mph", ', "", "nothing is known of the vehicle"),
         (PIECES, '[surfaces.gravel]\nfriction = "0.5 ± 0.05"\n', "", "no such surface"),
         (YAW, ', error = "8 %"', "", "no default is given, because published tests do not agree"),
         (YAW, ', error = "8 %"', "", "SAE 2014-01-0467"),
         (YAW, '"0.3 ± 0.01 m"', '"6 ± 0.01 m"', "half the chord"),
         (YAW, '"0.3 ± 0.01 m"', '"0.3 m"', "needs an uncertainty"),
-        (YAW, "[surfaces", '[slope]\ngrade = "3 ± 1 %"\nuphill = "0 deg"\n[surfaces', "critical speed on a slope"),
-        (YAW, 'mass = "1500 ± 30 kg"', 'mass = "80 kg"\nslides = "0.5 ± 0.1"', "what slides has no tyres"),
+        (YAW, "[surfaces", f"{SLOPE}[surfaces", "critical speed on a slope"),
+        (YAW, "mass", 'slides = "0.5 ± 0.1"\nmass', "what slides has no tyres"),
     ],
 )  # fmt: skip
 def test_what_it_cannot_have_is_refused(text: str, old: str, new: str, said: str) -> None:

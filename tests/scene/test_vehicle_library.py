@@ -128,7 +128,8 @@ def test_an_articulation_is_locked_which_the_model_states_and_a_free_one_is_refu
     (line,) = refusal(locked + 'articulation = "free"\n')
     assert "a free articulation, about which tractor and trailer turn, is not modelled" in line
     (line,) = refusal('class = "semi-trailer"\n')
-    assert '"laden semi-trailer"' in line and '"empty semi-trailer"' in line
+    assert '"laden semi-trailer"' in line
+    assert '"empty semi-trailer"' in line
 
 
 def test_a_motorcycle_gives_its_mass_to_a_body_that_slides():

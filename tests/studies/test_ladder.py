@@ -52,11 +52,12 @@ def test_a_rung_that_will_not_do_is_passed_over_with_the_reason(wrong, word) -> 
 
 
 def test_where_it_is_in_doubt_going_on_together_comes_first_and_what_it_changes_is_said() -> None:
-    together, apart = step("joined+slide", 19.0), step("planar+wheels", 19.5)
+    together = replace(step("low", 19.0), name="joined+slide", below=())
+    apart = replace(step("full", 19.5), name="planar+wheels", below=())
     _, choice, reason = chosen((together, apart), ASKED)
     assert choice == "joined+slide"
     assert "Had the vehicles parted: planar+wheels shifts the impact speed of B by 0.50 " in reason
-    unfit = step("joined+slide", 19.0, probability=1e-4)
+    unfit = replace(step("low", 19.0, probability=1e-4), name="joined+slide", below=())
     _, choice, reason = chosen((unfit, apart), ASKED)
     assert choice == "planar+wheels"
     assert "No model of vehicles that had gone on together can be relied on and fits" in reason

@@ -116,7 +116,8 @@ def _met_and_parted(values: dict[str, float]) -> tuple[float, float] | None:
         v_a = (one.conjugate() * (left - masses[1] * v_b * other)).real / masses[0]
     elif v_b is None and v_a is not None:
         v_b = (other.conjugate() * (left - masses[0] * v_a * one)).real / masses[1]
-    assert v_a is not None and v_b is not None, "each case gives both"
+    assert v_a is not None, "each case gives both"
+    assert v_b is not None, "each case gives both"
     return abs(v_a * one - v_b * other), abs(after[0] - after[1])
 
 
