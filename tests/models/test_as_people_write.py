@@ -1,10 +1,10 @@
 """Crashes that people published, with no more written than they wrote: the answers by hand are found.
 
-Numbers of textbook and forum questions, as in benchmarks/users, whose scene files say where each is from;
-places, contact lines and sizes that nobody gave are left out. Of the kinds that such questions are of, these
-are tested elsewhere: numbers that gain energy (tests/scene/test_plausibility.py), bearings, feet and inches
-and ranges (tests/scene/test_units.py), a free articulation (tests/scene/test_vehicle_library.py), degrees
-of latitude (tests/interchange/test_places.py).
+Numbers of textbook and forum questions, as in benchmarks/users, whose files say where each is from;
+places, contact lines and sizes that nobody gave are left out. Of what such questions also have, these are
+tested elsewhere: numbers that gain energy (tests/scene/test_plausibility.py), bearings, feet, inches and
+ranges (tests/scene/test_units.py), a free articulation (tests/scene/test_vehicle_library.py), degrees of
+latitude (tests/interchange/test_places.py).
 """
 
 import cmath
@@ -159,4 +159,4 @@ def test_a_lorry_struck_at_its_trailer_is_answered_with_the_articulation_locked(
     scene = rd.load_scene(scenes()["lorry-locked"].file)
     found = rd.reconstruct(scene, method="importance")
     assert found.checks.passed
-    assert "one rigid body" in " ".join(found.findings.model.assumptions)
+    assert "one rigid body" in " ".join(found.findings.assumptions)
