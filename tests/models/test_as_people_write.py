@@ -1,10 +1,10 @@
 """Crashes that people published, with no more written than they wrote: the answers by hand are found.
 
 Numbers of textbook and forum questions, as in benchmarks/users, whose files say where each is from;
-places, contact lines and sizes that nobody gave are left out. Of what such questions also have, these
-are tested elsewhere: numbers that gain energy (tests/scene/test_plausibility.py), bearings, feet, inches and
-ranges (tests/scene/test_units.py), a free articulation (tests/scene/test_vehicle_library.py), degrees of
-latitude (tests/interchange/test_places.py).
+places, contact lines and sizes that nobody gave are left out. Other things that such questions have are
+tested elsewhere: numbers that gain energy (tests/scene/test_plausibility.py), bearings, feet, inches
+and ranges (tests/scene/test_units.py), a free articulation (tests/scene/test_vehicle_library.py),
+degrees of latitude (tests/interchange/test_places.py).
 """
 
 import cmath
