@@ -276,7 +276,8 @@ def _sizes(scene: Scene) -> list[str]:
             continue
         wheelbase = vehicle.front_axle.value + vehicle.rear_axle.value
         mass, track = vehicle.mass.value, vehicle.track.value
-        if wheelbase > _LONGEST and mass < _LIGHTEST * wheelbase**2:
+        light = mass < _LIGHTEST * wheelbase**2 and not vehicle.articulated
+        if wheelbase > _LONGEST and light:
             found.append(
                 f"vehicles.{v.upper()}.wheelbase: {wheelbase:.2f} m is much for a vehicle of "
                 f"{mass:.0f} kg: see that it is not the length of the vehicle"
