@@ -51,14 +51,12 @@ def test_an_overlap_is_pushed_out_of_the_side_that_it_is_in_the_least() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(3600)
 def test_a_side_slap_is_seen() -> None:
     seen = sum(flagged(crash, i) for i, crash in enumerate(crashes(COUNT, True, seed=1)))
     assert seen >= 0.95 * COUNT
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(3600)
 def test_where_there_is_none_none_is_seen() -> None:
     seen = sum(flagged(crash, i) for i, crash in enumerate(crashes(COUNT, False, seed=2)))
     assert seen <= 0.05 * COUNT

@@ -78,7 +78,7 @@ def test_a_text_made_of_it_reads_as_the_same_scene(text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "old", "new", "said"),
     [
-        (PIECES, 'surface = "gravel"', 'surface = "ice"', "no such surface; write one of gravel, road"),
+        (YAW, 'error = "8 %"', 'error = "8 %", surface = "ice"', "no such surface; write one of road"),
         (PIECES, 'drag_factor = "0.35 ± 0.05"', 'drag_factor = "0.35"', "needs an uncertainty"),
         (
             PIECES,
