@@ -1,4 +1,4 @@
-"""Side slaps: crashes with two impacts, simulated by SciPy alone, are distinguished from those with one."""
+"""Side slaps: crashes with two impacts, by SciPy alone, are distinguished from those with one."""
 
 from __future__ import annotations
 
