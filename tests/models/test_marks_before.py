@@ -6,6 +6,7 @@ import pytest
 import retrodict as rd
 from retrodict.constants import GRAVITY
 from tests.models.test_alone import draws, same
+from tests.scene.test_alone import SKID
 from tests.scene.test_marks_before import PIECES, YAW
 
 COUNT = 400_000
@@ -32,14 +33,9 @@ def test_a_skid_in_pieces_adds_up_the_squares_of_its_speeds() -> None:
 
 
 def test_one_piece_is_the_skid() -> None:
-    whole = (
-        PIECES[: PIECES.index("skids")]
-        + 'skid = "30 ± 0.5 m" }\n'
-        + PIECES[PIECES.index("[surf") :]
-    )
-    piece = whole.replace('skid = "30 ± 0.5 m"', 'skids = [{ length = "30 ± 0.5 m" }]')
-    whole = whole.replace('[surfaces.gravel]\nfriction = "0.5 ± 0.05"\n', "")
-    one, other = draws(whole)[1], draws(piece.replace('"gravel"', '"road"'))[1]
+    piece = SKID.replace('skid = "30 ± 0.5 m"', 'skids = [{ length = "30 ± 0.5 m" }]')
+    assert piece != SKID
+    one, other = draws(SKID)[1], draws(piece)[1]
     assert one.mean() == pytest.approx(other.mean(), abs=0.05 * one.std())
     assert one.std() == pytest.approx(other.std(), rel=0.05)
 
