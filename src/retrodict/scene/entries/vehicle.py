@@ -24,6 +24,10 @@ from retrodict.scene.entries.motion import (
     MarkEntry,
     RestEntry,
 )
+from retrodict.scene.entries.motion import Direction as Direction
+from retrodict.scene.entries.motion import RecordTime as RecordTime
+from retrodict.scene.entries.motion import RecordUncertainty as RecordUncertainty
+from retrodict.scene.entries.motion import RestHeading as RestHeading
 from retrodict.scene.entries.table import FOR_DRAWING, IS_AN_SD, Table, one_line, with_fields
 from retrodict.scene.fields import IMPACT_CENTRE, VEHICLE
 from retrodict.scene.kinds import Kind, fault
