@@ -34,19 +34,6 @@ PUBLISHED = {
         math.sqrt(2 * GRAVITY * 0.7 * 20) + 75 / 1300 * math.sqrt(2 * GRAVITY * 0.6 * 22),
     ),
 }  # fmt: skip
-STOPPED = """
-schema = 1
-title = "Head-on, equal and opposite momenta: both stop where they met"
-[vehicles.A]
-mass = "5000 ± 50 lb"
-impact = { heading = "0 deg" }
-approach = { speed = "20 ± 1 ft/s" }
-departure = { speed = "0 mph" }
-[vehicles.B]
-mass = "2500 ± 25 lb"
-impact = { heading = "180 deg" }
-departure = { speed = "0 mph" }
-"""
 CLASSROOM = """
 schema = 1
 title = "Crossing: both speeds from the skids and the four directions"
@@ -144,15 +131,16 @@ def test_questions_are_answered_as_by_hand(name: str) -> None:
 def test_a_head_on_in_which_both_stop_where_they_met() -> None:
     exact = 2 * 20 * 0.3048
     assert exact == pytest.approx(12.19, abs=0.01)
-    near(answers(STOPPED)["speed_b"], exact)
+    near(answers(rd.load_scene(scenes()["dead-stop"].file))["speed_b"], exact)
 
 
 def test_a_restitution_that_the_problem_gives() -> None:
     """e = 0.6: 62.6 and 10.9 km/h before the impact, by momentum and e."""
     text = scenes()["restitution-given"].file.read_text("utf-8")
     found = answers(text.replace("[impact]\n", "[impact]\ne = 0.6\n"))
-    near(found["speed_a"], 62.58 / 3.6)
-    near(found["speed_b"], 10.91 / 3.6)
+    for name, exact in (("speed_a", 62.58 / 3.6), ("speed_b", 10.91 / 3.6)):
+        # across the road the velocities are uncertain, which e times them adds to
+        assert np.median(found[name]) == pytest.approx(exact, abs=0.6 * found[name].std())
 
 
 def test_a_lorry_struck_at_its_trailer_is_answered_with_the_articulation_locked() -> None:
