@@ -86,7 +86,9 @@ def touched_again(scene: Scene, motion: Motion) -> tuple[float, float, tuple[flo
     if time.size < 2:
         return None
     apart = gap(*((scene.vehicles[v], motion.poses(v, time)) for v in VEHICLES))
-    again = (apart < 0) & (apart < np.maximum.accumulate(apart) - _AGAIN)
+    # what is crushed may first go deeper: they have to move apart before they can meet again
+    parted = np.maximum.accumulate(apart - np.minimum.accumulate(apart)) > _AGAIN
+    again = parted & (apart < 0) & (apart < np.maximum.accumulate(apart) - _AGAIN)
     if not again.any():
         return None
     i = int(np.argmax(again))
