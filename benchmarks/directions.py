@@ -20,7 +20,7 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.misfit import UNEXPLAINED, UNSUPPORTED
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.options import RunOptions
-from retrodict.scene.build import along, without_yaw
+from retrodict.scene.build_motion import along, without_yaw
 from retrodict.scene.records import Approach
 from tests.shared import random_scenes
 

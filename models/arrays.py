@@ -55,6 +55,9 @@ class Structure:
         deviates: number of standard normal deviates of all unknowns together.
         families: unknowns whose prior is the user's own, and its family; of a distribution given in
             Python its structure as a tree of JAX.
+        skids: vehicles with a skid in several pieces, and the surface of each piece, empty where a drag
+            factor is given.
+        yaw_marks: vehicles with a yaw mark, and its surface.
         own: terms of the log likelihood that are the user's own, by name.
     """
 
@@ -78,6 +81,8 @@ class Structure:
     outlines: tuple[int, ...] = ()
     deviates: int = 0
     families: tuple[tuple[str, Hashable], ...] = ()
+    skids: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    yaw_marks: tuple[tuple[str, str], ...] = ()
     own: tuple[tuple[str, OwnTerm], ...] = ()
 
     def family(self, name: str) -> Hashable:

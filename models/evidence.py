@@ -34,6 +34,7 @@ class Motion(NamedTuple):
         rest: rest pose: x, y, m, and heading, rad, where the model has one.
         path: path from impact to rest; None where no evidence needs it.
         car: properties of the vehicle, of which the axles and the track are used.
+        over_critical: speed over the critical speed of its yaw mark; NaN without one.
     """
 
     after: Float[Array, " velocity"]
@@ -43,6 +44,7 @@ class Motion(NamedTuple):
     rest: Float[Array, " pose"]
     path: Path | None
     car: Car
+    over_critical: Float[Array, ""]
 
 
 class Prediction(NamedTuple):
@@ -83,6 +85,7 @@ PREDICTIONS: dict[str, Prediction] = {  # by name of the evidence, without its v
     "departure_delta_v_left": Prediction(
         lambda motion: motion.delta_v @ _axis(motion.heading + np.pi / 2)
     ),
+    "yaw_mark": Prediction(lambda motion: motion.over_critical),
     "end_x": Prediction(lambda motion: _end(motion)[0], yaws=True),
     "end_y": Prediction(lambda motion: _end(motion)[1], yaws=True),
     "end_heading": Prediction(lambda motion: _end(motion)[2], yaws=True, circular=True),
@@ -147,13 +150,15 @@ def observe(
     """
     cars, changes = parts.cars(structure, x), parts.delta_v(x, after)
     starts, velocities = parts.impact_poses(x), after.reshape(len(structure.vehicles), -1)
-    passed = dict(structure.marks)
+    passed, over_critical = dict(structure.marks), parts.over_critical_speed(structure, x, after)
     for i, v in enumerate(structure.vehicles):
         k2, front, rear, track = (jnp.asarray(own)[i] for own in cars[:4])
         car = Car(k2, front, rear, track)
         path = None if paths is None else Path(*(rows[i] for rows in paths))
         heading = x[f"heading_{v}"]
-        motion = Motion(velocities[i], changes[i], heading, starts[i, :2], rests[i], path, car)
+        motion = Motion(
+            velocities[i], changes[i], heading, starts[i, :2], rests[i], path, car, over_critical[v]
+        )
         for name in structure.evidence:
             kind, vehicle, mark = parsed(name)
             if vehicle != v:

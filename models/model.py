@@ -87,7 +87,7 @@ class Rung:
             name=self.name,
             title=f"{one.title[0].upper()}{one.title[1:]}, then {two.title}",
             equations=one.equations + two.equations,
-            assumptions=one.assumptions + two.assumptions,
+            assumptions=(*one.assumptions, *two.assumptions, *_assumed(scene)),
             left_out=one.left_out + two.left_out,
             priors=tuple(priors),
             ignores=(*_ignored(scene, self.run_out.seen(scene)), *self._unused(scene)),
@@ -153,6 +153,21 @@ class Rung:
         parts.record_skids(structure, x, after, self.impact.kind == "alone")
 
 
+def _assumed(scene: Scene) -> Iterator[str]:
+    """Assumptions that only some scenes need."""
+    for v, vehicle in scene.vehicles.items():
+        if vehicle.articulated:
+            yield (
+                f"{v.upper()} is a tractor with a trailer whose articulation is locked: one rigid body "
+                "on four wheels, which stand for those of all axles"
+            )
+        if scene.approach[v].yaw_mark is not None:
+            yield (
+                f"{v.upper()} left its yaw mark at the critical speed √(f g r), and slowed down only "
+                "after it; the stated error is that of this method"
+            )
+
+
 def _ignored(scene: Scene, seen: Scene) -> Iterator[str]:
     """Sentences on what a run-out leaves out of a scene."""
     kept = {surface.name for surface in seen.surfaces}
@@ -193,4 +208,9 @@ def rungs_for(scene: Scene) -> dict[str, Rung]:
     Args:
         scene: measured scene.
     """
-    return {name: rung for name, rung in RUNGS.items() if rung.impact.kind == scene.kind}
+    return {
+        name: rung
+        for kind in scene.kinds
+        for name, rung in RUNGS.items()
+        if rung.impact.kind == kind
+    }

@@ -43,7 +43,16 @@ def of_scene(
         surfaces=tuple(s.name for s in scene.surfaces),
         known_of_b=tuple(k for k in OF_B if k in inputs),
         constant_friction=all(
-            s.speed_dependence.value == 0 == s.speed_dependence.sd for s in scene.surfaces
+            s.speed_dependence.value == 0 == s.speed_dependence.sd
+            for s in (*scene.surfaces, *scene.skidded_on)
+        ),
+        skids=tuple(
+            (v, tuple(piece.surface for piece in own.skids))
+            for v, own in scene.approach.items()
+            if own.skids
+        ),
+        yaw_marks=tuple(
+            (v, own.yaw_mark.surface) for v, own in scene.approach.items() if own.yaw_mark
         ),
         rolling=scene.rolling,
         integrated=run_out.integrated(scene),

@@ -320,36 +320,97 @@ def record_skids(
 ) -> None:
     """Record each vehicle's speed before its skid to the impact.
 
-    v0² = v² + 2 g (n f exp(−c v̄) cos θ + sin θ cos φ) s, v̄ the mean of v0 and v; n is the share of the
-    friction that braked, θ the angle of the slope and φ that between the direction of travel and uphill.
-
     Args:
         structure: static structure of the scene.
         x: measured inputs by name.
         after: velocities after the impact.
         alone: whether there was no impact: the speed is then recorded without a skid too.
     """
-    road = structure.surfaces[0]
+    for v, speed in _before_skids(structure, x, after).items():
+        pieces = _skids(structure, x, v)
+        if pieces or alone:
+            numpyro.deterministic(f"travelling_speed_{v}", speed)
+        if pieces and f"skid_{v}" not in x:
+            whole = sum((length for length, _ in pieces), jnp.zeros(()))
+            numpyro.deterministic(f"skid_{v}", whole)
+
+
+def _before_skids(structure: Structure, x: Values, after: Float[Array, " separation"]) -> Values:
+    """Speed of each vehicle before its skid to the impact.
+
+    v0² = v² + 2 g (n f exp(−c v̄) cos θ + sin θ cos φ) s of each piece of the skid, v̄ the mean of v0 and
+    v; n is the share of the friction that braked, θ the angle of the slope and φ that between the
+    direction of travel and uphill. A drag factor stands for n f exp(−c v̄).
+    """
     before = after.reshape(len(structure.vehicles), -1)[:, :2] - delta_v(x, after)
+    found = {}
     for i, v in enumerate(structure.vehicles):
-        if f"skid_{v}" not in x:
-            if alone:
-                numpyro.deterministic(f"travelling_speed_{v}", jnp.hypot(*before[i]))
-            continue
+        found[v] = jnp.hypot(*before[i])
         square = jnp.sum(before[i] ** 2)
-        speed = initial = jnp.sqrt(square)
         normal, upward = jnp.ones(()), jnp.zeros(())
-        braking = x.get(f"skid_braking_{v}", 1.0)
         if "grade" in x:
             normal = 1 / jnp.sqrt(1 + x["grade"] ** 2)
             course = jnp.arctan2(before[i][1], before[i][0])
             upward = normal * x["grade"] * jnp.cos(course - x["uphill"])
-        for _ in range(1 if structure.constant_friction else 8):
-            slowing = jnp.exp(-x[f"speed_dependence_{road}"] * (initial + speed) / 2)
-            friction = held(v, x, x[f"friction_{road}"] * slowing)
-            slowed = braking * friction * normal + upward
-            initial = jnp.sqrt(square + 2 * GRAVITY * slowed * x[f"skid_{v}"])
-        numpyro.deterministic(f"travelling_speed_{v}", initial)
+        for length, drag in _skids(structure, x, v):
+            speed = initial = jnp.sqrt(square)
+            for _ in range(1 if structure.constant_friction else 8):
+                slowed = drag((initial + speed) / 2) * normal + upward
+                initial = jnp.sqrt(square + 2 * GRAVITY * slowed * length)
+            square, found[v] = initial**2, initial
+    return found
+
+
+Drag = Callable[[Float[Array, ""]], Float[Array, ""]]
+
+
+def _skids(structure: Structure, x: Values, v: str) -> list[tuple[Float[Array, ""], Drag]]:
+    """Length, and drag factor at a speed, of each piece of a skid, from the impact backwards."""
+
+    def on(surface: str, braking: Float[Array, ""]) -> Drag:
+        return lambda speed: braking * _friction(x, v, surface, speed)
+
+    one = jnp.ones(())
+    if f"skid_{v}" in x:
+        return [(x[f"skid_{v}"], on(structure.surfaces[0], x.get(f"skid_braking_{v}", one)))]
+    found: list[tuple[Float[Array, ""], Drag]] = []
+    for n, surface in enumerate(dict(structure.skids).get(v, ()), start=1):
+        drag = on(surface, x.get(f"skid_{n}_braking_{v}", one)) if surface else None
+        known = x.get(f"skid_{n}_drag_factor_{v}", one)
+        found.insert(0, (x[f"skid_{n}_{v}"], drag or (lambda _, known=known: known)))
+    return found
+
+
+def _friction(x: Values, v: str, surface: str, speed: Float[Array, ""]) -> Float[Array, ""]:
+    """Friction of a vehicle on a surface at a speed."""
+    return held(v, x, x[f"friction_{surface}"] * jnp.exp(-x[f"speed_dependence_{surface}"] * speed))
+
+
+def over_critical_speed(
+    structure: Structure, x: Values, after: Float[Array, " separation"]
+) -> Values:
+    """Speed of each vehicle over the critical speed of its yaw mark, which ends where its skid begins.
+
+    The critical speed is √(f g r), r = c²/(8 m) + m/2 from chord c and middle ordinate m of the arc.
+
+    Args:
+        structure: static structure of the scene.
+        x: measured inputs by name.
+        after: velocities after the impact.
+
+    Returns:
+        The quotient by vehicle; NaN of one without a yaw mark.
+    """
+    found = dict.fromkeys(structure.vehicles, jnp.full((), jnp.nan))
+    if not structure.yaw_marks:
+        return found
+    speeds = _before_skids(structure, x, after)
+    for v, surface in structure.yaw_marks:
+        chord, ordinate = x[f"yaw_chord_{v}"], x[f"yaw_ordinate_{v}"]
+        radius = chord**2 / (8 * ordinate) + ordinate / 2
+        critical = jnp.sqrt(_friction(x, v, surface, speeds[v]) * GRAVITY * radius)
+        found[v] = speeds[v] / critical
+    return found
 
 
 def record_motion(after: Float[Array, " separation"], delta_v: Float[Array, "vehicles 2"]) -> None:

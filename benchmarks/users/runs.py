@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 TIME_OUT = 600.0  # s a command
-QUANTITIES = ("speed_a", "speed_b", "e", "e_m", "mu")
+QUANTITIES = ("speed_a", "speed_b", "travelling_speed_a", "e", "e_m", "mu")
 STAGES = ("total", "compile", "sample")  # of `seconds` in summary.json
 FIRST, AGAIN = (
     "first",

@@ -15,17 +15,19 @@ from retrodict.mechanics.together import Masses, common_motion
 
 def as_points(structure: Structure, data: Data, x: parts.Values) -> Separation:
     """B's approach; then both at the velocity of their common centre of gravity, eqs 19 and 20."""
-    before = _before(structure, data, x)
+    before = jnp.stack([parts.approach_of_a(x)[:2], parts.velocity_of_b(structure, data)])
+    _close_in(x, before)
     mass = masses(x).mass
-    V = mass @ before[:, :2] / mass.sum()
+    V = mass @ before / mass.sum()
     after = jnp.stack([V, V])
-    _record(structure, data, x, before[:, :2], after)
+    _record(structure, data, x, before, after)
     return after.reshape(-1)
 
 
 def as_body(structure: Structure, data: Data, x: parts.Values) -> Separation:
     """B's approach; then the motion of one rigid body, eqs 19 to 21."""
-    before = _before(structure, data, x)
+    before = jnp.stack([parts.approach_of_a(x), parts.approach_of_b(structure, data)])
+    _close_in(x, before)
     after = common_motion(before.reshape(-1), _apart(x), masses(x)).reshape(2, 3)
     _record(structure, data, x, before, after)
     return after.reshape(-1)
@@ -43,12 +45,10 @@ def _apart(x: parts.Values) -> Float[Array, "2"]:
     return of_a - of_b
 
 
-def _before(structure: Structure, data: Data, x: parts.Values) -> Float[Array, "2 3"]:
-    before = jnp.stack([parts.approach_of_a(x), parts.approach_of_b(structure, data)])
+def _close_in(x: parts.Values, before: Float[Array, "2 velocity"]) -> None:
     # nothing tells in which direction the contact pushes: the centres of gravity approach each other
     past = before[1, :2] - before[0, :2]
     parts.close_in(-(past @ _apart(x)))
-    return before
 
 
 def _record(

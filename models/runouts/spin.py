@@ -13,12 +13,16 @@ from retrodict.scene.records import Measured, Scene
 
 def seen(scene: Scene) -> Scene:
     """The scene with its road everywhere, one friction at all speeds, and all wheels locked."""
-    road = replace(scene.surfaces[0], speed_dependence=Measured(0.0))
+    road, *others = (
+        replace(surface, speed_dependence=Measured(0.0))
+        for surface in (*scene.surfaces, *scene.skidded_on)
+    )
+    skidded_on = tuple(surface for surface in others if surface.name in scene.slid_on)
     vehicles = {
         v: replace(vehicle, wheels=None, grip=Measured(1.0))
         for v, vehicle in scene.vehicles.items()
     }
-    return level(replace(scene, vehicles=vehicles, surfaces=(road,)))
+    return level(replace(scene, vehicles=vehicles, surfaces=(road,), skidded_on=skidded_on))
 
 
 RUN_OUT = RunOut(

@@ -78,8 +78,10 @@ def test_a_side_that_swings_into_the_other_before_they_part_is_one_too() -> None
         [-0.3, -0.2, -0.28, -0.28],
         [-0.3, 0.5, 0.05, 0.05],
         [0.0, 0.0, 0.0, 0.0],
+        [-0.2, -0.6, -0.2, 1.0],
+        [-0.2, -0.6, -0.6, -0.6],
     ],
-    ids=["parted", "crushed together", "near", "touching"],
+    ids=["parted", "crushed together", "near", "touching", "deeper, then apart", "deeper"],
 )
 def test_without_one_none_is_seen(distance: list[float]) -> None:
     assert touched_again(SCENE, moved([0, 0.5, 1.0, 2.0], distance)) is None

@@ -1,7 +1,10 @@
 """Crashes that people published, with no more written than they wrote: the answers by hand are found.
 
-Numbers of textbook and forum questions, as in benchmarks/users; places, contact lines and sizes that
-nobody gave are left out.
+Numbers of textbook and forum questions, as in benchmarks/users, whose files say where each is from;
+places, contact lines and sizes that nobody gave are left out. Other things that such questions have are
+tested elsewhere: numbers that gain energy (tests/scene/test_plausibility.py), bearings, feet, inches
+and ranges (tests/scene/test_units.py), a free articulation (tests/scene/test_vehicle_library.py),
+degrees of latitude (tests/interchange/test_places.py).
 """
 
 import cmath
@@ -11,8 +14,26 @@ import numpy as np
 import pytest
 
 import retrodict as rd
+from benchmarks.users.catalogue import scenes
 from retrodict.constants import GRAVITY
 
+# scenes of benchmarks/users by the right answer, m/s, that is computed by hand here
+PUBLISHED = {
+    # common speed 12.6 m/s, of which 6 are A's along x
+    "together-unknown-way": ("speed_b", 2 * math.sqrt(12.6**2 - 6**2)),
+    "together-perhaps": ("speed_b", 2 * math.sqrt(12.6**2 - 6**2)),
+    "skid-alone": ("travelling_speed_a", math.sqrt(2 * GRAVITY * 0.72 * 30)),
+    # 103 ft/s
+    "skid-two-surfaces": (
+        "travelling_speed_a", math.sqrt(2 * GRAVITY * (0.55 * 88 + 0.80 * 146) * 0.3048)
+    ),
+    # S = 3.86 sqrt(r f) in mph and ft, as practice writes it
+    "yaw-alone": ("travelling_speed_a", 3.86 * math.sqrt(200.5 * 0.72) * 0.44704),
+    "pedestrian": (
+        "speed_a",
+        math.sqrt(2 * GRAVITY * 0.7 * 20) + 75 / 1300 * math.sqrt(2 * GRAVITY * 0.6 * 22),
+    ),
+}  # fmt: skip
 CLASSROOM = """
 schema = 1
 title = "Crossing: both speeds from the skids and the four directions"
@@ -59,10 +80,13 @@ together = true
 """
 
 
-def answers(text: str) -> dict[str, np.ndarray]:
-    found = rd.reconstruct(rd.parse_scene(text, "written"), method="importance")
+def answers(scene: str | rd.Scene) -> dict[str, np.ndarray]:
+    read = rd.parse_scene(scene, "written") if isinstance(scene, str) else scene
+    found = rd.reconstruct(read, method="importance")
     assert found.checks.passed
-    return {k: np.ravel(found.idata["posterior"][k]) for k in ("speed_a", "speed_b")}
+    posterior = found.idata["posterior"]
+    wanted = ("speed_a", "speed_b", "travelling_speed_a", "e")
+    return {k: np.ravel(posterior[k]) for k in wanted if k in posterior}
 
 
 def slid(distance: float, degrees: float, friction: float) -> complex:
@@ -95,3 +119,32 @@ def test_a_motorcycle_that_a_car_carried_on() -> None:
     exact = (1200 * 70 - 1450 * 45) / 250
     assert exact == pytest.approx(75)
     near(answers(MOTORCYCLE)["speed_b"], exact / 3.6)
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_questions_are_answered_as_by_hand(name: str) -> None:
+    quantity, exact = PUBLISHED[name]
+    assert scenes()[name].truth[quantity].mean == pytest.approx(exact, rel=0.005)
+    near(answers(rd.load_scene(scenes()[name].file))[quantity], exact)
+
+
+def test_a_head_on_in_which_both_stop_where_they_met() -> None:
+    exact = 2 * 20 * 0.3048
+    assert exact == pytest.approx(12.19, abs=0.01)
+    near(answers(rd.load_scene(scenes()["dead-stop"].file))["speed_b"], exact)
+
+
+def test_a_restitution_that_the_problem_gives() -> None:
+    """e = 0.6: 62.6 and 10.9 km/h before the impact, by momentum and e."""
+    text = scenes()["restitution-given"].file.read_text("utf-8")
+    found = answers(text.replace("[impact]\n", "[impact]\ne = 0.6\n"))
+    for name, exact in (("speed_a", 62.58 / 3.6), ("speed_b", 10.91 / 3.6)):
+        # across the road the velocities are uncertain, which e times them adds to
+        assert np.median(found[name]) == pytest.approx(exact, abs=0.6 * found[name].std())
+
+
+def test_a_lorry_struck_at_its_trailer_is_answered_with_the_articulation_locked() -> None:
+    scene = rd.load_scene(scenes()["lorry-locked"].file)
+    found = rd.reconstruct(scene, method="importance")
+    assert found.checks.passed
+    assert "one rigid body" in " ".join(found.findings.assumptions)

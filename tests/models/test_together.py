@@ -56,3 +56,7 @@ def test_the_speed_is_that_of_the_closed_form(taxi):
 
 def test_the_model_is_the_simplest_that_there_is(taxi):
     assert "joined+slide" in repr(taxi)
+
+
+def test_a_yaw_rate_that_it_does_not_use_is_not_reported(taxi):
+    assert "omega_b" not in taxi.idata["posterior"]

@@ -23,6 +23,32 @@ def test_nothing_in_the_examples_is_flagged(file: Path) -> None:
     assert plausibility_warnings(load_scene(file)) == ()
 
 
+GAINS = Path(__file__).parents[2] / "benchmarks" / "users" / "scenes" / "gains-energy.toml"
+
+
+def test_speeds_that_part_faster_than_they_met_are_said_first() -> None:
+    """By momentum A had 40 mph: 10 mph before the impact become 15 after it (10 and 15 mph)."""
+    first, *_ = plausibility_warnings(load_scene(GAINS))
+    assert first.startswith("vehicles.A.departure, vehicles.B.departure: these speeds part faster ")
+    assert "(6.7 m/s, 15 mph) than they met (4.5 m/s, 10 mph, by momentum), by 1.9 times" in first
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "flagged"),
+    [
+        ('"45 ± 1 mph"', '"36 ± 1 mph"', False),  # 6 mph after 4
+        ('"45 ± 1 mph"', '"33 ± 1 mph"', False),
+        ('"30 ± 1 mph", direction = "0 deg"', '"10 ± 1 mph", direction = "0 deg"', False),
+        ('direction = "0 ± 2 deg" }\n\n[impact]', 'direction = "60 ± 2 deg" }\n\n[impact]', True),
+    ],
+)
+def test_a_gain_of_energy_is_one_beyond_the_errors(old: str, new: str, flagged: bool) -> None:
+    text = GAINS.read_text("utf-8")
+    assert old in text
+    said = plausibility_warnings(parse_scene(text.replace(old, new), "two cars"))
+    assert any("part faster" in line for line in said) == flagged
+
+
 def test_vehicles_on_one_side_of_the_contact_line_are_flagged() -> None:
     angle = SCENE.vehicles["a"].impact_angle
     (odd,) = plausibility_warnings(

@@ -60,7 +60,7 @@ def test_what_is_no_proposition_is_refused_in_one_line(text, words):
 
 
 def test_every_reported_quantity_may_be_asked():
-    assert {"speed_b", "delta_v_a", "Omega_b", "energy_lost"} < set(ASKABLE)
+    assert {"speed_b", "delta_v_a", "Omega_b", "energy_lost", "closing_speed"} < set(ASKABLE)
     units = {"speed": "m/s", "yaw rate": "rad/s", "energy": "kJ", "angle": "deg", "number": ""}
     for name in ASKABLE:
         assert read_proposition(f"{name} > 1 {units[describe(name)[1]]}".rstrip()).name == name

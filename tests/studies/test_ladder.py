@@ -12,7 +12,8 @@ from retrodict.models import rungs_for
 from retrodict.inference import Unanswerable
 from retrodict.inference.outcome import Mode
 from retrodict.inference.samplers.psis import log_mean
-from retrodict.scene import load_scene
+from retrodict.scene import load_scene, parse_scene
+from retrodict.scene.write import scene_toml
 from retrodict.studies import ladder as ladders
 from retrodict.studies.comparison import FACTOR, SHARE
 from retrodict.studies.ladder import chosen, ladder, refusals, run_rung
@@ -48,6 +49,29 @@ def test_a_rung_that_will_not_do_is_passed_over_with_the_reason(wrong, word) -> 
     )
     assert choice == "middle"
     assert word in judged[0].verdict
+
+
+def test_where_it_is_in_doubt_going_on_together_comes_first_and_what_it_changes_is_said() -> None:
+    together = replace(step("low", 19.0), name="joined+slide", below=())
+    apart = replace(step("full", 19.5), name="planar+wheels", below=())
+    _, choice, reason = chosen((together, apart), ASKED)
+    assert choice == "joined+slide"
+    assert "Had the vehicles parted: planar+wheels shifts the impact speed of B by 0.50 " in reason
+    unfit = replace(step("low", 19.0, probability=1e-4), name="joined+slide", below=())
+    _, choice, reason = chosen((unfit, apart), ASKED)
+    assert choice == "planar+wheels"
+    assert "No model of vehicles that had gone on together can be relied on and fits" in reason
+
+
+def test_a_scene_in_doubt_allows_both_kinds_of_models() -> None:
+    text = PAPER.read_text("utf-8").replace("[impact]\n", '[impact]\ntogether = "perhaps"\n')
+    scene = parse_scene(text, "paper")
+    assert scene.question == ("speed_b",)
+    names = ladders.allowed(scene)
+    assert names[:2] == ["joined+slide", "joined-body+wheels"]
+    assert set(names[2:]) <= set(rungs_for(load_scene(PAPER)))
+    assert names[2:]
+    assert parse_scene(scene_toml(scene), "paper").contact.perhaps_together
 
 
 def test_share_and_factor_are_the_reader_s() -> None:

@@ -86,12 +86,28 @@ def touched_again(scene: Scene, motion: Motion) -> tuple[float, float, tuple[flo
     if time.size < 2:
         return None
     apart = gap(*((scene.vehicles[v], motion.poses(v, time)) for v in VEHICLES))
-    again = (apart < 0) & (apart < np.maximum.accumulate(apart) - _AGAIN)
-    if not again.any():
+    i = _meet_again(apart)
+    if i is None:
         return None
-    i = int(np.argmax(again))
     x, y = np.mean([motion.pose_at(v, float(time[i]))[:2] for v in VEHICLES], axis=0).tolist()
     return float(time[i]), float((apart[i - 1] - apart[i]) / _BETWEEN), (x, y)
+
+
+def _meet_again(apart: Float[np.ndarray, " times"]) -> int | None:
+    """Index of the first time at which bodies that had moved apart overlap again; None without one.
+
+    What is crushed may go deeper at first, and come back: that is no second contact.
+    """
+    deepest, farthest = float(apart[0]), None
+    for i, distance in enumerate(apart.tolist()):
+        if farthest is None:
+            deepest = min(deepest, distance)
+            farthest = distance if distance > deepest + _AGAIN else None
+        elif distance < min(0.0, farthest - _AGAIN):
+            return i
+        else:
+            farthest = max(farthest, distance)
+    return None
 
 
 def gap(

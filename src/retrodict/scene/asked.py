@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 _AT_IMPACT = {"impact_speed_a": "speed_a", "impact_speed_b": "speed_b"}
-ASKABLE = tuple(dict.fromkeys((*REPORTED, *_AT_IMPACT, *DERIVED)))
+ASKABLE = tuple(dict.fromkeys((*REPORTED, *_AT_IMPACT, *DERIVED, "closing_speed")))
 BEFORE = (*SPEEDS, *_AT_IMPACT)
 
 _DIMENSIONS = {

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any
 
+from retrodict.scene.build_motion import approach_of, contradicts, kept_values, mark_of, rest_of
 from retrodict.scene.defaults import DEFAULTS, FRICTION
 from retrodict.scene.energy import ENERGY
 from retrodict.scene.entries.impact import (
@@ -16,14 +15,8 @@ from retrodict.scene.entries.impact import (
     OutlineEntry,
     SurfaceEntry,
 )
-from retrodict.scene.entries.table import Table
-from retrodict.scene.entries.vehicle import (
-    ApproachEntry,
-    EndOfRotationEntry,
-    MarkEntry,
-    RestEntry,
-    VehicleEntry,
-)
+from retrodict.scene.entries.motion import EndOfRotationEntry, RestEntry
+from retrodict.scene.entries.vehicle import VehicleEntry
 from retrodict.scene.estimates import (
     Complain,
     axle_distances,
@@ -33,33 +26,27 @@ from retrodict.scene.estimates import (
     wheels_of,
 )
 from retrodict.scene.fields import (
-    APPROACH,
     FROM_IMPACT,
     IMPACT,
     SLOPE,
     SURFACE,
     VEHICLE,
-    Field,
 )
 from retrodict.scene.questions import questions_of
 from retrodict.scene.records import (
-    Approach,
     Barrier,
     Contact,
     Edge,
     EndOfRotation,
-    Mark,
     Measured,
     Outline,
-    Rest,
     Scene,
     Slope,
     Surface,
     Vehicle,
 )
 from retrodict.scene.schema import SceneEntry
-from retrodict.scene.speed_record import SpeedRecord
-from retrodict.scene.units import ANGLE, GRADE
+from retrodict.scene.units import GRADE
 from retrodict.scene.unknowns import coefficients_of, priors_of, question_of
 from retrodict.scene.unwritten import (
     AROUND_SLIDING,
@@ -71,7 +58,6 @@ from retrodict.scene.unwritten import (
 )
 from retrodict.scene.vehicle_library import find
 
-_SLIDES = math.radians(15)  # off its heading a vehicle slides: tyres that roll slip by some 10 deg
 _SURE = 2  # standard deviations by which friction has to exceed a slope
 
 
@@ -89,7 +75,8 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     """
     entries = entry.vehicles.by_letter
     _not_exchanged(entries, complain)
-    surfaces = _surfaces(entry)
+    surfaces, nowhere = _surfaces(entry)
+    road = surfaces[0]
     priors = priors_of(entry, complain)
     unwritten = unwritten_keys(entry, complain)
     scene = Scene(
@@ -97,29 +84,33 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         name=name,
         text=text,
         vehicles=_by_vehicle(
-            entries, lambda v, own: _vehicle(v, own, other_side(v, entries), surfaces[0], complain)
+            entries, lambda v, own: _vehicle(v, own, other_side(v, entries), road, complain)
         ),
-        approach=_by_vehicle(entries, lambda _, own: _approach(own.approach, own.heading)),
-        rest=_by_vehicle(entries, lambda v, own: _rest(v, own.rest, own.heading.value, complain)),
+        approach=_by_vehicle(
+            entries, lambda _, own: approach_of(own.approach, own.heading, road.name)
+        ),
+        rest=_by_vehicle(entries, lambda v, own: rest_of(v, own.rest, own.heading.value, complain)),
         from_impact=_by_vehicle(entries, lambda _, own: _from_impact(own.rest)),
         contact=_contact(entry.impact),
         surfaces=surfaces,
+        skidded_on=nowhere,
         notes=tuple(entry.notes),
         question=question_of(entry, priors, unwritten, complain),
         unwritten=unwritten,
         priors=priors,
         departure=_by_vehicle(entries, lambda _, own: {k: m for k, m in own.departure or () if m}),
-        marks=_by_vehicle(entries, lambda _, own: tuple(map(_mark, own.marks))),
+        marks=_by_vehicle(entries, lambda _, own: tuple(map(mark_of, own.marks))),
         end_of_rotation=_by_vehicle(entries, lambda _, own: _end_of_rotation(own.end_of_rotation)),
         robust=entry.errors == "robust",
         questions=questions_of(entry.questions),
         barrier=_barrier(entry.barrier),
         energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
-        slope=Slope(**_kept(entry.slope, SLOPE)) if entry.slope else None,
+        slope=Slope(**kept_values(entry.slope, SLOPE)) if entry.slope else None,
         coefficients={k: m for k, m in coefficients_of(entry.impact).items() if m.sd},
     )
     for v in scene.vehicles:
         _stops(scene, v, complain)
+    _slid_on_known(entry, complain)
     return scene
 
 
@@ -129,6 +120,26 @@ def _by_vehicle[T](
     """What a function reads of each vehicle's entry, by vehicle, without those with nothing to read."""
     found = {letter.lower(): read(letter, entry) for letter, entry in entries.items()}
     return {v: each for v, each in found.items() if each}
+
+
+def _slid_on_known(entry: SceneEntry, complain: Complain) -> None:
+    """Refuse skids on surfaces that the file does not have, and critical speeds on a slope."""
+    for v, each in entry.vehicles.by_letter.items():
+        approach, names = each.approach, ", ".join(entry.surfaces)
+        parts = [(f"skids[{i}]", piece.surface) for i, piece in enumerate(approach.skids)]
+        if yaw := approach.yaw_mark:
+            parts.append(("yaw_mark", yaw.surface))
+            if entry.slope:
+                complain(
+                    f"vehicles.{v}.approach.yaw_mark",
+                    "the critical speed on a slope is not modelled; leave it out, or slope",
+                )
+        for key, name in parts:
+            if name is not None and name not in entry.surfaces:
+                complain(
+                    f"vehicles.{v}.approach.{key}.surface",
+                    f"no such surface; write one of {names}, or [surfaces.{name}]",
+                )
 
 
 def _stops(scene: Scene, v: str, complain: Complain) -> None:
@@ -201,8 +212,9 @@ def _vehicle(
         length=length,
         width=width,
         wheels=wheels,
+        articulated=entry.articulation == "locked" or bool(known and known.articulated),
         run_out_error=run_out_error(entry, front.value, rear.value, wheels),
-        **_kept(entry, VEHICLE),
+        **kept_values(entry, VEHICLE),
     )
 
 
@@ -224,108 +236,6 @@ def _size(
     return length, entry.width.value if entry.width else entry.track.value + margin
 
 
-def _kept(entry: Table, fields: Mapping[str, Field]) -> dict[str, Any]:
-    """Values of a table that a record keeps as written, or the assumed ones, by attribute."""
-    return {
-        field.name or key: getattr(entry, key) or field.where_unwritten
-        for key, field in fields.items()
-        if not field.computed
-    }
-
-
-def _approach(entry: ApproachEntry, heading: Measured) -> Approach:
-    """Motion before impact: along the heading and without yaw, unless the file states a slide."""
-    speed, record = _speed(entry)
-    direction = _known(entry.direction, lambda: along(heading))
-    # a vehicle that slides sideways has begun to yaw
-    slides = (
-        direction is None
-        or abs(math.remainder(direction.value - heading.value, math.tau)) > _SLIDES
-    )
-    yaw_rate = _known(entry.yaw_rate, lambda: None if slides else without_yaw())
-    return Approach(speed, direction, yaw_rate, record=record, **_kept(entry, APPROACH))
-
-
-def _known(
-    written: Measured | str | None, assumed: Callable[[], Measured | None]
-) -> Measured | None:
-    """The written value, None where it is "unknown", or the assumed one where nothing is written."""
-    if written is None:
-        return assumed()
-    return None if isinstance(written, str) else written
-
-
-def along(heading: Measured) -> Measured:
-    """The assumed direction of travel of a vehicle that did not slide, by its heading."""
-    spread = DEFAULTS["course"]
-    return Measured(
-        heading.value,
-        math.hypot(heading.sd, spread.amount(heading.value)),
-        source=f"assumed: along the heading at impact, whose error is added to ± {spread}",
-        assumed="value",
-    )
-
-
-def without_yaw() -> Measured:
-    """The assumed yaw rate of a vehicle that neither slid nor turned."""
-    spread = DEFAULTS["yaw_rate"]
-    return Measured(0.0, spread.amount(0.0), source=f"assumed: 0 ± {spread}", assumed="value")
-
-
-def _speed(entry: ApproachEntry) -> tuple[Measured | None, SpeedRecord | None]:
-    """The speed as measured, or the mean and standard deviation by a speed record, and that record."""
-    if (kept := entry.speed_record) is None:
-        return entry.speed, None
-    low, high = (moment.value for moment in kept.impact)
-    record = SpeedRecord(
-        times=tuple(t.value for t in kept.times),
-        speeds=tuple(v.value for v in kept.speeds),
-        low=low,
-        high=high,
-        sd=kept.uncertainty.value,
-    )
-    every = (kept.uncertainty, *kept.speeds, *kept.times)
-    source = "; ".join(dict.fromkeys(m.source for m in every if m.source))  # each once
-    return Measured(*record.moments, source=source), record
-
-
-def _mark(entry: MarkEntry) -> Mark:
-    x, y = entry.point
-    default = DEFAULTS["mark"]
-    across = entry.uncertainty or Measured(
-        default.amount(0.0), source=f"uncertainty assumed: {default}", assumed="sd"
-    )
-    sources = dict.fromkeys(m.source for m in (x, y, across) if m.source)  # each once
-    return Mark(
-        *(x.value, y.value, across.value, entry.of, "; ".join(sources), across.assumed),
-        speed=entry.speed,
-        course=entry.course,
-    )
-
-
-def _rest(
-    letter: str, entry: RestEntry | None, at_impact: float, complain: Complain
-) -> Rest | None:
-    if entry is None or entry.position is None:
-        return None
-    x, y = entry.position
-    if entry.heading is None:
-        return Rest(x, y, None, turns_known=False)
-    turned = entry.heading.value - at_impact  # but for whole turns
-    expected = entry.rotation.value if entry.rotation else 0.0
-    rotation = turned + math.tau * round((expected - turned) / math.tau)
-    if _contradicts(entry, at_impact):
-        complain(
-            f"vehicles.{letter}.rest.rotation",
-            "the two headings differ by {amount} and whole turns; write a rotation (positive "
-            "counter-clockwise) within 45 deg of that, or correct a heading",
-            math.remainder(turned, math.tau),
-            ANGLE,
-        )
-    heading = replace(entry.heading, value=at_impact + rotation)
-    return Rest(x, y, heading, turns_known=entry.rotation is not None)
-
-
 def _from_impact(entry: RestEntry | None) -> dict[str, Measured]:
     if entry is None or entry.distance is None:
         return {}
@@ -336,20 +246,19 @@ def _end_of_rotation(entry: EndOfRotationEntry | None) -> EndOfRotation | None:
     return EndOfRotation(**dict(entry)) if entry else None
 
 
-def _contradicts(entry: RestEntry, at_impact: float) -> bool:
-    """Whether a rotation is off the one by the headings by over 1/8 turn, whole turns aside."""
-    if not (entry.heading and entry.rotation):
-        return False
-    off = entry.heading.value - at_impact - entry.rotation.value
-    return abs(math.remainder(off, math.tau)) > math.pi / 4
-
-
 def _contact(entry: ImpactEntry) -> Contact:
     stand_in = Measured(0.0, source=STANDS_IN, assumed="stand-in")
     x, y = entry.point or (stand_in, stand_in)
-    kept = _kept(entry, IMPACT)
+    kept = kept_values(entry, IMPACT)
     kept["Gamma"] = kept["Gamma"] or stand_in
-    return Contact(x=x, y=y, interlocked=entry.interlocked, together=entry.together, **kept)
+    return Contact(
+        x=x,
+        y=y,
+        interlocked=entry.interlocked,
+        together=entry.together is True,
+        perhaps_together=entry.together == "perhaps",
+        **kept,
+    )
 
 
 def _not_exchanged(entries: Mapping[str, VehicleEntry], complain: Complain) -> None:
@@ -369,28 +278,36 @@ def _exchanged(entries: Mapping[str, VehicleEntry]) -> bool:
 
     def contradiction(vehicle: str, rest_of: str) -> bool:
         rest = entries[rest_of].rest
-        return rest is None or _contradicts(rest, entries[vehicle].heading.value)
+        return rest is None or contradicts(rest, entries[vehicle].heading.value)
 
     a, b = entries
     as_written = contradiction(a, a) or contradiction(b, b)
     return as_written and not (contradiction(a, b) or contradiction(b, a))
 
 
-def _surfaces(entry: SceneEntry) -> tuple[Surface, ...]:
+def _surfaces(entry: SceneEntry) -> tuple[tuple[Surface, ...], tuple[Surface, ...]]:
+    """Surfaces of the scene, the road first; and those of skids and yaw marks that lie nowhere in it."""
     # the schema sees to it that nothing slides where none is written; still a scene has a road
     written = entry.surfaces or {"road": SurfaceEntry(kind="dry asphalt")}
-    # surfaces keep their order, but for the road and outlines, which are what covers last
-    in_order = sorted(
-        written.items(), key=lambda item: 2 if item[1].outline else 1 if item[1].edge else 0
+    slid_on = set[str]().union(
+        *(each.approach.slid_on for each in entry.vehicles.by_letter.values())
     )
-    return tuple(_surface(*item) for item in in_order)
+
+    def place(item: tuple[str, SurfaceEntry]) -> int:
+        name, surface = item
+        return 3 if surface.outline else 2 if surface.edge else 1 if name in slid_on else 0
+
+    # surfaces keep their order, but for the road and outlines, which are what covers last
+    road, *others = (_surface(*item) for item in sorted(written.items(), key=place))
+    nowhere = tuple(s for s in others if s.edge is None and s.outline is None)
+    return (road, *(s for s in others if s not in nowhere)), nowhere
 
 
 def _surface(name: str, entry: SurfaceEntry) -> Surface:
     friction = entry.friction or _friction_of(entry.kind or "")
     edge = _edge(entry.edge) if entry.edge else None
     outline = _outline(entry.outline) if entry.outline else None
-    return Surface(name, friction, edge=edge, outline=outline, **_kept(entry, SURFACE))
+    return Surface(name, friction, edge=edge, outline=outline, **kept_values(entry, SURFACE))
 
 
 def _friction_of(kind: str) -> Measured:

@@ -137,6 +137,38 @@ APPROACH: dict[str, Field] = {
         "braking efficiency, as where only the front wheels locked; needs `skid`; else 1",
     ),
 }  # fmt: skip
+# a piece of a skid up to the impact; {} is the vehicle and the number of the piece
+SKID: dict[str, Field] = {
+    "length": Field(
+        units.LENGTH, 0.1, 500, "12 ± 0.5 m", "lognormal", default=DEFAULTS["skid"],
+        label="skid of {}, length", flat="skid", required=True, meaning="length of the piece",
+    ),
+    "braking": Field(
+        units.NUMBER, 0.05, 1, "0.8 ± 0.1", "logitnormal",
+        label="skid of {}, braking over friction", flat="skid_braking",
+        meaning="as `skid_braking`; else 1",
+    ),
+    "drag_factor": Field(
+        units.NUMBER, 0.02, 1.5, "0.35 ± 0.05", "lognormal", uncertainty="required",
+        advice="0.1 suits a published range",
+        label="skid of {}, drag factor", flat="skid_drag_factor",
+        meaning="in place of `surface` and `braking`: deceleration over g, as of wheels that were "
+        "braked in part",
+    ),
+}  # fmt: skip
+# the arc of a critical-speed yaw mark: its radius is c²/(8 m) + m/2
+YAW_MARK: dict[str, Field] = {
+    "chord": Field(
+        units.LENGTH, 2, 200, "12 ± 0.05 m", "lognormal", label="chord of {}'s yaw mark",
+        flat="yaw_chord", required=True, meaning="chord c of the arc",
+    ),
+    "middle_ordinate": Field(
+        units.LENGTH, 0.01, 50, "0.45 ± 0.02 m", "lognormal", uncertainty="required",
+        advice="0.01 m suits a tape on a mark with sharp edges",
+        label="middle ordinate of {}'s yaw mark", flat="yaw_ordinate", required=True,
+        meaning="height m of the arc above the middle of its chord",
+    ),
+}  # fmt: skip
 # what may be measured of a vehicle's motion just after the impact; models/evidence.py predicts each
 DEPARTURE: dict[str, Field] = {
     "direction": Field(
@@ -263,6 +295,8 @@ OF_VEHICLES: dict[str, Mapping[str, Field]] = {
     "impact_centre.": IMPACT_CENTRE,
     "impact.": POSE_AT_IMPACT,
     "approach.": APPROACH,
+    "approach.skids.": SKID,
+    "approach.yaw_mark.": YAW_MARK,
     "departure.": DEPARTURE,
     "end_of_rotation.": END_OF_ROTATION,
     "rest.": FROM_IMPACT,

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from retrodict.scene.energy import CLASS_STIFFNESS_ERROR
-from retrodict.scene.records import Scene, Vehicle
+from retrodict.scene.records import Measured, Scene, Vehicle
 
 # share of the distance between the centres of gravity that lies across the contact line: two cars side
 # by side, a length apart, have two fifths
@@ -23,6 +23,8 @@ _LIGHTEST = 80.0  # kg/m²: of empty lorries
 _TRACK, _TWO_TRACKS = (0.35, 0.85), 500.0  # wheelbases; kg: lighter ones may be motorcycles
 _WIDE = 0.3  # sd of friction over its value
 _POUND = 0.45359237
+_MPH = 0.44704
+_ALONG = 0.2  # sine of the angle between courses, below which momentum across them tells no speeds
 # share of a push across the contact line that the written components of delta-v must show; number of
 # standard deviations that count as certain
 _MOSTLY, _SURE = 0.7, 3.0
@@ -39,7 +41,7 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
         A line each: the key, what is odd and what to look at.
     """
     # one wrong value may cause several of these: only the most specific is given
-    wrong = [*_masses(scene), *_inertias(scene), *_courses(scene)]
+    wrong = _gains(scene) or [*_masses(scene), *_inertias(scene), *_courses(scene)]
     missing = scene.missing(_OF_CONTACT)
     if placed := not missing:
         wrong = wrong or _slips(scene)
@@ -53,6 +55,70 @@ def plausibility_warnings(scene: Scene) -> tuple[str, ...]:
         *_frictions(scene),
         *_energies(scene),
     )
+
+
+def _gains(scene: Scene) -> list[str]:
+    """Speeds that part faster than they met, so that the impact would gain energy."""
+    if scene.single or set(scene.departure) != set(scene.vehicles):
+        return []
+    numbers: dict[str, Measured] = {}
+    for v, vehicle in scene.vehicles.items():
+        after, before = scene.departure[v], scene.approach[v]
+        if "speed" not in after or "direction" not in after or before.direction is None:
+            return []
+        numbers |= {f"mass_{v}": vehicle.mass, f"course_{v}": before.direction}
+        numbers |= {f"V_{v}": after["speed"], f"way_{v}": after["direction"]}
+        if before.speed is not None:
+            numbers[f"v_{v}"] = before.speed
+    values = {name: m.value for name, m in numbers.items()}
+    if (speeds := _met_and_parted(values)) is None:
+        return []
+    met, parted = speeds
+    squares = 0.0
+    for name, m in numbers.items():
+        moved = _met_and_parted(values | {name: m.value + m.sd})
+        if moved is not None:
+            squares += (moved[1] - moved[0] - (parted - met)) ** 2
+    sd = math.sqrt(squares)
+    if parted - met <= sd:
+        return []
+    return [
+        "vehicles.A.departure, vehicles.B.departure: these speeds part faster "
+        f"({parted:.1f} m/s, {parted / _MPH:.0f} mph) than they met ({met:.1f} m/s, "
+        f"{met / _MPH:.0f} mph, by momentum), by {(parted - met) / sd if sd else math.inf:.1f} times "
+        "the error, so that the impact would gain energy: look at speeds and directions, and whether "
+        "they are of one impact"
+    ]
+
+
+def _met_and_parted(values: dict[str, float]) -> tuple[float, float] | None:
+    """Relative speed of both vehicles before the impact, by momentum, and after it, m/s.
+
+    Args:
+        values: masses, courses before, ways and speeds after the impact, and those speeds before it
+            that are known.
+
+    Returns:
+        Both; None where momentum does not tell the speeds before.
+    """
+    masses = values["mass_a"], values["mass_b"]
+    after = [cmath.rect(values[f"V_{v}"], values[f"way_{v}"]) for v in "ab"]
+    one, other = (cmath.rect(1, values[f"course_{v}"]) for v in "ab")
+    left = sum(m * V for m, V in zip(masses, after, strict=True))
+    v_a, v_b = values.get("v_a"), values.get("v_b")
+    across = (one.conjugate() * other).imag  # of the courses
+    if v_a is None and v_b is None:
+        if abs(across) < _ALONG:
+            return None
+        v_a = -(other.conjugate() * left).imag / (masses[0] * across)
+        v_b = (one.conjugate() * left).imag / (masses[1] * across)
+    elif v_a is None and v_b is not None:
+        v_a = (one.conjugate() * (left - masses[1] * v_b * other)).real / masses[0]
+    elif v_b is None and v_a is not None:
+        v_b = (other.conjugate() * (left - masses[0] * v_a * one)).real / masses[1]
+    assert v_a is not None, "each case gives both"
+    assert v_b is not None, "each case gives both"
+    return abs(v_a * one - v_b * other), abs(after[0] - after[1])
 
 
 def _momentum_alone(missing: list[str]) -> str:
@@ -212,7 +278,8 @@ def _sizes(scene: Scene) -> list[str]:
     found = []
     for key, vehicle, wheelbase in _wheelbases(scene):
         mass, track = vehicle.mass.value, vehicle.track.value
-        if wheelbase > _LONGEST and mass < _LIGHTEST * wheelbase**2:
+        light = mass < _LIGHTEST * wheelbase**2 and not vehicle.articulated
+        if wheelbase > _LONGEST and light:
             found.append(
                 f"{key}.wheelbase: {wheelbase:.2f} m is much for a vehicle of "
                 f"{mass:.0f} kg: see that it is not the length of the vehicle"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Literal
 
@@ -119,12 +120,14 @@ _FAMILIES: dict[str, tuple[str, str]] = {
     "Omega": ("yaw rate of {} after impact", "yaw rate"),
     "delta_v": ("change of velocity of {} (delta-v)", "speed"),
     "pdof": ("principal direction of force on {} (PDOF), clockwise from straight ahead", "angle"),
+    "yaw_mark": ("speed of {} over the critical speed of its yaw mark", "number"),
     "rest_x": ("rest of {}, x", "length"),
     "rest_y": ("rest of {}, y", "length"),
     "rest_heading": ("rest of {}, heading", "angle"),
     "time_zero": ("time of the impact in the record of {}", "time"),
 }
 
+_PIECE = re.compile(r"skid_(\d+)(.*)")  # of a skid in several pieces
 _OWN = "own_"  # before the name of a likelihood term of the user's own
 _OF_EDGES = {"edge": ("place of the {}'s edge", "length")}
 _AT_MARKS: dict[str, tuple[str, str]] = {
@@ -162,6 +165,9 @@ def describe(name: str) -> tuple[str, str]:
         number, _, item = family.removeprefix("mark_").partition("_")
         label, dimension = _AT_MARKS[item]
         return f"mark {number} of {vehicle.upper()}, {label}", dimension
+    if (piece := _PIECE.match(family)) and (known := fields.described(f"skid{piece[2]}")):
+        label, dimension = known
+        return label.format(f"{vehicle.upper()}, piece {piece[1]}"), dimension
     label, dimension = fields.described(family) or _FAMILIES[family]
     return label.format(vehicle.upper()), dimension
 

@@ -7,16 +7,23 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from retrodict.scene import discrepancy
-from retrodict.scene.after_impact import Departure, EndOfRotation, FromImpact, Mark, Rest
 from retrodict.scene.asked import Questions
 from retrodict.scene.energy import ENERGY
 from retrodict.scene.fields import APPROACH, COEFFICIENTS, DEPARTURE, FROM_IMPACT
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
+from retrodict.scene.motion_records import Approach as Approach
+from retrodict.scene.motion_records import Departure as Departure
+from retrodict.scene.motion_records import EndOfRotation as EndOfRotation
+from retrodict.scene.motion_records import FromImpact as FromImpact
+from retrodict.scene.motion_records import Mark as Mark
+from retrodict.scene.motion_records import Rest as Rest
+from retrodict.scene.motion_records import Skid as Skid
+from retrodict.scene.motion_records import YawMark as YawMark
+from retrodict.scene.motion_records import marks_before
 from retrodict.scene.names import vehicle_of
 from retrodict.scene.priors import Prior, default_priors, fixed_of
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
-from retrodict.scene.speed_record import SpeedRecord
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -88,6 +95,7 @@ class Vehicle:
     whose figures stand where the scene file has none; it is empty where the file names no class.
     `cg_height` is the height of the centre of gravity above the road; None where loads are static.
     `slides` is the drag factor of a body without wheels; None for a vehicle on its wheels.
+    `articulated` says that it is a tractor with a trailer, taken as one rigid body.
     """
 
     name: str
@@ -107,25 +115,7 @@ class Vehicle:
     kind: str = ""
     cg_height: Measured | None = None
     slides: Measured | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Approach:
-    """Motion just before impact (m/s, rad, rad/s, m); None stands for unknown.
-
-    `direction` is the direction of travel, counter-clockwise from the x axis; it need not be the
-    heading, but is assumed to be along it where a scene file says nothing. `skid` is how far the vehicle
-    skidded on the road up to the impact, `skid_braking` the braking force over the available friction
-    there; None where all wheels were locked. `record` is the speed record that `speed` comes from, if
-    any; `speed` then holds the mean and standard deviation of the speed at impact by that record.
-    """
-
-    speed: Measured | None
-    direction: Measured | None
-    yaw_rate: Measured | None
-    skid: Measured | None = None
-    skid_braking: Measured | None = None
-    record: SpeedRecord | None = None
+    articulated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +123,8 @@ class Contact:
     """Impact centre in the road plane (m) and Gamma (rad), the contact line's angle from the y axis.
 
     `interlocked` says that parts of the vehicles hooked into each other, so that sliding may have been
-    reversed; `together` that they went on as one from there to rest.
+    reversed; `together` that they went on as one from there to rest, `perhaps_together` that nobody
+    knows whether they did.
     """
 
     x: Measured
@@ -141,6 +132,7 @@ class Contact:
     Gamma: Measured
     interlocked: bool = False
     together: bool = False
+    perhaps_together: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,6 +238,8 @@ class Scene:
         unwritten: paths of the file's keys that some models need and the file does not have; the
             records hold stand-ins in their places.
         extra: log likelihood terms of the user's own, by name: functions, None once stored.
+        skidded_on: surfaces of skids and yaw marks that lie nowhere in the scene, or that a run-out
+            leaves out.
     """
 
     title: str
@@ -272,6 +266,7 @@ class Scene:
     from_impact: dict[str, FromImpact] = field(default_factory=dict)
     unwritten: tuple[str, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)
+    skidded_on: tuple[Surface, ...] = ()
 
     if TYPE_CHECKING:
         # these need the schema or matplotlib, and import this module: `scene` and `notebook` attach
@@ -305,8 +300,9 @@ class Scene:
         for v, vehicle in self.vehicles.items():
             for part in (vehicle, vehicle.wheels, self.approach[v]):
                 flat |= {f"{name}_{v}": measured for name, measured in _measured(part)}
+            flat |= {f"{name}_{v}": measured for name, measured in marks_before(self.approach[v])}
         flat |= _measured(self.contact)
-        for surface in self.surfaces:
+        for surface in (*self.surfaces, *self.skidded_on):
             flat |= {f"{name}_{surface.name}": measured for name, measured in _measured(surface)}
             if (end := surface.edge or surface.outline) is not None:
                 flat[f"edge_{surface.name}"] = end.offset
@@ -363,6 +359,8 @@ class Scene:
                     off = missed.of_heading(far) if part == "heading" else missed.of_position(far)
                     measured = measured.with_model_sd(off)
                 flat[f"end_{part}_{v}"] = measured
+            if (yaw := self.approach[v].yaw_mark) is not None:
+                flat[f"yaw_mark_{v}"] = Measured(1.0, yaw.error.value, source=yaw.error.source)
         flat |= {f"impact_{key}": self.energy_lost.get(key) for key in ENERGY}
         flat |= {f"impact_{key}": self.coefficients.get(key) for key in COEFFICIENTS}
         return {name: measured for name, measured in flat.items() if measured is not None}
@@ -408,6 +406,11 @@ class Scene:
         return "alone" if self.alone else "together" if self.contact.together else "impact"
 
     @property
+    def kinds(self) -> tuple[SceneKind, ...]:
+        """What may have happened: where it is in doubt, that the vehicles went on together first."""
+        return ("together", self.kind) if self.contact.perhaps_together else (self.kind,)
+
+    @property
     def travelled(self) -> tuple[str, ...]:
         """Vehicles whose speed before their marks is asked first: those that skidded, or are alone."""
         return tuple(v for v in self.vehicles if self.alone or v in self.skidded)
@@ -415,7 +418,14 @@ class Scene:
     @property
     def skidded(self) -> tuple[str, ...]:
         """Vehicles with a measured skid up to the impact."""
-        return tuple(v for v in self.vehicles if self.approach[v].skid is not None)
+        return tuple(v for v in self.vehicles if self.approach[v].skid_length)
+
+    @property
+    def slid_on(self) -> frozenset[str]:
+        """Names of the surfaces of skids in several pieces and of yaw marks."""
+        pieces = [piece for own in self.approach.values() for piece in own.skids]
+        marks = [own.yaw_mark for own in self.approach.values() if own.yaw_mark]
+        return frozenset(each.surface for each in (*pieces, *marks))
 
     def reported(self) -> tuple[str, ...]:
         """Names in `REPORTED` of the quantities in the scene's results, where the model knows them."""

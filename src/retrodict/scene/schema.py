@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, model_validator
 
 from retrodict.scene.entries.impact import (
     BarrierEntry,
@@ -37,9 +37,13 @@ def _asked(raw: object) -> tuple[str, ...]:
 _ROAD = '{ road = { friction = "0.50 ± 0.03" } }'
 
 
-def _one_without_end(surfaces: dict[str, SurfaceEntry]) -> dict[str, SurfaceEntry]:
+def _one_without_end(
+    surfaces: dict[str, SurfaceEntry], info: ValidationInfo
+) -> dict[str, SurfaceEntry]:
+    """Check that there is one road; a surface of a skid up to the impact need not lie anywhere."""
+    slid_on = (info.context or {}).get("slid_on", set())
     bare = [name for name, surface in surfaces.items() if not (surface.edge or surface.outline)]
-    if len(bare) != 1:
+    if len([name for name in bare if name not in slid_on] or bare[:1]) != 1:
         found = f"{', '.join(bare)} have none" if bare else "here none is without"
         raise fault(f"write an edge or outline for every surface but one, the road; {found}")
     return surfaces
@@ -76,7 +80,7 @@ class SceneEntry(Table):
     @model_validator(mode="after")
     def _what_slid_slid_on_something(self) -> SceneEntry:
         slid = any(
-            v.rest or v.marks or v.end_of_rotation or v.approach.skid
+            v.rest or v.marks or v.end_of_rotation or v.approach.marked
             for v in self.vehicles.by_letter.values()
         )
         if slid and not self.surfaces:
@@ -141,5 +145,24 @@ def validated(document: Mapping[str, Any]) -> SceneEntry:
         context={
             "barrier": document.get("barrier") is not None,
             "alone": document.get("alone") is True,
+            "slid_on": _slid_on(document),
         },
     )
+
+
+def _slid_on(document: Mapping[str, Any]) -> set[str]:
+    """Names of the surfaces that skids and yaw marks state, in a file not yet validated."""
+    found: set[str] = set()
+
+    def look(part: object, key: str) -> None:
+        if isinstance(part, Mapping):
+            for name, each in part.items():
+                look(each, str(name))
+        elif isinstance(part, list):
+            for each in part:
+                look(each, key)
+        elif key == "surface" and isinstance(part, str):
+            found.add(part)
+
+    look(document.get("vehicles"), "vehicles")
+    return found

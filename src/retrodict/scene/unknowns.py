@@ -37,7 +37,7 @@ def question_of(
         for key in lacks:
             fix = OF_CONTACT[key.rpartition(".")[2]]
             complain(key, f"missing; write {fix}, without which {wrong[0]} has no meaning")
-        if entry.impact.together:
+        if entry.impact.together is True:
             why = f"vehicles that go on together leave no {wrong[0]} to ask for"
             complain("question", f"{why}; leave it out, or impact.together")
     not_asked |= set(COEFFICIENTS) if lacks or entry.impact.together else set()

@@ -24,25 +24,27 @@ class VehicleClass:
         name: name of the class or model, as a scene file writes it.
         what: description of the vehicles that the name stands for.
         mass: mass, kg.
-        wheelbase: wheelbase, m.
+        wheelbase: wheelbase, m; None of what has no wheels side by side.
         cg_share: distance from the front axle to the centre of gravity, wheelbases.
         yaw_radius: radius of gyration in yaw, wheelbases.
-        track: track, m.
+        track: track, m; None likewise.
         length: length, m; None where no figure is known.
         width: width, m; None where no figure is known.
         models: number of models that means and spreads were taken over; None where they were not.
+        articulated: whether it is a tractor with a trailer, taken as one rigid body.
     """
 
     name: str
     what: str
     mass: Measured
-    wheelbase: Measured
+    wheelbase: Measured | None
     cg_share: Measured
     yaw_radius: Measured
-    track: Measured
+    track: Measured | None
     length: Measured | None = None
     width: Measured | None = None
     models: int | None = None
+    articulated: bool = False
 
     def assumed(self, measured: Measured) -> Measured:
         """A quantity of the class as a scene takes it: with a source that names the class.
@@ -103,7 +105,8 @@ def _entry(name: str, entry: dict[str, Any], sources: dict[str, str]) -> Vehicle
         return _measured(value, sd, f"grade {grade}: {sources[source]}")
 
     read_entry = {k: read(**v) if isinstance(v, dict) else v for k, v in entry.items()}
-    return VehicleClass(name, **_defaults() | read_entry)
+    known: dict[str, Any] = {"wheelbase": None, "track": None} | _defaults() | read_entry
+    return VehicleClass(name, **known)
 
 
 def _defaults() -> dict[str, Measured]:

@@ -15,7 +15,17 @@ from retrodict.scene.errors import SceneError
 from retrodict.scene.load import parse_scene
 from retrodict.scene.measured import UNKNOWN
 from retrodict.scene.priors import OF_PYTHON, Prior, keys_of
-from retrodict.scene.records import WHEELS, Edge, Mark, Measured, Outline, Rest, Scene, Vehicle
+from retrodict.scene.records import (
+    WHEELS,
+    Approach,
+    Edge,
+    Mark,
+    Measured,
+    Outline,
+    Rest,
+    Scene,
+    Vehicle,
+)
 from retrodict.scene.speed_record import SpeedRecord
 
 CANNOT_SAY = "# A scene file cannot say: "
@@ -118,7 +128,7 @@ def scene_toml(scene: Scene) -> str:
         lines += ["", "[barrier]", f'kind = "{barrier.kind}"', f"name = {_quoted(barrier.name)}"]
         lines += [f'diameter = "{float(barrier.diameter)!r} m"'] if barrier.diameter else []
     lines += [] if scene.alone else ["", *_impact(scene)]
-    for surface in scene.surfaces:
+    for surface in (*scene.surfaces, *scene.skidded_on):
         lines += ["", f"[surfaces.{surface.name}]", *_fields(surface, fields.SURFACE)]
         lines += _edge(surface.edge) if surface.edge else []
         lines += _outline(surface.outline) if surface.outline else []
@@ -186,6 +196,8 @@ def _impact(scene: Scene) -> Iterator[str]:
     yield f"interlocked = {str(scene.contact.interlocked).lower()}"
     if scene.contact.together:
         yield "together = true"
+    if scene.contact.perhaps_together:
+        yield 'together = "perhaps"'
     yield from (_line(key, stated, "J") for key, stated in scene.energy_lost.items())
     yield from (_line(key, measured) for key, measured in scene.coefficients.items())
 
@@ -197,6 +209,8 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
     yield from _fields(vehicle, _written(fields.VEHICLE, above, scene))
     yield f'length = "{float(vehicle.length)!r} m"'
     yield f'width = "{float(vehicle.width)!r} m"'
+    if vehicle.articulated:
+        yield 'articulation = "locked"'
     yield from _wheels(vehicle)
     missed = vehicle.run_out_error
     yield _line(
@@ -211,6 +225,7 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
         yield f"approach.speed_record = {_record(approach.record, approach.speed.source)}"
         approach = replace(approach, speed=None)
     yield from _fields(approach, fields.APPROACH, "approach.")
+    yield from _marks_before(approach)
     for key in ("direction", "yaw_rate"):
         if getattr(approach, key) is None:
             yield f'approach.{key} = "{UNKNOWN}"'
@@ -246,6 +261,24 @@ def _fields(record: object, table: Mapping[str, fields.Field], above: str = "") 
             if unit == "%":
                 measured = replace(measured, value=100 * measured.value, sd=100 * measured.sd)
             yield _line(f"{above}{key}", measured, unit)
+
+
+def _marks_before(approach: Approach) -> Iterator[str]:
+    """The keys of a skid in several pieces, and of a yaw mark."""
+    if approach.skids:
+        yield "approach.skids = ["
+        for piece in approach.skids:
+            parts = [] if piece.drag_factor else [f"surface = {_quoted(piece.surface)}"]
+            for key, field in fields.SKID.items():
+                if (measured := getattr(piece, key)) is not None:
+                    parts.append(f"{key} = {_quantity(measured, field.dimension.stored)}")
+            yield f"  {{ {', '.join(parts)} }},"
+        yield "]"
+    if (yaw := approach.yaw_mark) is not None:
+        yield from _fields(yaw, fields.YAW_MARK, "approach.yaw_mark.")
+        error = replace(yaw.error, value=100 * yaw.error.value)
+        yield _line("approach.yaw_mark.error", error, "%")
+        yield f"approach.yaw_mark.surface = {_quoted(yaw.surface)}"
 
 
 def _record(record: SpeedRecord, source: str) -> str:

@@ -103,7 +103,7 @@ def avoidability(outcome: Outcome, asked: Avoidance) -> Avoidability:
     else:
         if asked.seen_time:
             time = _random(asked.seen_time, shape, rng)
-        elif outcome.scene.approach[v].skid:
+        elif outcome.scene.approach[v].skid_length:
             time = reaction + np.asarray(skid_time(motion))
         else:
             raise NotAnswered(
@@ -176,7 +176,7 @@ def _approach(outcome: Outcome, v: str) -> Approach:
     from retrodict.mechanics.avoidance import Approach  # imports jax
 
     speed = draws_of(outcome, f"speed_{v}")
-    if outcome.scene.approach[v].skid is None:
+    if not outcome.scene.approach[v].skid_length:
         return Approach(speed, speed, np.zeros_like(speed))
     return Approach(
         speed, draws_of(outcome, f"travelling_speed_{v}"), draws_of(outcome, f"skid_{v}")

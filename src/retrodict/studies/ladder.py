@@ -15,7 +15,7 @@ from retrodict.inference.modes import ModeSearch
 from retrodict.inference.reconstruct import compile_search, reconstruct
 from retrodict.inference.samplers.psis import smoothed
 from retrodict.inference.transforms.choice import transform_of
-from retrodict.models import RUNGS, Rung
+from retrodict.models import RUNGS, Rung, rungs_for
 from retrodict.models.arrays import Structure
 from retrodict.models.runouts import roll
 from retrodict.options import RunOptions
@@ -222,9 +222,7 @@ def refusals(scene: Scene, question: tuple[str, ...]) -> dict[str, str]:
         A reason for each rung of what happened in the scene, from simplest to fullest.
     """
     why = {}
-    for name, rung in RUNGS.items():
-        if rung.impact.kind != scene.kind:
-            continue
+    for name, rung in rungs_for(scene).items():
         mute = [REPORTED[q][0] for q in question if q not in rung.answers]
         if mute:
             why[name] = f"does not answer {', '.join(mute)}"
@@ -317,7 +315,26 @@ def chosen(
         )
         fits = f"fits the evidence (p = {fit.probability:.2g})"
         reason = f"{choice} is the simplest model that {fits} {compared}"
+        reason += _in_doubt(steps, enough[-1], question)
     return judged, choice, reason
+
+
+_HAPPENED = {"together": "gone on together", "impact": "parted"}
+
+
+def _in_doubt(steps: Sequence[Step], choice: Step, question: tuple[str, ...]) -> str:
+    """What it would change had the other thing happened, where a scene leaves it in doubt."""
+    kinds = {name: rung.impact.kind for name, rung in RUNGS.items()}
+    other = {kinds.get(step.name, "") for step in steps} - {kinds.get(choice.name, "")}
+    others = [step for step in steps if kinds.get(step.name) in other and step.fit is not None]
+    if not others:
+        return ""
+    had = _HAPPENED[kinds[others[-1].name]]
+    fitting = [step for step in others if step.counts]
+    if not fitting:
+        return f" No model of vehicles that had {had} can be relied on and fits the evidence."
+    moves = [_move(choice, fitting[-1], quantity) for quantity in question]
+    return f" Had the vehicles {had}: {'; '.join(map(str, moves))}."
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,12 +94,11 @@ def skid_lines(scene: Scene) -> list[tuple[str, np.ndarray]]:
     found = []
     for v in scene.skidded:
         own, vehicle = scene.approach[v], scene.vehicles[v]
-        assert own.skid is not None, "it skidded"
         angle = (own.direction or vehicle.heading).value
         ahead = np.array([np.cos(angle), np.sin(angle)])
         aside = np.array([-ahead[1], ahead[0]]) * vehicle.track.value / 2
         centre = np.array(scene.at_impact(v))
-        begin = centre - own.skid.value * ahead
+        begin = centre - own.skid_length * ahead
         found.append((v, np.array([[begin + side, centre + side] for side in (aside, -aside)])))
     return found
 

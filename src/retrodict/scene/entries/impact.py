@@ -84,6 +84,12 @@ def _known_surface(raw: object) -> object:
     return raw
 
 
+def _together(raw: object) -> object:
+    if not isinstance(raw, bool) and raw != "perhaps":
+        raise fault('write true, false, or "perhaps" where nobody knows')
+    return raw
+
+
 SurfaceName = Annotated[str, BeforeValidator(_pattern_name)]
 
 
@@ -112,7 +118,9 @@ class ImpactEntry(Table):
     )
     contact_line: Annotated[Measured, IMPACT["contact_line"]] | None = None
     interlocked: bool = Field(default=False, strict=True, examples=["true"])
-    together: bool = Field(default=False, strict=True, examples=["true"])
+    together: Annotated[bool | Literal["perhaps"], BeforeValidator(_together)] = Field(
+        default=False, examples=['true, or "perhaps"']
+    )
     energy_lost: EnergyLost | None = None
     energy_lost_at_least: EnergyLost | None = None
     energy_lost_at_most: EnergyLost | None = None

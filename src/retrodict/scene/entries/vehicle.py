@@ -1,9 +1,8 @@
-"""The entries of the vehicles: properties, approach, pose at impact, departure and rest of each."""
+"""The entries of the vehicles: the properties of each, and what is known of its motion."""
 
 from __future__ import annotations
 
-import itertools
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import (
     AliasChoices,
@@ -16,27 +15,23 @@ from pydantic import (
 )
 
 from retrodict.scene import units
-from retrodict.scene.defaults import DEFAULTS, SLIDING
-from retrodict.scene.entries.table import (
-    FOR_DRAWING,
-    FROM_ORIGIN,
-    IS_AN_SD,
-    Table,
-    not_empty,
-    one_line,
-    with_fields,
+from retrodict.scene.defaults import SLIDING
+from retrodict.scene.entries.motion import (
+    ApproachEntry,
+    DepartureEntry,
+    EndOfRotationEntry,
+    ImpactPoseEntry,
+    MarkEntry,
+    RestEntry,
 )
-from retrodict.scene.fields import (
-    APPROACH,
-    DEPARTURE,
-    END_OF_ROTATION,
-    FROM_IMPACT,
-    IMPACT_CENTRE,
-    POSE_AT_IMPACT,
-    VEHICLE,
-)
+from retrodict.scene.entries.motion import Direction as Direction
+from retrodict.scene.entries.motion import RecordTime as RecordTime
+from retrodict.scene.entries.motion import RecordUncertainty as RecordUncertainty
+from retrodict.scene.entries.motion import RestHeading as RestHeading
+from retrodict.scene.entries.table import FOR_DRAWING, IS_AN_SD, Table, one_line, with_fields
+from retrodict.scene.fields import IMPACT_CENTRE, VEHICLE
 from retrodict.scene.kinds import Kind, fault
-from retrodict.scene.measured import UNKNOWN, Measured
+from retrodict.scene.measured import Measured
 from retrodict.scene.vehicle_library import find, near
 
 _OF_WHEELS = (
@@ -44,7 +39,6 @@ _OF_WHEELS = (
     "steer",
 )  # fmt: skip
 _MARKS = 50  # for a vehicle
-_RECORDED = 200  # speeds of a record
 _WHEELS = (
     '{ front_left = "locked", front_right = "rolling", '
     'rear_left = "rolling", rear_right = "0.3 ± 0.1" }'
@@ -53,71 +47,11 @@ _REST = '{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 d
 _IMPACT_CENTRE = '{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }'
 _END = '{ x = "3 ± 0.5 m", y = "1 ± 0.5 m", heading = "20 ± 5 deg" }'
 
-_MARK = "that of the mark goes into its key uncertainty"
-_RECORD = "that of all goes into the key uncertainty"
 OutlineLength = Annotated[
     Measured, Kind(units.LENGTH, 0.5, 30, "5.2 m", uncertainty="refused", advice=FOR_DRAWING)
 ]
 OutlineWidth = Annotated[
     Measured, Kind(units.LENGTH, 0.3, 6, "1.8 m", uncertainty="refused", advice=FOR_DRAWING)
-]
-RecordedSpeed = Annotated[
-    Measured, Kind(units.SPEED, 0, 150, "40 mph", uncertainty="refused", advice=_RECORD)
-]
-RecordTime = Annotated[
-    Measured,
-    Kind(
-        units.TIME,
-        -600,
-        600,
-        "-0.5 s",
-        uncertainty="refused",
-        advice="the recorder's clock is exact",
-    ),
-]
-RecordUncertainty = Annotated[
-    Measured,
-    Kind(
-        units.SPEED,
-        0.01,
-        50,
-        "1 mph",
-        uncertainty="refused",
-        advice=IS_AN_SD,
-    ),
-]
-RestCoordinate = Annotated[
-    Measured,
-    Kind(
-        units.LENGTH,
-        -1000,
-        1000,
-        "-5.1 ± 0.15 m",
-        default=DEFAULTS["rest_position"],
-        advice=FROM_ORIGIN,
-    ),
-]
-RestHeading = Annotated[
-    Measured,
-    Kind(
-        units.DIRECTION,
-        -360,
-        360,
-        "215 ± 3 deg",
-        default=DEFAULTS["rest_heading"],
-        advice="whole turns go into rotation",
-    ),
-]
-Rotation = Annotated[
-    Measured,
-    Kind(
-        units.ANGLE,
-        -3600,
-        3600,
-        "35 deg",
-        uncertainty="refused",
-        advice="it only selects the number of whole turns",
-    ),
 ]
 DragFactor = Annotated[Measured, Kind(units.NUMBER, 0.1, 10, "1 ± 0.3", "lognormal")]
 RunOutPosition = Annotated[
@@ -127,34 +61,7 @@ RunOutHeading = Annotated[
     Measured, Kind(units.ANGLE, 0, 90, "8 deg", uncertainty="refused", advice=IS_AN_SD)
 ]
 Steer = Annotated[Measured, Kind(units.ANGLE, -90, 90, "0 ± 2 deg")]
-MarkCoordinate = Annotated[
-    Measured,
-    Kind(units.LENGTH, -1000, 1000, "3 m", uncertainty="refused", advice=_MARK),
-]
-MarkUncertainty = Annotated[
-    Measured,
-    Kind(
-        units.LENGTH,
-        0.001,
-        100,
-        "0.2 m",
-        uncertainty="refused",
-        advice=IS_AN_SD,
-    ),
-]
 _WHEELBASE = Kind(units.LENGTH, 0.05, 20, "2.85 m", "lognormal")
-Direction = Annotated[Measured, APPROACH["direction"]]
-Course = Annotated[Measured, DEPARTURE["direction"]]
-Speed = Annotated[Measured, APPROACH["speed"]]
-
-
-def _or_unknown(raw: object, read: ValidatorFunctionWrapHandler) -> Measured | str:
-    if isinstance(raw, str) and not any(c.isdigit() for c in raw):
-        if raw.strip().casefold() != UNKNOWN:
-            raise fault('write a number with its unit, or "unknown" for a vehicle that slid')
-        return UNKNOWN
-    measured: Measured = read(raw)
-    return measured
 
 
 WHEEL_WORDS = ("locked", "rolling", "rolling, in gear", "damaged")
@@ -202,153 +109,19 @@ def _by_wheel(raw: object) -> object:
     return None if raw == "locked" else raw
 
 
+def _locked(raw: object) -> str | None:
+    if raw is not None and raw != "locked":
+        free = raw == "free"
+        why = "a free articulation, about which tractor and trailer turn, is not modelled; " * free
+        raise fault(f'{why}write "locked", for one rigid body, or leave it out')
+    return raw
+
+
 class ImpactCentreEntry(Table):
     """`[vehicles.A.impact_centre]`: its place from the centre of gravity, as the driver sees it."""
 
     distance: Annotated[Measured, IMPACT_CENTRE["distance"]]
     angle: Annotated[Measured, IMPACT_CENTRE["angle"]]
-
-
-class ImpactPoseEntry(Table):
-    """`[vehicles.A.impact]`: how the vehicle stood at impact."""
-
-    heading: Annotated[Measured, POSE_AT_IMPACT["heading"]]
-
-
-class SpeedRecordEntry(Table):
-    """`[vehicles.A.approach.speed_record]`: speeds that a recorder kept, the impact's time unknown."""
-
-    times: list[RecordTime] = Field(max_length=_RECORDED, examples=['["-1 s", "-0.5 s", "0 s"]'])
-    speeds: list[RecordedSpeed] = Field(
-        max_length=_RECORDED, examples=['["45 mph", "41 mph", "37 mph"]']
-    )
-    impact: tuple[RecordTime, RecordTime] = Field(examples=['["-0.5 s", "0 s"]'])
-    uncertainty: RecordUncertainty
-
-    @model_validator(mode="after")
-    def _impact_lies_within(self) -> SpeedRecordEntry:
-        times = [t.value for t in self.times]
-        if len(times) != len(self.speeds) or len(times) < 2:
-            raise fault("write as many times as speeds, two or more", "times")
-        if any(after <= before for before, after in itertools.pairwise(times)):
-            raise fault("write times that increase", "times")
-        low, high = (t.value for t in self.impact)
-        if not low < high:
-            raise fault("write the earliest and the latest time of the impact; or speed", "impact")
-        if not times[0] <= low < high <= times[-1]:
-            raise fault(
-                "reaches beyond the record; add a time and a speed there, as you assume it went on",
-                "impact",
-            )
-        return self
-
-
-@with_fields(APPROACH)
-class ApproachEntry(Table):
-    """`[vehicles.A.approach]`: what is known of the motion just before impact."""
-
-    speed: Speed | None = None
-    speed_record: SpeedRecordEntry | None = Field(
-        default=None,
-        examples=[
-            '{ times = ["-1 s", "0 s"], speeds = ["45 mph", "37 mph"], '
-            'impact = ["-0.5 s", "0 s"], uncertainty = "1 mph" }'
-        ],
-    )
-    direction: (
-        Annotated[
-            Measured | str,
-            APPROACH["direction"],
-            WrapValidator(_or_unknown),
-            Field(examples=['"180 ± 2 deg", or "unknown"']),
-        ]
-        | None
-    ) = None
-    yaw_rate: Annotated[Measured | str, APPROACH["yaw_rate"], WrapValidator(_or_unknown)] | None = (
-        None
-    )
-    skid: Annotated[Measured, APPROACH["skid"]] | None = None
-
-    @model_validator(mode="after")
-    def _has_one_speed(self) -> ApproachEntry:
-        if self.speed and self.speed_record:
-            raise fault("the same twice; keep it, or speed_record", "speed")
-        return self
-
-
-@with_fields(DEPARTURE)
-class DepartureEntry(Table):
-    """`[vehicles.A.departure]`: what is known of the motion just after impact."""
-
-    @model_validator(mode="after")
-    def _has_something_once(self) -> DepartureEntry:
-        not_empty(self)
-        written = {name for name, measured in self if measured}
-        for end in ("", "_at_least"):
-            parts = [f"delta_v_forward{end}", f"delta_v_left{end}"]
-            if f"delta_v{end}" in written and not written.isdisjoint(parts):
-                fix = f"the same measurement twice; keep it, or {' and '.join(parts)}"
-                raise fault(fix, f"delta_v{end}")
-        return self
-
-
-class MarkEntry(Table):
-    """An entry of `marks` of a vehicle: a point that it passed on its way to rest."""
-
-    point: tuple[MarkCoordinate, MarkCoordinate] = Field(examples=['["3 m", "1 m"]'])
-    of: Literal["centre", "front_left", "front_right", "rear_left", "rear_right"] = Field(
-        "centre", examples=['"centre", or a wheel: "front_left"']
-    )
-    uncertainty: MarkUncertainty | None = None
-    speed: Speed | None = None
-    course: Course | None = None
-
-
-@with_fields(END_OF_ROTATION)
-class EndOfRotationEntry(Table):
-    """`end_of_rotation` of a vehicle: where it stopped sliding sideways and began to roll."""
-
-    @model_validator(mode="after")
-    def _has_a_part(self) -> EndOfRotationEntry:
-        not_empty(self)
-        return self
-
-
-@with_fields(FROM_IMPACT)
-class RestEntry(Table):
-    """`[vehicles.A.rest]`: where the vehicle came to rest, as a position or from the impact."""
-
-    position: tuple[RestCoordinate, RestCoordinate] | None = Field(
-        None, examples=['["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]']
-    )
-    distance: Annotated[Measured, FROM_IMPACT["distance"]] | None = None
-    direction: Annotated[Measured, FROM_IMPACT["direction"]] | None = None
-    heading: RestHeading | None = None
-    rotation: Rotation | None = None
-
-    @model_validator(mode="after")
-    def _is_somewhere(self) -> RestEntry:
-        if self.position is not None and (self.distance or self.direction):
-            raise fault("the same twice; keep it, or distance and direction", "position")
-        if self.position is None and self.distance is None:
-            raise fault(
-                'missing; write position = ["-5.1 m", "1.9 m"], or distance = "12 ± 0.5 m" from the '
-                "impact",
-                "position",
-            )
-        if self.position is None and self.heading is not None:
-            raise fault("it needs a position; leave it out, or write position", "heading")
-        return self
-
-    @model_validator(mode="after")
-    def _what_turned_has_a_heading(self) -> RestEntry:
-        if self.rotation is not None and self.heading is None:
-            raise fault(
-                "it counts the turns of a measured heading; leave it out, or write "
-                'heading = "215 ± 3 deg"',
-                "rotation",
-            )
-        return self
 
 
 class WheelsEntry(Table):
@@ -389,6 +162,7 @@ class VehicleEntry(Table):
     )
     impact_centre: ImpactCentreEntry | None = Field(None, examples=[_IMPACT_CENTRE])
     slides: Annotated[Measured, VEHICLE["slides"], WrapValidator(_sliding)] | None = None
+    articulation: Annotated[str | None, BeforeValidator(_locked)] = None
     impact: ImpactPoseEntry | None = Field(
         None, validate_default=True, examples=['{ heading = "180 ± 2 deg" }']
     )
@@ -412,6 +186,13 @@ class VehicleEntry(Table):
             names = ", ".join(f'"{each}"' for each in near(name if isinstance(name, str) else ""))
             raise fault(f"not in the library of vehicles; write one of {names}", "class")
         missing = {"mass", "track", "width", "wheelbase", "length"} - raw.keys()
+        if "slides" in raw:
+            missing &= {"mass"}
+        elif known.track is None and "track" not in raw:
+            words = ", ".join(f'"{word}"' for word in SLIDING)
+            raise fault(
+                f"{known.name} has no track: write slides = {words}, or its drag factor", "class"
+            )
         if "track" in raw:  # the outline of the class need not fit
             missing -= {"width"}
         if "wheelbase" in raw or {"cg_to_front_axle", "cg_to_rear_axle"} <= raw.keys():
@@ -446,6 +227,8 @@ class VehicleEntry(Table):
                 raise fault(
                     "what slides has no wheels and does not yaw; leave it out, or slides", key
                 )
+        if self.approach.yaw_mark:
+            raise fault("what slides has no tyres; leave it out, or slides", "approach.yaw_mark")
         if any(mark.of != "centre" for mark in self.marks):
             raise fault("what slides has no wheels; leave of out, or slides", "marks")
         return self
@@ -515,8 +298,10 @@ class VehiclesEntry(Table):
     @model_validator(mode="after")
     def _something_is_known_after_impact(self) -> VehiclesEntry:
         vehicles = self.by_letter.values()
-        if self.B is None and self.A.approach.skid and self.A.approach.speed:
-            return self  # a skid up to a known speed says all
+        before = self.A.approach
+        slid = (before.skid or before.skids) and before.speed
+        if self.B is None and (slid or before.yaw_mark):
+            return self  # a skid up to a known speed says all, and so does a critical speed
         if not any(v.rest or v.departure or v.marks or v.end_of_rotation for v in vehicles):
             whose = ("either", " of one") if self.B else ("the vehicle", "")
             raise fault(
