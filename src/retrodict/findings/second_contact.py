@@ -98,7 +98,8 @@ def _meet_again(apart: Float[np.ndarray, " times"]) -> int | None:
 
     What is crushed may go deeper at first, and come back: that is no second contact.
     """
-    deepest, farthest = float(apart[0]), None
+    deepest = float(apart[0])
+    farthest: float | None = None
     for i, distance in enumerate(apart.tolist()):
         if farthest is None:
             deepest = min(deepest, distance)
