@@ -98,7 +98,7 @@ class BoardPage:
                     self._progress = ui.linear_progress(value=0, show_value=False, size="3px")
                     self._progress.props("indeterminate instant-feedback").set_visibility(False)
                     self._answer = ui.html("", sanitize=False).classes("answer-box")
-                    self._beside = ui.html("", sanitize=False).classes("answer-box beside")
+                    self._beside = ui.html("", sanitize=False).classes("beside")
                     self._doing = ui.label("").classes("doing")
                     self._more = ui.element("div").classes("needs more")
                     self._warned = ui.element("div").classes("warnings")
