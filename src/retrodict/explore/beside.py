@@ -32,7 +32,7 @@ class Narrowing:
     Args:
         label: label of the speed.
         unit: symbol of its unit.
-        now: its standard deviation.
+        now: standard deviation of the speed.
         rows: name of a quantity with its unit, its measured value, and the standard deviation that is
             left of the speed if the quantity were known exactly.
     """

@@ -24,7 +24,7 @@ def kept_values(entry: Table, fields: Mapping[str, Field]) -> dict[str, Any]:
 
     Args:
         entry: the table.
-        fields: its quantities by key.
+        fields: quantities of the table by key.
     """
     return {
         field.name or key: getattr(entry, key) or field.where_unwritten

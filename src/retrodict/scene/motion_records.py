@@ -16,7 +16,7 @@ class Skid:
     """A piece of a skid up to the impact.
 
     Args:
-        length: its length, m.
+        length: length of the piece, m.
         surface: name of the surface; empty where a drag factor is given.
         braking: braking force over the available friction; None where all wheels were locked.
         drag_factor: deceleration over g; None where the surface and the braking give it.

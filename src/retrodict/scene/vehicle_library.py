@@ -31,7 +31,7 @@ class VehicleClass:
         length: length, m; None where no figure is known.
         width: width, m; None where no figure is known.
         models: number of models that means and spreads were taken over; None where they were not.
-        articulated: whether it is a tractor with a trailer, taken as one rigid body.
+        articulated: true for a tractor with a trailer, taken as one rigid body.
     """
 
     name: str

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.samplers.importance import adapted, evaluated
 from retrodict.inference.samplers.nested import _PRIOR, Nested, _Free, nested
 from retrodict.inference.samplers.proposal import Proposal
@@ -96,6 +97,23 @@ def test_draws_move_it_to_where_the_posterior_is() -> None:
     assert abs(one - other) < 4 * np.hypot(error, another)
     nowhere = away.moved(first[0], np.full(POINTS, -np.inf))
     assert nowhere is away
+
+
+def test_fitted_slopes_lead_to_the_modes_and_few_draws_need_their_own(monkeypatch) -> None:
+    posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.UNBENT)
+    proposal = nested(posterior)
+    assert proposal is not None
+    x = proposal._of_free.at(np.random.default_rng(9).random((1000, proposal._of_free.size)))
+    proposal._solved(x[:1])  # fits them
+    asked = []
+    at = Crashes.at
+    monkeypatch.setattr(
+        Crashes, "at", lambda self, u, *names: asked.append(len(u)) or at(self, u, *names)
+    )
+    mode, _ = proposal._solved(x)
+    assert sum(asked) < 5 * len(x)  # slopes of their own take one for each pinned direction more
+    _, _, step = proposal._by_newton(x, mode)
+    assert np.quantile(np.linalg.norm(step, axis=1), 0.95) < 0.3
 
 
 def test_rest_poses_have_none() -> None:
