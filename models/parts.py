@@ -370,6 +370,9 @@ def _skids(structure: Structure, x: Values, v: str) -> list[tuple[Float[Array, "
     def on(surface: str, braking: Float[Array, ""]) -> Drag:
         return lambda speed: braking * _friction(x, v, surface, speed)
 
+    def constant(drag: Float[Array, ""]) -> Drag:
+        return lambda _: drag
+
     one = jnp.ones(())
     if f"skid_{v}" in x:
         return [(x[f"skid_{v}"], on(structure.surfaces[0], x.get(f"skid_braking_{v}", one)))]
@@ -377,7 +380,7 @@ def _skids(structure: Structure, x: Values, v: str) -> list[tuple[Float[Array, "
     for n, surface in enumerate(dict(structure.skids).get(v, ()), start=1):
         drag = on(surface, x.get(f"skid_{n}_braking_{v}", one)) if surface else None
         known = x.get(f"skid_{n}_drag_factor_{v}", one)
-        found.insert(0, (x[f"skid_{n}_{v}"], drag or (lambda _, known=known: known)))
+        found.insert(0, (x[f"skid_{n}_{v}"], drag or constant(known)))
     return found
 
 

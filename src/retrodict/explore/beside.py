@@ -104,7 +104,7 @@ def narrowed(outcome: Outcome, units: Units) -> list[Narrowing]:
         if name not in draws or name not in outcome.scene.reported():
             continue
         sd = float(np.std(draws[name].values))
-        rows = []
+        rows: list[tuple[str, str, str]] = []
         for each in narrowing(outcome, name):
             if len(rows) == _ROWS or each.sd > (1 - _LEAST) * sd:
                 break

@@ -49,10 +49,8 @@ def approach_of(entry: ApproachEntry, heading: Measured, road: str) -> Approach:
         or abs(math.remainder(direction.value - heading.value, math.tau)) > _SLIDES
     )
     yaw_rate = _known(entry.yaw_rate, lambda: None if slides else without_yaw())
-    skids = tuple(
-        Skid(**kept_values(piece, SKID), surface="" if piece.drag_factor else piece.surface or road)
-        for piece in entry.skids
-    )
+    pieces = [(kept_values(piece, SKID), piece.surface or road) for piece in entry.skids]
+    skids = tuple(Skid(**k, surface="" if k["drag_factor"] else on_it) for k, on_it in pieces)
     yaw = entry.yaw_mark
     mark = None
     if yaw is not None and yaw.error is not None:

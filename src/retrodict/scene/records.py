@@ -423,9 +423,9 @@ class Scene:
     @property
     def slid_on(self) -> frozenset[str]:
         """Names of the surfaces of skids in several pieces and of yaw marks."""
-        pieces = [piece for own in self.approach.values() for piece in own.skids]
-        marks = [own.yaw_mark for own in self.approach.values() if own.yaw_mark]
-        return frozenset(each.surface for each in (*pieces, *marks))
+        of_skids = {piece.surface for own in self.approach.values() for piece in own.skids}
+        marks = (own.yaw_mark for own in self.approach.values())
+        return frozenset(of_skids | {mark.surface for mark in marks if mark})
 
     def reported(self) -> tuple[str, ...]:
         """Names in `REPORTED` of the quantities in the scene's results, where the model knows them."""

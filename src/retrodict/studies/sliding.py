@@ -92,8 +92,10 @@ def log_ratio_of_ended(outcome: Outcome) -> Draws | None:
         The logarithms, whose exponentials have mean 1 over the prior; None where the model has no free
         μ, the user gave its prior, or parts may have interlocked.
     """
+    import jax.numpy as jnp  # slow to import
+
     from retrodict.models import RUNGS
-    from retrodict.models.friction import Friction  # JAX: slow to import
+    from retrodict.models.friction import Friction
 
     scene, tree = outcome.scene, outcome.idata
     rung = RUNGS.get(outcome.description.name)
@@ -107,7 +109,8 @@ def log_ratio_of_ended(outcome: Outcome) -> Draws | None:
     mu, critical = _friction(outcome)
     size = np.abs(critical)
     left = left_of_sliding(outcome)
-    default = Friction(critical, *prior.numbers).log_prob(mu)
+    scale, median = map(jnp.asarray, prior.numbers)
+    default = Friction(jnp.asarray(critical), scale, median).log_prob(jnp.asarray(mu))
     constant = np.log(2 / (TOLERANCE * np.sqrt(2 * np.pi)))
     return constant - left**2 / (2 * TOLERANCE**2) - np.log(size) - np.asarray(default)
 

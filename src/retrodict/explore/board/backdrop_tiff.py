@@ -55,7 +55,8 @@ def decoded(content: bytes) -> Decoded:
             width, height = image.size
             if width * height > _PIXELS:
                 raise refused(f"the image is {width} x {height} pixels: make it smaller")
-            tags = {key: image.tag_v2.get(key) for key in (_PIXEL_SCALE, _TRANSFORMATION, _KEYS)}
+            written = getattr(image, "tag_v2", {})  # which all images of that format have
+            tags = {key: written.get(key) for key in (_PIXEL_SCALE, _TRANSFORMATION, _KEYS)}
             steps = _steps(tags)
             made = io.BytesIO()
             if image.mode in ("RGBA", "LA", "PA"):

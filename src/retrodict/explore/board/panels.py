@@ -48,7 +48,7 @@ class Panels:
         sheet: Sheet,
         do: Callable[[str, dict[str, Any]], str],
         attempt: Callable[[Callable[[], object]], str],
-        say: Callable[[str], None],
+        say: Callable[[str], object],
         fit: Callable[[], None],
     ) -> None:
         self._board, self._sheet, self._do, self._say = board, sheet, do, say

@@ -205,12 +205,12 @@ def _car(key: str, table: Mapping[str, Any], point: Place | None, loose: Place |
     base = si(table.get("wheelbase"), LENGTH)
     axles = [si(table.get(f"cg_to_{end}_axle"), LENGTH) for end in ("front", "rear")]
     share = known.cg_share.value if known else DEFAULTS["cg_to_front_axle"].value
-    if base is None and known and None in axles:
-        base = known.wheelbase.value
+    if base is None and None in axles:
+        base = _of(known, "wheelbase")
     base = base or sum(each or 1.35 for each in axles)
     front = axles[0] or (base - axles[1] if axles[1] else share * base)
     rear = axles[1] or base - front
-    track = si(table.get("track"), LENGTH) or (known.track.value if known else None)
+    track = si(table.get("track"), LENGTH) or _of(known, "track")
     length = si(table.get("length"), LENGTH) or _of(known, "length")
     width = si(table.get("width"), LENGTH) or _of(known, "width")
     sized = known is not None or any(each in table for each in ("wheelbase", "cg_to_front_axle"))

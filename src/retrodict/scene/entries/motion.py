@@ -222,20 +222,21 @@ class ApproachEntry(Table):
     )
     skid: Annotated[Measured, APPROACH["skid"]] | None = None
     skids: list[SkidEntry] = Field(
-        [],
+        default=[],
         max_length=_PIECES,
         examples=['[{ length = "9 m", surface = "gravel" }, { length = "12 m" }]'],
     )
     yaw_mark: YawMarkEntry | None = Field(
-        None,
+        default=None,
         examples=['{ chord = "12 m", middle_ordinate = "0.45 ± 0.02 m", error = "10 %" }'],
     )
 
     @property
     def slid_on(self) -> set[str]:
         """Names of the surfaces of its skids and its yaw mark, where they are written."""
-        parts = [*self.skids, *([self.yaw_mark] if self.yaw_mark else [])]
-        return {part.surface for part in parts if part.surface is not None}
+        surfaces = {piece.surface for piece in self.skids}
+        surfaces |= {self.yaw_mark.surface} if self.yaw_mark else set()
+        return {surface for surface in surfaces if surface is not None}
 
     @property
     def marked(self) -> bool:
