@@ -37,7 +37,7 @@ class FilesPanel:
         board: Board,
         do: Callable[[str, dict[str, Any]], str],
         attempt: Callable[[Callable[[], object]], str],
-        say: Callable[[str], None],
+        say: Callable[[str], object],
         fit: Callable[[], None],
     ) -> None:
         self._board, self._do = board, do
