@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
+from retrodict.models.friction import Friction
 from rich.console import Console
 
 from retrodict.findings import Findings
@@ -28,9 +30,13 @@ def both(outcome) -> Findings:
     posterior = tree["posterior"].to_dataset()
     left = np.abs(rng.normal(0, 0.2, posterior["speed_b"].shape))
     speed = posterior["speed_b"] * 0 + 15 + 10 * left
-    tree["posterior"] = posterior.assign(
+    posterior = posterior.assign(
         speed_b=speed, mu=speed * 0 + CRITICAL * (1 - left), mu_critical=speed * 0 + CRITICAL
     )
+    tree["posterior"] = posterior
+    law = Friction(np.full(speed.shape, CRITICAL), *outcome.scene.priors["mu"].numbers)
+    density = posterior["mu"].copy(data=np.asarray(law.log_prob(posterior["mu"].values)))
+    tree["log_prior"] = xr.DataTree(xr.Dataset({"mu": density}))
     return Result(replace(outcome, idata=tree)).findings
 
 

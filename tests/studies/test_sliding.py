@@ -27,15 +27,24 @@ def _outcome(slope: float = 10.0, critical: float = CRITICAL, **changed: Any) ->
     mu = np.asarray(law.icdf(rng.uniform(size=DRAWS)))
     speed = 20 + slope * (1 - mu / critical) + rng.standard_normal(DRAWS)
     draws = {"mu": mu, "mu_critical": np.full(DRAWS, critical), "speed_b": speed}
-    posterior = xr.Dataset({name: (("chain", "draw"), x[None]) for name, x in draws.items()})
     zero = Measured(0.0)
     scene = SimpleNamespace(priors={"mu": prior}, contact=Contact(zero, zero, zero))
-    made = {
-        "idata": xr.DataTree.from_dict({"/posterior": posterior}),
-        "scene": scene,
-        "description": SimpleNamespace(name="planar-moment+wheels"),
+    made = SimpleNamespace(**({"scene": scene} | changed))
+    return with_draws(made, draws)
+
+
+def with_draws(outcome: Any, draws: dict[str, np.ndarray]) -> Any:
+    """The outcome with other draws, and the density of μ by its prior."""
+    density, prior = np.zeros(DRAWS), outcome.scene.priors["mu"]
+    if not prior.family:
+        law = Friction(draws["mu_critical"], *prior.numbers)
+        density = np.asarray(law.log_prob(draws["mu"]))
+    groups = {"/posterior": draws, "/log_prior": {"mu": density}}
+    trees = {
+        group: xr.Dataset({name: (("chain", "draw"), x[None]) for name, x in own.items()})
+        for group, own in groups.items()
     }
-    return SimpleNamespace(**(made | changed))
+    return SimpleNamespace(**(vars(outcome) | {"idata": xr.DataTree.from_dict(trees)}))
 
 
 def test_if_sliding_ended_the_speed_is_that_of_no_sliding_left() -> None:
@@ -71,23 +80,16 @@ def test_where_the_assumption_makes_no_difference_nothing_is_said() -> None:
 
 def test_where_the_evidence_excludes_one_of_them_nothing_is_said() -> None:
     outcome = _outcome()
-    tree = outcome.idata["posterior"].to_dataset()
-    ended = outcome_with(outcome, tree.assign(mu=0.999 * tree["mu_critical"] + 0 * tree["mu"]))
-    went_on = outcome_with(outcome, tree.assign(mu=0.5 * tree["mu_critical"] + 0 * tree["mu"]))
-    assert by_sliding(ended, "speed_b") == ()
-    assert by_sliding(went_on, "speed_b") == ()
-
-
-def outcome_with(outcome: Any, posterior: xr.Dataset) -> Any:
-    tree = xr.DataTree.from_dict({"/posterior": posterior})
-    return SimpleNamespace(**(vars(outcome) | {"idata": tree}))
+    draws = {k: x.values[0] for k, x in outcome.idata["posterior"].data_vars.items()}
+    for share in (0.999, 0.5):
+        one_of_them = with_draws(outcome, draws | {"mu": share * draws["mu_critical"]})
+        assert by_sliding(one_of_them, "speed_b") == ()
 
 
 def test_it_is_for_the_default_prior_of_a_free_friction_that_does_not_reverse() -> None:
-    common = SimpleNamespace(name="planar-moment-common+wheels")
-    assert by_sliding(_outcome(description=common), "speed_b") == ()
-    own = SimpleNamespace(name="written by a user")
-    assert by_sliding(_outcome(description=own), "speed_b") == ()
+    without = _outcome()  # a model that decides on μ samples none
+    del without.idata["log_prior"]
+    assert by_sliding(without, "speed_b") == ()
     scene = _outcome().scene
     given = replace(default_priors()["mu"], family="normal", numbers=(0.5, 0.1))
     of_user = SimpleNamespace(**(vars(scene) | {"priors": {"mu": given}}))

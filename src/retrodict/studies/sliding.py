@@ -92,27 +92,19 @@ def log_ratio_of_ended(outcome: Outcome) -> Draws | None:
         The logarithms, whose exponentials have mean 1 over the prior; None where the model has no free
         μ, the user gave its prior, or parts may have interlocked.
     """
-    import jax.numpy as jnp  # slow to import
-
-    from retrodict.models import RUNGS
-    from retrodict.models.friction import Friction
-
     scene, tree = outcome.scene, outcome.idata
-    rung = RUNGS.get(outcome.description.name)
-    if rung is None or "mu" not in rung.answers or "posterior" not in tree.children:
+    if "log_prior" not in tree.children or "mu" not in tree["log_prior"].data_vars:
         return None
     if "mu_critical" not in tree["posterior"].data_vars:
         return None
-    prior = scene.priors["mu"]
-    if prior.family or scene.contact.interlocked:
+    if scene.priors["mu"].family or scene.contact.interlocked:
         return None
-    mu, critical = _friction(outcome)
+    _, critical = _friction(outcome)
     size = np.abs(critical)
     left = left_of_sliding(outcome)
-    scale, median = map(jnp.asarray, prior.numbers)
-    default = Friction(jnp.asarray(critical), scale, median).log_prob(jnp.asarray(mu))
+    default = np.asarray(tree["log_prior"]["mu"]).ravel()
     constant = np.log(2 / (TOLERANCE * np.sqrt(2 * np.pi)))
-    return constant - left**2 / (2 * TOLERANCE**2) - np.log(size) - np.asarray(default)
+    return constant - left**2 / (2 * TOLERANCE**2) - np.log(size) - default
 
 
 def weighted(draws: Draws, weight: Draws) -> Summary:
