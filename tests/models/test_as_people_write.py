@@ -9,13 +9,17 @@ degrees of latitude (tests/interchange/test_places.py).
 
 import cmath
 import math
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import retrodict as rd
-from benchmarks.users.catalogue import scenes
 from retrodict.constants import GRAVITY
+
+USERS = Path(__file__).parents[2] / "benchmarks" / "users"
+TRUTHS = tomllib.loads((USERS / "scenes.toml").read_text("utf-8"))
 
 # scenes of benchmarks/users by the right answer, m/s, that is computed by hand here
 PUBLISHED = {
@@ -121,22 +125,27 @@ def test_a_motorcycle_that_a_car_carried_on() -> None:
     near(answers(MOTORCYCLE)["speed_b"], exact / 3.6)
 
 
+def written(name: str) -> Path:
+    """Path of a scene of benchmarks/users."""
+    return USERS / "scenes" / f"{name}.toml"
+
+
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_questions_are_answered_as_by_hand(name: str) -> None:
     quantity, exact = PUBLISHED[name]
-    assert scenes()[name].truth[quantity].mean == pytest.approx(exact, rel=0.005)
-    near(answers(rd.load_scene(scenes()[name].file))[quantity], exact)
+    assert TRUTHS[name]["truth"][quantity]["mean"] == pytest.approx(exact, rel=0.005)
+    near(answers(rd.load_scene(written(name)))[quantity], exact)
 
 
 def test_a_head_on_in_which_both_stop_where_they_met() -> None:
     exact = 2 * 20 * 0.3048
     assert exact == pytest.approx(12.19, abs=0.01)
-    near(answers(rd.load_scene(scenes()["dead-stop"].file))["speed_b"], exact)
+    near(answers(rd.load_scene(written("dead-stop")))["speed_b"], exact)
 
 
 def test_a_restitution_that_the_problem_gives() -> None:
     """e = 0.6: 62.6 and 10.9 km/h before the impact, by momentum and e."""
-    text = scenes()["restitution-given"].file.read_text("utf-8")
+    text = written("restitution-given").read_text("utf-8")
     found = answers(text.replace("[impact]\n", "[impact]\ne = 0.6\n"))
     for name, exact in (("speed_a", 62.58 / 3.6), ("speed_b", 10.91 / 3.6)):
         # across the road the velocities are uncertain, which e times them adds to
@@ -144,7 +153,7 @@ def test_a_restitution_that_the_problem_gives() -> None:
 
 
 def test_a_lorry_struck_at_its_trailer_is_answered_with_the_articulation_locked() -> None:
-    scene = rd.load_scene(scenes()["lorry-locked"].file)
+    scene = rd.load_scene(written("lorry-locked"))
     found = rd.reconstruct(scene, method="importance")
     assert found.checks.passed
     assert "one rigid body" in " ".join(found.findings.assumptions)
