@@ -190,6 +190,7 @@ def rungs(monkeypatch):
         "full": rung(2, ("speed_b", "e", "e_m", "mu")),
     }
     monkeypatch.setattr(ladders, "RUNGS", made)
+    monkeypatch.setattr(ladders, "rungs_for", lambda _: made)
     monkeypatch.setattr(ladders, "_unknowns", lambda _: 25)
     return made
 
