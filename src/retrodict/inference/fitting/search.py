@@ -264,14 +264,14 @@ def descended(
         moved = own + step * np.minimum(1, settings.stride / length)
         asked = turns and {v: own[under_way] for v, own in turns.items()}
         there, slopes_there = crashes.linearised(moved, asked)
-        lower = potential[under_way] - _potential(moved, there)
-        taken = lower > 0
+        heights = _potential(moved, there)
+        taken = heights < potential[under_way]
         damping[under_way] = np.where(
             taken, damping[under_way] / 5, np.minimum(4 * damping[under_way], 1e10)
         )
         index = under_way[taken]
         u[index], residuals[index], slopes[index] = moved[taken], there[taken], slopes_there[taken]
-        potential[index] -= lower[taken]
+        potential[index] = heights[taken]
         # upper bound of the step's decrease if the surface were the local quadratic
         small = np.einsum("ki,ki->k", downhill, step) < settings.still
         arrived[under_way] |= small | (damping[under_way] >= 1e10)
