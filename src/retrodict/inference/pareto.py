@@ -1,4 +1,4 @@
-"""Pareto-smoothed importance weights, without JAX: findings of a stored result need no more."""
+"""Importance weights, smoothed, and weighted quantiles: without JAX, for findings of stored results."""
 
 from __future__ import annotations
 
@@ -36,3 +36,18 @@ def smoothed(log_weight: np.ndarray) -> tuple[np.ndarray, float]:
         log_smooth, k = log_weight, np.inf
     weights = np.exp(log_smooth - np.max(log_smooth)) * inside
     return weights / weights.sum(), float(k)
+
+
+def weighted_quantiles(
+    weights: np.ndarray, values: np.ndarray, levels: np.ndarray | float
+) -> np.ndarray:
+    """Quantiles of weighted draws.
+
+    Args:
+        weights: weight of each draw, shape (draws,); they sum to one.
+        values: value of each draw, shape (draws,).
+        levels: probabilities between 0 and 1, of any shape.
+    """
+    order = np.argsort(values)
+    below = np.cumsum(weights[order]) - weights[order] / 2
+    return np.asarray(np.interp(levels, below, values[order]))

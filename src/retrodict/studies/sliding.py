@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from retrodict.inference.pareto import weighted_quantiles
 from retrodict.studies.comparison import SHARE
 from retrodict.studies.fit import LEVELS, Summary, summary
 
@@ -114,16 +115,12 @@ def weighted(draws: Draws, weight: Draws) -> Summary:
         draws: values, shape (draws,).
         weight: weights of any scale, shape (draws,).
     """
-    order = np.argsort(draws)
-    share = weight[order] / weight.sum()
-    below = np.cumsum(share) - share / 2
-
-    def quantile(q: float) -> float:
-        return float(np.interp(q, below, draws[order]))
-
-    mean = float(share @ draws[order])
-    bounds = {n: (quantile(0.5 - n / 200), quantile(0.5 + n / 200)) for n in LEVELS}
-    return Summary(quantile(0.5), float(np.sqrt(share @ (draws[order] - mean) ** 2)), bounds)
+    share = weight / weight.sum()
+    half = np.array(LEVELS) / 200
+    median, low, high = (weighted_quantiles(share, draws, q) for q in (0.5, 0.5 - half, 0.5 + half))
+    sd = float(np.sqrt(share @ (draws - share @ draws) ** 2))
+    bounds = zip(low.tolist(), high.tolist(), strict=True)
+    return Summary(float(median), sd, dict(zip(LEVELS, bounds, strict=True)))
 
 
 def _friction(outcome: Outcome) -> tuple[Draws, Draws]:

@@ -225,16 +225,21 @@ class Nested:
         return self._axes[:, : self._pinned]
 
     @cached_property
+    def _at_peak(self) -> Float[np.ndarray, "pinned items"]:
+        """Slopes along the pinned directions at the peak."""
+        return (self.peak.slopes @ self._across).T
+
+    @cached_property
     def _sheet(self) -> _Sheet:
         """The sheet as some draws show it; the slopes at the peak where too few can be solved for."""
-        free, at_peak = self._of_free.size, (self.peak.slopes @ self._across).T
+        free, at_peak = self._of_free.size, self._at_peak
         count = max(_LEAST, _EACH * (1 + free) * (2 + free) // 2)
         x = self._of_free.at(np.random.default_rng(0).random((count, free)))
         mode, slopes = np.zeros((count, self._pinned)), np.tile(at_peak, (count, 1, 1))
         for _ in range(_FIRST_CHORDS):
             mode, _ = self._by_chord(x, mode, slopes)
         mode, slopes, step = self._by_newton(x, mode)
-        found = np.isfinite(step).all(axis=1) & (np.linalg.norm(step, axis=1) < _STRIDE)
+        found = np.linalg.norm(step, axis=1) < _STRIDE
         of_x = terms(x)
         weight = found * float(found.sum() >= of_x.shape[1])
         wanted = np.concatenate([mode, (slopes - at_peak).reshape(count, -1)], axis=1)
@@ -281,7 +286,7 @@ class Nested:
         residuals = self._crashes.residuals(ends.reshape(-1, u.shape[1]))
         residuals = residuals.reshape(len(x), self._pinned + 1, -1)
         slopes = np.nan_to_num((residuals[:, 1:] - residuals[:, :1]) / _STEP)
-        slopes[~np.isfinite(residuals[:, 0]).all(axis=1)] = (self.peak.slopes @ self._across).T
+        slopes[~np.isfinite(residuals[:, 0]).all(axis=1)] = self._at_peak
         mode, step = self._stepped(mode, u, residuals[:, 0], slopes)
         return mode, slopes, step
 

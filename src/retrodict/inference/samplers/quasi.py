@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from retrodict.inference.pareto import weighted_quantiles
+
 Values = Float[np.ndarray, " points"]
 _INSIDE = (
     2.0**-33
@@ -67,9 +69,7 @@ class Weighted:
             values: the quantity at each draw, shape (points,).
             levels: probabilities between 0 and 1, shape (levels,).
         """
-        order = np.argsort(values)
-        below = np.cumsum(self.weights[order]) - self.weights[order] / 2
-        found = np.interp(levels, below, values[order])
+        found = weighted_quantiles(self.weights, values, levels)
         return found, np.array([self._with_error(values <= limit)[1] for limit in found])
 
     def _with_error(self, values: np.ndarray) -> tuple[float, float]:
