@@ -21,8 +21,10 @@ from tests.shared.scenes import collision
 MODEL = "planar-moment+spin"
 SCENES = {
     "paper": ("examples/brach-1977/scene.toml", MODEL),
+    "berm": ("examples/brach-1977-berm/scene.toml", MODEL),
     "delta-v": ("benchmarks/users/scenes/rear-end-delta-v.toml", MODEL),
     "slow": ("benchmarks/users/scenes/slow-side-22.toml", MODEL),
+    "rolling": ("benchmarks/users/scenes/coasting.toml", "planar-common+wheels"),
 }
 Kind = Literal["auto", "deviates"]
 

@@ -48,7 +48,8 @@ _THEN_MOST, _THEN_PILOT = 16, 2048
 _AS_GOOD_AS = 1000.0
 # Points of each scrambling at first, and the largest multiple of them, where each is solved for.
 _NESTED_FIRST, _NESTED_MOST = 128, 64
-_HEAVY_MOST = 8  # the same where weights are too uneven: a Pareto k that is high stays so
+_HEAVY_MOST = 16  # the same where weights are too uneven: a Pareto k that is high stays so
+_MEANLESS = 1.0  # Pareto k above which weights have no mean, however many they are
 TAILS = 2  # coordinates of the unit cube that make the tails of a proposal about a mode
 _SHORT = 1 / 3  # share of the draws that are enough, below which first points shape the proposal
 _DRAWS = 2000  # of equal weight
@@ -216,11 +217,11 @@ class Points:
                 for name in drawn[0].quantities
             }
             precise = precision(scene, quantities, weighted)
-            settled = k <= MAX_PARETO_K and min(precise.bulk, precise.tail) >= enough
-            most = self._most if k <= MAX_PARETO_K else min(self._most, _HEAVY_MOST)
-            if settled or times >= most:
+            worth, even = min(precise.bulk, precise.tail), k <= MAX_PARETO_K
+            most = self._most if even else min(self._most, _HEAVY_MOST)
+            if (even and worth >= enough) or times >= most or (shaped and k > _MEANLESS):
                 break
-            if not shaped and min(precise.bulk, precise.tail) < _SHORT * enough:
+            if not even or (worth < _SHORT * enough and not shaped):
                 shaped = True
                 parts = [part.shaped(each) for part, each in zip(parts, drawn, strict=True)]
                 drawn = more(times, 2 * times)  # those that shaped a proposal would bias the answer

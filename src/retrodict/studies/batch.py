@@ -125,8 +125,8 @@ class Entry:
 def answer(scene: Scene, model: str, seed: int) -> Answered:
     """The statistics of a scene's posterior.
 
-    They come from weighted points; where wheels roll, or the weights fail their checks, from the draws
-    of `reconstruct`.
+    They come from weighted points; where wheels roll, or the points fail their checks, from the draws
+    of `reconstruct`, by tempering in the latter case.
 
     Args:
         scene: the measured scene.
@@ -143,7 +143,10 @@ def answer(scene: Scene, model: str, seed: int) -> Answered:
     try:
         with one_blas_thread():
             name = chosen_for(scene, seed=seed)[0] if model == AUTO else model
-            return _by_points(scene, name, seed) or _by_draws(scene, name, seed)
+            found = _by_points(scene, name, seed)
+            if found and not found.reason:
+                return found
+            return _by_draws(scene, name, seed, "smc" if found else "importance")
     except Unanswerable as refusal:
         return Answered(name, reason=f"refused: {refusal}")
     except Interrupted:
@@ -153,22 +156,19 @@ def answer(scene: Scene, model: str, seed: int) -> Answered:
 
 
 def _by_points(scene: Scene, model: str, seed: int, times: int = 1) -> Answered | None:
-    """The answer by importance sampling; None where it is refused or its checks fail."""
+    """The answer by weighted points, which may have failed; None where there cannot be any."""
     if room() is None:
         compile_search(scene, model)
     try:
         found = points.answer(scene, model, seed, times)
     except Unanswerable:
         return None
-    if not found.checks.passed:
-        return None
     return _answered(model, "importance", found.checks, partial(of_points, found))
 
 
-def _by_draws(scene: Scene, model: str, seed: int) -> Answered:
-    # where importance sampling fails here too, another method stands in
-    options = RunOptions(model=model, method="importance", seed=seed)
-    found = reconstruct(scene, options, pictured=False)
+def _by_draws(scene: Scene, model: str, seed: int, method: str) -> Answered:
+    # where the method fails, another stands in
+    found = reconstruct(scene, RunOptions(model=model, method=method, seed=seed), pictured=False)
     if not found.complete:
         raise KeyboardInterrupt
     return _answered(model, str(found.settings["method"]), found.checks, partial(of_draws, found))
@@ -305,7 +305,7 @@ def _answer_all(asked: Asked, scenes: Keyed) -> list[Answered]:
 
 
 def _all_by_points(scenes: Keyed, asked: Asked, times: int) -> dict[str, Answered]:
-    """The answers of `_by_points` that there are, by key."""
+    """The answers of `_by_points` that passed, by key."""
 
     def one(scene: Scene) -> Answered | None:
         try:
@@ -314,7 +314,9 @@ def _all_by_points(scenes: Keyed, asked: Asked, times: int) -> dict[str, Answere
             return None
 
     found = _together(asked, [partial(one, scene) for _, scene in scenes])
-    return {key: each for (key, _), each in zip(scenes, found, strict=True) if each is not None}
+    return {
+        key: each for (key, _), each in zip(scenes, found, strict=True) if each and not each.reason
+    }
 
 
 def _together[T](asked: Asked, jobs: Sequence[Callable[[], T]]) -> list[T]:

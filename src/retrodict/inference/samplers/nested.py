@@ -124,11 +124,14 @@ class Nested:
         peak: peak that the proposal is about.
         shown: mean and standard deviation of the free directions as draws have shown them, in standard
             deviations about the peak, each of shape (free,); None before any.
+        about: proposal for the pinned directions about their modes, in standard deviations there, as
+            draws have shown them; None before any.
     """
 
     posterior: Posterior
     peak: Peak
     shown: tuple[np.ndarray, np.ndarray] | None = None
+    about: Proposal | None = None
 
     @property
     def size(self) -> int:
@@ -162,7 +165,7 @@ class Nested:
         return w, log_density + self.posterior.log_volume
 
     def moved(self, w: Points, log_weight: Float[np.ndarray, " points"]) -> Nested:
-        """The proposal with its free directions where weighted draws have shown them to be.
+        """The proposal where weighted draws have shown the posterior to be.
 
         Args:
             w: draws in the posterior's coordinates, shape (any, q).
@@ -171,13 +174,20 @@ class Nested:
         if not np.isfinite(log_weight).any():
             return self
         weights, _ = smoothed(log_weight)
-        off = self.posterior.deviates(w) - self.peak.u
-        x = np.linalg.solve(self._axes, off.T).T[:, self._pinned :]
+        counts = weights > 0  # elsewhere may be no crash
+        weights, worth = weights[counts], effective(weights)
+        v = np.linalg.solve(self._axes, (self.posterior.deviates(w[counts]) - self.peak.u).T).T
+        x, about = v[:, self._pinned :], self._of_pinned
         mean = weights @ x
         variance = weights @ (x - mean) ** 2
-        share = effective(weights) / (effective(weights) + mean.size)
+        share = worth / (worth + mean.size)
         shown = share * mean, np.sqrt(share * variance + 1 - share)
-        return Nested(self.posterior, self.peak, shown)
+        if self._pinned:
+            mode, root = self._solved(x)
+            z = np.linalg.solve(root, (v[:, : self._pinned] - mode)[..., None])[..., 0]
+            mean = weights @ z
+            about = about.moved(mean, (z - mean).T @ (weights[:, None] * (z - mean)), worth)
+        return Nested(self.posterior, self.peak, shown, about)
 
     @property
     def evaluations(self) -> int:
@@ -213,7 +223,7 @@ class Nested:
     @cached_property
     def _of_pinned(self) -> Proposal:
         n = self._pinned
-        return Proposal(np.zeros(n), np.eye(n), np.ones(n), *_TAILS, 1.0)
+        return self.about or Proposal(np.zeros(n), np.eye(n), np.ones(n), *_TAILS, 2.0 * n)
 
     @cached_property
     def _crashes(self) -> Crashes:
@@ -239,7 +249,8 @@ class Nested:
         for _ in range(_FIRST_CHORDS):
             mode, _ = self._by_chord(x, mode, slopes)
         mode, slopes, step = self._by_newton(x, mode)
-        found = np.linalg.norm(step, axis=1) < _STRIDE
+        length = np.linalg.norm(step, axis=1)
+        found = (length > 0) & (length < _STRIDE)  # no step: no crash
         of_x = terms(x)
         weight = found * float(found.sum() >= of_x.shape[1])
         wanted = np.concatenate([mode, (slopes - at_peak).reshape(count, -1)], axis=1)
