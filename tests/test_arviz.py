@@ -54,6 +54,7 @@ def test_loo_is_that_of_the_items(idata: xr.DataTree, result: rd.Result) -> None
     assert found.elpd == pytest.approx(float(found.elpd_i.sum()))
 
 
+@pytest.mark.slow
 def test_compare_ranks_models_of_one_scene(result: rd.Result, simpler: rd.Result) -> None:
     table = az.compare({"moment": result.idata, "no moment": simpler.idata})
     assert set(table.index) == {"moment", "no moment"}
@@ -128,7 +129,7 @@ def test_predictions_of_an_item_are_in_its_unit(result: rd.Result) -> None:
     assert abs(float(x.mean()) - measured.value) < 2 * measured.sd
 
 
-@pytest.mark.parametrize("method", ["monte-carlo", "linear"])
+@pytest.mark.parametrize("method", [pytest.param("monte-carlo", marks=pytest.mark.slow), "linear"])
 def test_draws_of_no_posterior_are_refused_where_a_posterior_is_needed(method: str) -> None:
     found = rd.reconstruct(SCENE, model="planar-moment+spin", method=method, draws=100).idata
     assert "log_prior" not in found.children

@@ -74,6 +74,7 @@ def test_a_model_that_the_scene_does_not_allow_is_named() -> None:
         rd.session(pole, model="planar-moment+wheels")
 
 
+@pytest.mark.slow
 def test_coordinates_that_no_longer_do_are_fitted_anew(
     session: rd.Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -28,6 +28,7 @@ def _failing(name: str) -> Method:
     return replace(METHODS[name], draw=draw)
 
 
+@pytest.mark.slow
 def test_a_method_that_fails_hands_over_to_another_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -50,6 +51,7 @@ def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.Monk
     assert "importance was tried too, and failed: importance is stuck" in found.notes[-1]
 
 
+@pytest.mark.slow
 def test_where_both_that_need_a_mode_fail_tempering_stands_in(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -108,6 +110,7 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
         reconstruct(SCENE, RunOptions(), pictured=False)
 
 
+@pytest.mark.slow
 def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

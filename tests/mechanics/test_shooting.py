@@ -54,6 +54,7 @@ def round_trips() -> tuple[np.ndarray, np.ndarray, Car, Departures]:
     return V, rotation, car, departures(start, there, car, ground)
 
 
+@pytest.mark.slow
 def test_the_velocity_is_among_the_solutions(
     round_trips: tuple[np.ndarray, np.ndarray, Car, Departures],
 ) -> None:
@@ -146,6 +147,7 @@ def test_what_has_no_solution_is_said_to_have_none() -> None:
     assert np.isfinite(found.velocity).all()
 
 
+@pytest.mark.slow
 def test_rolling_wheels() -> None:
     """Front wheels locked by the damage, rear ones dragging."""
     car = CAR._replace(wheels=Wheels(jnp.array([1.0, 1.0, 0.2, 0.2]), jnp.zeros(4)))

@@ -17,6 +17,7 @@ SCENE = load_scene(
 SPEEDS = ("speed_a", "speed_b")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rung", ["planar-common+spin", "planar-moment+wheels"])
 def test_no_crash_is_left_in_which_b_does_not_catch_a(rung: str) -> None:
     """At the contact, where courses and yaw rates that are not quite nought count as well."""

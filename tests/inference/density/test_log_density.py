@@ -51,12 +51,13 @@ def steered(posterior: Posterior, w: np.ndarray) -> tuple[jax.Array, jax.Array]:
     return program(w, posterior.data, posterior.transform)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("named", "near"),
     [
         ("posterior", 0.05),
-        pytest.param("wide", 0.05, marks=pytest.mark.slow),
-        pytest.param("rolling", 0.1, marks=pytest.mark.slow),
+        ("wide", 0.05),
+        ("rolling", 0.1),
     ],
 )
 def test_the_value_is_the_models_and_the_gradient_is_close_to_its(

@@ -28,6 +28,7 @@ def asked(own: Crashes, count: int) -> np.ndarray:
     return np.random.default_rng(count).standard_normal((count, own.size))
 
 
+@pytest.mark.slow
 def test_every_scene_is_answered_as_if_it_were_alone() -> None:
     """Scenes of two structures, one in more integration steps; more rows than a call takes."""
     every = [crashes(0), crashes(1), crashes(2).in_steps(24), crashes(0, "momentum+spin")]
@@ -91,6 +92,7 @@ def test_a_call_that_fails_fails_those_who_wait_for_it() -> None:
     assert Together(CALLS()).results([partial(caught, good)]) == ["answered"]
 
 
+@pytest.mark.slow
 def test_models_are_traced_by_one_thread_at_a_time() -> None:
     """NumPyro has one stack of handlers for all threads of a process."""
     scenes = [scene(np.random.default_rng(seed))[0] for seed in range(6)]

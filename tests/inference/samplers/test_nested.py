@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy import stats
 
 from retrodict.inference.fitting.about_peak import prepare
@@ -21,6 +22,7 @@ from tests.inference.fitting.test_ridge import crash
 POINTS = 4000
 
 
+@pytest.mark.slow
 def test_the_evidence_is_that_by_another_proposal() -> None:
     """Weights of draws whose stated density were off would have another mean."""
     posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.DEVIATES)
