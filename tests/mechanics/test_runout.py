@@ -402,7 +402,6 @@ point = st.tuples(st.floats(-10, 10), st.floats(-10, 10))
 angle = st.floats(-3, 3)
 
 
-@thousand
 @given(motion, drags, steers, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.floats(0, 0.02))
 # a locked wheel that the car turns about while the others hold little: 8422 steps
 @example(
@@ -618,7 +617,6 @@ def test_a_polygon_is_crossed_as_its_edges_are() -> None:
     np.testing.assert_allclose(*found, atol=1e-9)
 
 
-@thousand
 @given(
     drag=st.floats(0, 1),
     steer=st.floats(-0.6, 0.6),
