@@ -93,6 +93,7 @@ def test_coordinates_that_no_longer_do_are_fitted_anew(
     assert answer.checks.passed, answer.checks.reasons
 
 
+@pytest.mark.slow
 def test_a_sweep_has_a_row_for_every_combination() -> None:
     stages: list[tuple[str, int, int]] = []
     table = rd.sweep(

@@ -133,7 +133,9 @@ def test_draws_go_on_once_where_a_digit_of_the_limits_is_not_sure() -> None:
     assert again == [False, False, True, False]
 
 
-@pytest.mark.parametrize(("weight", "reasons"), [(0.05, 1), (0.005, 0)])
+@pytest.mark.parametrize(
+    ("weight", "reasons"), [(0.05, 1), pytest.param(0.005, 0, marks=pytest.mark.slow)]
+)
 def test_only_a_solution_that_counts_is_judged_by_itself(
     monkeypatch: pytest.MonkeyPatch, weight: float, reasons: int
 ) -> None:

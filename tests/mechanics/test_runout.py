@@ -198,7 +198,8 @@ def test_a_rolling_car_comes_to_rest_across_a_slope() -> None:
     assert -3.0 < end[1] < 0
 
 
-@pytest.mark.parametrize("steps", [pytest.param(48, marks=pytest.mark.slow), Paced()])
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [48, Paced()])
 def test_a_car_that_a_slope_drives_on_has_no_rest_pose(steps: int | Paced) -> None:
     """Rolling wheels hold 0.7 % of the weight, the slope adds 4 %."""
     car = rolling([0.01] * 4, [0.0] * 4)

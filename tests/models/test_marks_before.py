@@ -22,6 +22,7 @@ def logitnormal(rng, median, sd):
     return 1 / (1 + np.exp(-x))
 
 
+@pytest.mark.slow
 def test_a_skid_in_pieces_adds_up_the_squares_of_its_speeds() -> None:
     rng = np.random.default_rng(0)
     gravel, road = lognormal(rng, 0.5, 0.05), lognormal(rng, 0.72, 0.05)
