@@ -128,6 +128,7 @@ def test_a_slider_dragged_through_ten_positions_shows_ten_answers(opened: Opened
     assert wide <= 0
 
 
+@pytest.mark.slow
 def test_a_bad_value_is_refused_with_the_message_of_the_schema(opened: Opened) -> None:
     opened.write("500 ± 2 mph")
     fault = opened.page.locator(f"{SPEED} .fault")

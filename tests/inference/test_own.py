@@ -105,15 +105,23 @@ def test_a_prior_that_cannot_be_used_is_refused_in_one_line(priors: dict, said: 
     ("term", "said"),
     [
         (lambda q: q["speed_c"], "no quantity 'speed_c'; it is given the quantities"),
-        (lambda q: jnp.log(-jnp.abs(q["e"])), r"not a number \(NaN\) at"),
+        pytest.param(
+            lambda q: jnp.log(-jnp.abs(q["e"])),
+            r"not a number \(NaN\) at",
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             lambda q: jnp.where(q["e"] > 2, 0.0, -jnp.inf),
             "infinite at every one",
             marks=pytest.mark.slow,
         ),
-        (lambda q: jnp.array([1.0, 2.0]) * q["e"], r"array of shape \(2,\)"),
+        pytest.param(
+            lambda q: jnp.array([1.0, 2.0]) * q["e"],
+            r"array of shape \(2,\)",
+            marks=pytest.mark.slow,
+        ),
         (lambda q: math.log(q["e"]), "write it with jax.numpy"),
-        (lambda q: "high", "cannot be computed"),
+        pytest.param(lambda q: "high", "cannot be computed", marks=pytest.mark.slow),
     ],
 )
 def test_a_term_that_is_no_number_is_refused_in_one_line(term: Any, said: str) -> None:

@@ -111,12 +111,9 @@ def test_known_ends_of_the_rotation_take_the_place_of_the_computed_one() -> None
     assert float(taken.turned_after) == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("drags", "within"),
-    [
-        ((1.0, 1.0, 1.0, 0.05), 0.05),
-        pytest.param((1.0, 0.05, 0.05, 0.05), 0.18, marks=pytest.mark.slow),
-    ],
+    ("drags", "within"), [((1.0, 1.0, 1.0, 0.05), 0.05), ((1.0, 0.05, 0.05, 0.05), 0.18)]
 )
 def test_speed_is_that_of_run_outs_on_wheels(drags, within) -> None:
     """In the median of crab angles and yaw rates that ordinary impacts leave."""

@@ -91,6 +91,7 @@ def test_each_number_of_turns_has_its_spin(
     assert (np.diff(np.abs(one.rotation[one.converged])) >= 0).all()  # as documented
 
 
+@pytest.mark.slow
 def test_what_is_said_of_a_solution_is_so() -> None:
     V = np.array([[6.0, -2.0, 5.0]])
     there = end(V)[0]

@@ -43,6 +43,7 @@ def test_the_evidence_leaves_no_crash_in_which_b_behind_is_the_slower(rung: str)
     assert left.weights[slower].sum() < 1e-6
 
 
+@pytest.mark.slow
 def test_by_momentum_alone_the_impulse_pushes() -> None:
     crashes = crashes_of(SCENE, "momentum+spin")
     u = np.random.default_rng(0).standard_normal((2048, crashes.size))

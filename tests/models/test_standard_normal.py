@@ -46,10 +46,7 @@ STRUCTURES |= {
     "wheels that roll": (rolls(collision(), "b", (0.9, 0.3, 0.2, 0.2)), "planar-moment+wheels"),
 }
 # the others: -m slow
-QUICK = ("momentum+slide", FULL)
-SOME = [
-    name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in STRUCTURES
-]
+SOME = [name if name == FULL else pytest.param(name, marks=pytest.mark.slow) for name in STRUCTURES]
 
 
 def drawn(scene: Scene, rung: str) -> tuple[np.ndarray, np.ndarray, Unknowns, Unknowns]:
@@ -168,10 +165,9 @@ def test_probabilities_of_friction_are_integrals_of_its_density(
     np.testing.assert_allclose(law.cdf(jnp.asarray(shares * critical)), by_integral, atol=2e-4)
 
 
-@pytest.mark.parametrize("interlocked", [False, pytest.param(True, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(
-    "critical", [c if c == 0.3 else pytest.param(c, marks=pytest.mark.slow) for c in CRITICAL]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("interlocked", [False, True])
+@pytest.mark.parametrize("critical", CRITICAL)
 def test_slopes_of_a_quantile_of_friction_are_those_of_differences(
     critical: float, interlocked: bool
 ) -> None:

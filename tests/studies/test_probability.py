@@ -206,6 +206,7 @@ def _prior(v, K):
     )
 
 
+@pytest.mark.slow
 def test_both_are_those_of_quadrature_in_a_reconstruction():
     """Momentum and a straight slide: four rest coordinates decide the speed; Sobol points."""
     scene = everything_exact(collision(share=0.0, berm=False))

@@ -74,6 +74,7 @@ def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> N
         assert (values <= level.high).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("which", "bound", "side"), [(0, 0.0, -1), (1, 1.0, 1)], ids=["e", "e_m"])
 def test_every_value_up_to_the_near_bound_is_reached(
     posterior: Posterior, which: int, bound: float, side: int
