@@ -51,15 +51,10 @@ def compare(one: Outcome, other: Outcome, names: dict[str, tuple[str, int]]) -> 
 SAME = {name: (name, 1) for name in ("speed_b", "e", "e_m", "mu", "omega_b", "Omega_a")}
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(
-    "name", ["corner", *(pytest.param(name, marks=pytest.mark.slow) for name in SCENES[1:])]
-)
-@pytest.mark.parametrize(
-    "moved",
-    [
-        partial(turned, angle=math.radians(37)),
-        pytest.param(partial(shifted, x=500.0, y=-300.0), marks=pytest.mark.slow),
-    ],
+    "moved", [partial(turned, angle=math.radians(37)), partial(shifted, x=500.0, y=-300.0)]
 )
 def test_a_crash_is_the_same_in_another_frame(name: str, moved) -> None:
     compare(usual(name), drawn(moved(scene(name))), SAME)

@@ -63,6 +63,7 @@ def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
         assert float(found) == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> None:
     rng = np.random.default_rng(1)
     w = jnp.array(rng.normal(size=(500, posterior.transform.spread.shape[1])) * 4)
