@@ -35,6 +35,7 @@ def test_no_crash_is_left_in_which_b_does_not_catch_a(rung: str) -> None:
     assert (log_likelihood[behind] == -np.inf).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rung", ["planar-common+spin", "planar-moment+wheels"])
 def test_the_evidence_leaves_no_crash_in_which_b_behind_is_the_slower(rung: str) -> None:
     left = reference(crashes_of(SCENE, rung), SPEEDS, seed=0)
@@ -64,6 +65,7 @@ def test_by_momentum_alone_the_impulse_pushes() -> None:
     np.testing.assert_array_equal(np.isfinite(log_likelihood), pushes)
 
 
+@pytest.mark.slow
 def test_the_speed_of_a_car_that_nudged_another_is_that_of_weighted_crashes() -> None:
     """An independent forward model gives 11.46 ± 0.99 m/s."""
     left = reference(crashes_of(SCENE, "planar-moment+wheels"), SPEEDS, seed=0)

@@ -195,6 +195,7 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     assert (unresolved(coarse) > RESOLVED) is few
 
 
+@pytest.mark.slow
 def test_crashes_of_vehicles_that_part_have_no_density() -> None:
     crashes = crashes_of(departed(), "planar-moment+spin")
     u = np.random.default_rng(0).normal(size=(1000, crashes.size))
