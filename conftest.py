@@ -1,10 +1,10 @@
 """Code blocks of README.md and docs/ are tests: each page's run in order, in one folder.
 
 Python runs as written. Of a block of `sh` the `retrodict` commands are run; one with a command that
-takes long is a slow test. A block of `toml` is read; where its first line is a comment with a name, it
-is that file. The folder has `examples` and, in `out/brach-1977`, a result of the paper's scene. To be
-quick, `rd.reconstruct` runs `QUICK` where a block does not say otherwise. `<!-- skip: next -->` before
-a block leaves it out.
+takes long is a slow test, and so is every block of a page in `SLOW`. A block of `toml` is read; where
+its first line is a comment with a name, it is that file. The folder has `examples` and, in
+`out/brach-1977`, a result of the paper's scene. To be quick, `rd.reconstruct` runs `QUICK` where a
+block does not say otherwise. `<!-- skip: next -->` before a block leaves it out.
 """
 
 from __future__ import annotations
@@ -32,6 +32,11 @@ from tests.shared.pages import LONG, ROOT, commands
 
 SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
 QUICK = {"model": "planar-moment+wheels", "method": "importance"}
+# pages whose blocks compile programs of their own or draw figures and reports, ten seconds and more
+SLOW = {
+    "batch.md", "calculator.md", "export.md", "live.md", "own-evidence.md", "own-sampler.md",
+    "reports.md", "results.md", "tutorial.md",
+}  # fmt: skip
 FEWER = {"calibrate": ["--simulations", "4"]}  # than a page asks for
 
 
@@ -66,11 +71,13 @@ pytest_collect_file = Sybil(
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark blocks with commands that take long."""
+    """Mark blocks with commands that take long, and pages that do."""
     for item in items:
-        if not isinstance(item, SybilItem) or item.example.region.evaluator is not run_commands:
+        if not isinstance(item, SybilItem):
             continue
-        if any(name in LONG for name, *_ in commands(item.example.parsed)):
+        of_shell = item.example.region.evaluator is run_commands
+        long = of_shell and any(name in LONG for name, *_ in commands(item.example.parsed))
+        if long or item.path.name in SLOW:
             item.add_marker(pytest.mark.slow)
 
 

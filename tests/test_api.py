@@ -72,6 +72,7 @@ def test_a_path_is_read_as_a_scene_file(call, tmp_path) -> None:
             call(path)
 
 
+@pytest.mark.slow
 def test_what_was_measured_on_the_way_to_rest_goes_from_file_to_report(tmp_path) -> None:
     """Of B no rest is known: numbers are those of its run-out at 8.0 m/s, after which B came at 19.3."""
     (tmp_path / "film.toml").write_text(FILM, encoding="utf-8")

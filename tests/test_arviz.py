@@ -16,26 +16,29 @@ from retrodict.inference.pointwise import by_item
 matplotlib.use("agg")
 
 SCENE = Path(__file__).parents[1] / "examples" / "brach-1977" / "scene.toml"
+MODEL = "planar-moment+wheels"
 UNKNOWNS = ["speed_b", "e", "e_m", "mu"]
 COEFFICIENTS = ["e", "e_m", "mu"]
 
 
 @pytest.fixture(scope="module")
 def result() -> rd.Result:
-    return rd.reconstruct(SCENE, model="planar-moment+spin", seed=3)
+    return rd.reconstruct(SCENE, model=MODEL, method="importance", seed=3)
 
 
 @pytest.fixture(scope="module")
 def simpler() -> rd.Result:
-    return rd.reconstruct(SCENE, model="planar+spin", method="importance", seed=3)
+    return rd.reconstruct(SCENE, model="planar+wheels", method="importance", seed=3)
 
 
-@pytest.fixture(scope="module", params=["nuts", "importance", "smc"])
+@pytest.fixture(
+    scope="module",
+    params=["importance", *(pytest.param(m, marks=pytest.mark.slow) for m in ("nuts", "smc"))],
+)
 def idata(request: pytest.FixtureRequest, result: rd.Result) -> xr.DataTree:
-    if request.param == "nuts":
+    if request.param == "importance":
         return result.idata
-    asked = {"model": "planar-moment+spin", "method": request.param, "seed": 3}
-    return rd.reconstruct(SCENE, **asked).idata
+    return rd.reconstruct(SCENE, model=MODEL, method=request.param, seed=3).idata
 
 
 def test_summary_says_what_the_findings_say(result: rd.Result) -> None:
@@ -54,6 +57,7 @@ def test_loo_is_that_of_the_items(idata: xr.DataTree, result: rd.Result) -> None
     assert found.elpd == pytest.approx(float(found.elpd_i.sum()))
 
 
+@pytest.mark.slow
 def test_compare_ranks_models_of_one_scene(result: rd.Result, simpler: rd.Result) -> None:
     table = az.compare({"moment": result.idata, "no moment": simpler.idata})
     assert set(table.index) == {"moment", "no moment"}
@@ -128,9 +132,9 @@ def test_predictions_of_an_item_are_in_its_unit(result: rd.Result) -> None:
     assert abs(float(x.mean()) - measured.value) < 2 * measured.sd
 
 
-@pytest.mark.parametrize("method", ["monte-carlo", "linear"])
+@pytest.mark.parametrize("method", [pytest.param("monte-carlo", marks=pytest.mark.slow), "linear"])
 def test_draws_of_no_posterior_are_refused_where_a_posterior_is_needed(method: str) -> None:
-    found = rd.reconstruct(SCENE, model="planar-moment+spin", method=method, draws=100).idata
+    found = rd.reconstruct(SCENE, model=MODEL, method=method, draws=100).idata
     assert "log_prior" not in found.children
     with pytest.raises(TypeError, match="log likelihood not found"):
         az.loo(found)

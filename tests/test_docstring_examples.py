@@ -15,8 +15,11 @@ from tests.shared.pages import ROOT
 matplotlib.use("agg")
 
 PUBLIC = {name: getattr(rd, name) for name in rd.__all__ if name != "__version__"}
-# those that take over ten seconds
-LONG = {"calibrate", "ladder", "log_density", "numpyro_model", "validate"}
+# those that take over four seconds
+LONG = {
+    "batch", "calibrate", "ladder", "load_result", "log_density", "numpyro_model", "plot_path", "replay",
+    "session", "validate",
+}  # fmt: skip
 FUNCTIONS = [name for name, each in PUBLIC.items() if inspect.isroutine(each)]
 
 

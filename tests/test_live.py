@@ -74,6 +74,7 @@ def test_a_model_that_the_scene_does_not_allow_is_named() -> None:
         rd.session(pole, model="planar-moment+wheels")
 
 
+@pytest.mark.slow
 def test_coordinates_that_no_longer_do_are_fitted_anew(
     session: rd.Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -92,6 +93,7 @@ def test_coordinates_that_no_longer_do_are_fitted_anew(
     assert answer.checks.passed, answer.checks.reasons
 
 
+@pytest.mark.slow
 def test_a_sweep_has_a_row_for_every_combination() -> None:
     stages: list[tuple[str, int, int]] = []
     table = rd.sweep(

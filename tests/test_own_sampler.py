@@ -39,7 +39,8 @@ def density(kind: Kind) -> rd.LogDensity:
     return rd.log_density(collision(berm=False), model=MODEL, coordinates=kind)
 
 
-@pytest.mark.parametrize("kind", ["auto", pytest.param("deviates", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["auto", "deviates"])
 def test_the_density_is_that_of_the_model_times_the_jacobian(kind: Kind) -> None:
     own, rng = density(kind), np.random.default_rng(0)
     model = rd.NumpyroModel(own)

@@ -1,8 +1,8 @@
 """Runs the notebooks of this folder from top to bottom, each in a kernel of its own.
 
 `python3 -m uv run --group notebooks python examples/notebooks/run.py` runs all of them and changes
-none; numbers after it, such as `1 4`, run those. `--write` keeps what they show, without what differs
-from run to run.
+none; numbers after it, such as `1 4`, run those, and `--jobs 2` runs two at a time. `--write` keeps
+what they show, without what differs from run to run.
 """
 
 from __future__ import annotations
@@ -12,11 +12,13 @@ import base64
 import io
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
-from nbclient.exceptions import CellExecutionError
+from nbclient.exceptions import CellExecutionError, DeadKernelError
 from PIL import Image
 from traitlets.config import Config
 
@@ -88,26 +90,41 @@ def _shown(output: nbformat.NotebookNode) -> bool:
     return output.get("name") != "stderr" and any(output.get("data", {"text": True}).values())
 
 
+def attempt(path: Path, write: bool) -> tuple[bool, str]:
+    """Run a notebook: whether no cell failed, and a line on it or the error.
+
+    Args:
+        path: of the notebook.
+        write: whether to keep what it shows.
+    """
+    since = time.monotonic()
+    try:
+        notebook = run(path)
+    except (CellExecutionError, DeadKernelError) as error:
+        return False, f"{path.name}: FAILED\n{error}"
+    if write:
+        nbformat.write(settled(notebook), path)
+    return True, f"{path.name}: {time.monotonic() - since:.0f} s"
+
+
 def main() -> int:
     """Run what was asked for; the exit status is the number of notebooks that failed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("numbers", nargs="*", type=int, help="of notebooks; none for all")
     parser.add_argument("--write", action="store_true", help="keep what they show")
+    parser.add_argument("--jobs", type=int, default=1, help="number of notebooks at a time")
     asked = parser.parse_args()
+    paths = [
+        path
+        for path in sorted(FOLDER.glob("[0-9]*.ipynb"), reverse=True)  # the last ones take longest
+        if not asked.numbers or int(path.name[:2]) in asked.numbers
+    ]
     failed = 0
-    for path in sorted(FOLDER.glob("[0-9]*.ipynb")):
-        if asked.numbers and int(path.name[:2]) not in asked.numbers:
-            continue
-        since = time.monotonic()
-        try:
-            notebook = run(path)
-        except CellExecutionError as error:
-            failed += 1
-            print(f"{path.name}: FAILED\n{error}", file=sys.stderr, flush=True)
-            continue
-        print(f"{path.name}: {time.monotonic() - since:.0f} s", flush=True)
-        if asked.write:
-            nbformat.write(settled(notebook), path)
+    with ProcessPoolExecutor(asked.jobs, get_context("spawn")) as pool:
+        for begun in [pool.submit(attempt, path, asked.write) for path in paths]:
+            fine, line = begun.result()
+            failed += not fine
+            print(line, file=sys.stdout if fine else sys.stderr, flush=True)
     return failed
 
 

@@ -7,13 +7,8 @@ from numpy.testing import assert_allclose
 from benchmarks import ladder
 
 
-@pytest.mark.parametrize(
-    "rungs",
-    [
-        ladder.ALIKE[0],
-        *(pytest.param(pair, marks=pytest.mark.slow) for pair in ladder.ALIKE[1:]),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("rungs", ladder.ALIKE)
 def test_momentum_alone_and_the_simplest_planar_impact_make_the_same_crashes(
     rungs: tuple[str, str],
 ) -> None:

@@ -115,6 +115,7 @@ def crashes() -> list[scenes.Made]:
     return [scenes.crash(index) for index in range(16)]
 
 
+@pytest.mark.slow
 def test_scenes_are_read_as_they_were_meant(crashes: list[scenes.Made]) -> None:
     """What a scene takes as uncertain is what its truth varies, and all evidence is there."""
     of_vehicle = {"mass", "yaw_inertia", "impact_distance", "impact_angle", "heading", "grip"}

@@ -35,6 +35,7 @@ SCENES = sorted(
         *(ROOT / "benchmarks" / "users" / "scenes").glob("*.toml"),
     ]
 )
+EXAMPLES = [path for path in SCENES if path.name == "scene.toml"]
 BRACH = ROOT / "examples" / "brach-1977" / "scene.toml"
 # the paper's collision, as somebody draws it on an empty board
 DRAWN: list[tuple[str, dict[str, Any]]] = [
@@ -172,7 +173,11 @@ def test_edges_that_are_drawn_one_after_the_other_are_two_surfaces(board: Board)
     assert board.plan.line == pytest.approx(math.radians(13))
 
 
-@pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+@pytest.mark.parametrize(
+    "path",
+    [p if p in EXAMPLES else pytest.param(p, marks=pytest.mark.slow) for p in SCENES],
+    ids=lambda path: f"{path.parent.name}-{path.stem}",
+)
 def test_a_scene_moved_by_nothing_or_moved_and_undone_has_the_same_bytes(
     path: Path, tmp_path: Path
 ) -> None:
@@ -649,7 +654,7 @@ class Drawing(RuleBasedStateMachine):
 
 
 Drawing.TestCase.settings = settings(
-    max_examples=int(os.environ.get("RETRODICT_SEQUENCES", "25")),
+    max_examples=int(os.environ.get("RETRODICT_SEQUENCES", "10")),
     stateful_step_count=30,
     deadline=None,
     suppress_health_check=list(HealthCheck),

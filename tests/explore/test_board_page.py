@@ -157,6 +157,7 @@ def test_a_scene_that_was_drawn_has_the_answer_of_the_one_written_by_hand(
     assert abs(drawn - written["median"]) < 0.15 * written["sd"] + 0.05
 
 
+@pytest.mark.slow
 def test_a_crash_is_drawn_on_a_photograph(browser: Browser, tmp_path: Path) -> None:
     path, photograph = tmp_path / "corner.toml", tmp_path / "drone.png"
     photograph.write_bytes(png(800, 600))
@@ -214,6 +215,7 @@ def test_a_crash_is_drawn_on_a_photograph(browser: Browser, tmp_path: Path) -> N
     assert [each.read_bytes() for each in kept] == [photograph.read_bytes()]
 
 
+@pytest.mark.slow
 def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_path: Path) -> None:
     path, theirs = tmp_path / "wall.toml", load_scene(USERS / "wall-corner.toml")
     x, y = theirs.at_impact("a")
@@ -269,6 +271,7 @@ def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_pat
     same_scene(load_scene(path), theirs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 def test_a_scene_is_dragged_turned_and_undone(
     browser: Browser, tmp_path: Path, size: tuple[int, int]
@@ -305,6 +308,7 @@ def test_a_scene_is_dragged_turned_and_undone(
         user.page.close()
 
 
+@pytest.mark.slow
 def test_a_late_answer_cancels_no_drag_and_loses_no_click(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(BRACH.read_bytes())
@@ -350,6 +354,7 @@ def test_a_late_answer_cancels_no_drag_and_loses_no_click(browser: Browser, tmp_
     assert {surface.name for surface in after.surfaces} >= {"verge", "verge_2"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 def test_an_answer_that_comes_or_goes_moves_nothing_that_is_being_clicked(
     browser: Browser, tmp_path: Path, size: tuple[int, int]
@@ -377,6 +382,7 @@ def test_an_answer_that_comes_or_goes_moves_nothing_that_is_being_clicked(
         page.close()
 
 
+@pytest.mark.slow
 def test_what_is_typed_on_while_the_server_is_late_stays(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(BRACH.read_bytes())
@@ -396,6 +402,7 @@ def test_what_is_typed_on_while_the_server_is_late_stays(browser: Browser, tmp_p
         user.page.close()
 
 
+@pytest.mark.slow
 def test_every_button_beside_the_answer_does_what_it_says(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(BRACH.read_bytes())
@@ -448,6 +455,7 @@ def test_every_button_beside_the_answer_does_what_it_says(browser: Browser, tmp_
         page.close()
 
 
+@pytest.mark.slow
 def test_a_ring_is_dragged_to_the_uncertainty_of_a_place(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(BRACH.read_bytes())
@@ -478,6 +486,7 @@ def test_a_ring_is_dragged_to_the_uncertainty_of_a_place(browser: Browser, tmp_p
     assert after.rest["a"].x.value == before.rest["a"].x.value
 
 
+@pytest.mark.slow
 def test_a_killed_server_comes_back_where_it_was(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "drawn.toml"
     with served(path) as (address, server):

@@ -44,6 +44,7 @@ def explored(out: Path) -> Iterator[str]:
         assert command.stderr.read() == ""
 
 
+@pytest.mark.slow
 def test_control_c_ends_the_command_well(tmp_path: Path) -> None:
     with explored(tmp_path) as address, urllib.request.urlopen(address, timeout=60) as page:
         assert "SAE 770014" in page.read().decode()

@@ -85,7 +85,7 @@ class Opened:
         self.text.press("Enter")
 
 
-@pytest.fixture(params=SIZES)
+@pytest.fixture(params=["desk", pytest.param("telephone", marks=pytest.mark.slow)])
 def opened(request: pytest.FixtureRequest, browser: Browser, address: str) -> Iterator[Opened]:
     expect.set_options(timeout=PATIENCE)
     width, height = SIZES[request.param]
@@ -128,6 +128,7 @@ def test_a_slider_dragged_through_ten_positions_shows_ten_answers(opened: Opened
     assert wide <= 0
 
 
+@pytest.mark.slow
 def test_a_bad_value_is_refused_with_the_message_of_the_schema(opened: Opened) -> None:
     opened.write("500 ± 2 mph")
     fault = opened.page.locator(f"{SPEED} .fault")
@@ -141,6 +142,7 @@ def test_a_bad_value_is_refused_with_the_message_of_the_schema(opened: Opened) -
     expect(opened.median).to_contain_text("22.")
 
 
+@pytest.mark.slow
 def test_numbers_whose_checks_fail_are_withheld_with_the_reason(opened: Opened) -> None:
     opened.write("45 ± 4 mph")
     expect(opened.median).to_have_text("withheld")
@@ -164,6 +166,7 @@ def test_text_of_a_scene_is_shown_and_not_run(opened: Opened) -> None:
     assert page.locator("img").count() == 0
 
 
+@pytest.mark.slow
 def test_units_and_model_are_chosen_on_the_page(opened: Opened) -> None:
     page = opened.page
     for label, choice in (("units", "mph"), ("model", "planar+spin")):
@@ -177,6 +180,7 @@ def test_units_and_model_are_chosen_on_the_page(opened: Opened) -> None:
     page.get_by_role("option", name="auto").click()
 
 
+@pytest.mark.slow
 def test_a_changed_scene_is_saved_and_the_report_is_written(opened: Opened, folder: Path) -> None:
     page, before = opened.page, (folder / "scene.toml").read_text()
     opened.write("50 ± 1 mph")
@@ -198,6 +202,7 @@ def test_a_changed_scene_is_saved_and_the_report_is_written(opened: Opened, fold
     expect(popup.value.locator("body")).to_have_text("The report.")
 
 
+@pytest.mark.slow
 def test_a_second_page_takes_over(opened: Opened, browser: Browser, address: str) -> None:
     page = browser.new_page()
     other = Opened(page, address)

@@ -118,6 +118,7 @@ def test_a_rung_is_offered_where_its_coefficient_is_asked(rung: str, scene: Scen
     assert allowed(scene, ("speed_b", "ratio")) == [rung]
 
 
+@pytest.mark.slow
 def test_a_rung_has_its_posterior(rung: str, scene: Scene) -> None:
     agrees(scene, rung)
 

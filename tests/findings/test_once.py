@@ -61,7 +61,7 @@ def show(result, folder):
         print_summary(result.findings, Console(file=io.StringIO()), units)
 
 
-@pytest.mark.parametrize("name", ["sparse", "failing"])
+@pytest.mark.parametrize("name", [pytest.param("sparse", marks=pytest.mark.slow), "failing"])
 def test_each_statistic_is_computed_once(name, request, calls, tmp_path):
     outcome = request.getfixturevalue(name)
     result = Result(outcome)
@@ -86,6 +86,7 @@ def test_each_statistic_is_computed_once(name, request, calls, tmp_path):
     assert [key[1] for key in calls if key[0] == "narrowing"] == sought
 
 
+@pytest.mark.slow
 def test_figures_and_documents_compute_nothing(outcome, calls, tmp_path):
     result = Result(outcome)
     _ = result.findings

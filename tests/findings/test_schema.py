@@ -18,7 +18,15 @@ def test_the_file_is_the_code_s():
     assert FILE.read_text("utf-8") == json_schema(), f"make it anew: {command}"
 
 
-@pytest.mark.parametrize("name", ["outcome", "sparse", "rolled", "failing", "asked"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "outcome",
+        *(pytest.param(n, marks=pytest.mark.slow) for n in ("sparse", "rolled")),
+        "failing",
+        "asked",
+    ],
+)
 def test_a_summary_is_as_the_schema_says(name, request):
     ladder = ladder_of(step("low", 21.0, 0.9), step("full", 19.0))
     found = summarise(compute(request.getfixturevalue(name), ladder))

@@ -21,7 +21,13 @@ def _no_figures(monkeypatch):
     monkeypatch.setattr(figures, "FIGURES", {})
 
 
-@pytest.mark.parametrize("which", ["outcome", "sparse", "rolled", "failing"])
+@pytest.mark.parametrize(
+    "which",
+    [
+        "outcome",
+        *(pytest.param(n, marks=pytest.mark.slow) for n in ("sparse", "rolled", "failing")),
+    ],
+)
 def test_what_is_loaded_is_what_was_saved(which, request, tmp_path):
     """Every number of the findings, and every field of the outcome but its draws, is the same."""
     outcome = request.getfixturevalue(which)
@@ -35,6 +41,7 @@ def test_what_is_loaded_is_what_was_saved(which, request, tmp_path):
     assert summarise(again.findings) == summarise(findings.compute(outcome))
 
 
+@pytest.mark.slow
 def test_an_archive_is_read_as_its_folder_is(outcome, tmp_path):
     result = Result(outcome)
     again = retrodict.load_result(result.archive(tmp_path / "x.retrodict.zip"))
@@ -47,6 +54,7 @@ def test_an_archive_is_read_as_its_folder_is(outcome, tmp_path):
         retrodict.load_result(tmp_path / "other.zip")
 
 
+@pytest.mark.slow
 def test_the_ladder_and_what_is_not_finite_are_kept(outcome, tmp_path):
     ladder = ladder_of(step("low", 19.0), step("full", math.nan))
     checks = dataclasses.replace(outcome.checks, max_rhat=math.inf)

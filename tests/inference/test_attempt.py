@@ -17,6 +17,7 @@ from retrodict.options import DEFAULT_RUNG, RunOptions
 from tests.shared.scenes import collision
 
 SCENE = collision(share=0.0)
+INTERLOCKED = collision(share=0.0, interlocked=True)  # whose programs other tests have compiled
 
 
 def _failing(name: str) -> Method:
@@ -28,6 +29,7 @@ def _failing(name: str) -> Method:
     return replace(METHODS[name], draw=draw)
 
 
+@pytest.mark.slow
 def test_a_method_that_fails_hands_over_to_another_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -50,6 +52,7 @@ def test_where_every_method_fails_the_first_is_withheld(monkeypatch: pytest.Monk
     assert "importance was tried too, and failed: importance is stuck" in found.notes[-1]
 
 
+@pytest.mark.slow
 def test_where_both_that_need_a_mode_fail_tempering_stands_in(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -68,6 +71,7 @@ def test_where_both_that_need_a_mode_fail_tempering_stands_in(
         assert 0.9 < own.std() / other.std() < 1.1, name
 
 
+@pytest.mark.slow
 def test_an_interrupt_while_tempering_stands_in_keeps_what_was_drawn(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -105,9 +109,10 @@ def test_an_interrupt_before_anything_is_drawn_begins_no_other_method(
     monkeypatch.setitem(METHODS, "importance", replace(METHODS["importance"], draw=stopped))
     monkeypatch.setitem(METHODS, "nuts", replace(METHODS["nuts"], draw=begun))
     with pytest.raises(Interrupted):
-        reconstruct(SCENE, RunOptions(), pictured=False)
+        reconstruct(INTERLOCKED, RunOptions(), pictured=False)
 
 
+@pytest.mark.slow
 def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -120,7 +125,7 @@ def test_where_the_model_misses_the_evidence_no_other_method_is_tried(
 
 
 def test_draws_go_on_once_where_a_digit_of_the_limits_is_not_sure() -> None:
-    (solution,) = solutions(SCENE, DEFAULT_RUNG)
+    (solution,) = solutions(INTERLOCKED, DEFAULT_RUNG)
     task = Task(solution.posterior, 4, 700, 0, 0, lambda *_: None)
     sure = Checks(0, 1.0, 4000.0, 4000.0, True)
     unsure = replace(sure, imprecise=("omega_b",))
@@ -130,11 +135,13 @@ def test_draws_go_on_once_where_a_digit_of_the_limits_is_not_sure() -> None:
     assert again == [False, False, True, False]
 
 
-@pytest.mark.parametrize(("weight", "reasons"), [(0.05, 1), (0.005, 0)])
+@pytest.mark.parametrize(
+    ("weight", "reasons"), [(0.05, 1), pytest.param(0.005, 0, marks=pytest.mark.slow)]
+)
 def test_only_a_solution_that_counts_is_judged_by_itself(
     monkeypatch: pytest.MonkeyPatch, weight: float, reasons: int
 ) -> None:
-    (solution,) = solutions(SCENE, DEFAULT_RUNG)
+    (solution,) = solutions(INTERLOCKED, DEFAULT_RUNG)
     found = [replace(solution, mode=replace(solution.mode, weight=w)) for w in (1 - weight, weight)]
     faults = iter([(), ("the second is stuck",)])
 

@@ -18,11 +18,6 @@ from tests.shared.symmetry import exchanged, mirrored, shifted, turned
 
 FOLDER = Path(__file__).parents[2] / "benchmarks" / "users" / "scenes"
 SCENES = ("corner", "slow-side-22", "rear-end-delta-v")  # ordinary, slow, delta-v only
-# of each law one scene by default, another one for each
-CORNER, SLOW_SIDE, REAR_END = (
-    [name if name == own else pytest.param(name, marks=pytest.mark.slow) for name in SCENES]
-    for own in SCENES
-)
 ROUND = {"m": (0.3048, "ft"), "m/s": (0.44704, "mph"), "kg": (0.45359237, "lb")}
 
 
@@ -56,7 +51,8 @@ def compare(one: Outcome, other: Outcome, names: dict[str, tuple[str, int]]) -> 
 SAME = {name: (name, 1) for name in ("speed_b", "e", "e_m", "mu", "omega_b", "Omega_a")}
 
 
-@pytest.mark.parametrize("name", CORNER)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(
     "moved", [partial(turned, angle=math.radians(37)), partial(shifted, x=500.0, y=-300.0)]
 )
@@ -64,21 +60,23 @@ def test_a_crash_is_the_same_in_another_frame(name: str, moved) -> None:
     compare(usual(name), drawn(moved(scene(name))), SAME)
 
 
-@pytest.mark.parametrize("name", SLOW_SIDE)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
 def test_a_crash_in_a_mirror_turns_and_slides_the_other_way(name: str) -> None:
     opposite = {key: (key, -1) for key in ("mu", "omega_b", "Omega_a")}
     compare(usual(name), drawn(mirrored(scene(name))), SAME | opposite)
 
 
 # B may have slid any way in the last one
-@pytest.mark.parametrize("name", [*REAR_END, pytest.param("slow-side-24", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*SCENES, "slow-side-24"])
 def test_the_letters_of_the_vehicles_mean_nothing(name: str) -> None:
     other = {"speed_b": "speed_a", "omega_b": "omega_a", "Omega_a": "Omega_b"}
     names = {key: (other.get(key, key), 1) for key in SAME}
     compare(usual(name), drawn(exchanged(scene(name))), names)
 
 
-@pytest.mark.parametrize("name", CORNER)
+@pytest.mark.parametrize("name", SCENES)
 def test_units_and_order_of_the_file_mean_nothing(name: str) -> None:
     """The records are the same, and with them the posterior."""
     text = (FOLDER / f"{name}.toml").read_text(encoding="utf-8")

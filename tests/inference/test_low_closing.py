@@ -22,9 +22,10 @@ SCENES = Path(__file__).parents[1] / "data"
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "log_evidence"),
-    [("low-closing", -17.43), pytest.param("sideswipe", -12.54, marks=pytest.mark.slow)],
+    [("low-closing", -17.43), ("sideswipe", -12.54)],
 )
 def test_parts_about_each_mode_agree_with_tempering_from_the_prior(
     name: str, log_evidence: float

@@ -116,6 +116,7 @@ def turned_scene() -> Scene:
     return replace(SCENE, rest=rest, contact=replace(SCENE.contact, interlocked=True))
 
 
+@pytest.mark.slow
 def test_chains_are_not_asked_where_modes_share_a_density() -> None:
     scene, truth = _simulated(6)
     found = reconstruct(scene, RunOptions(), pictured=False)
@@ -127,6 +128,7 @@ def test_chains_are_not_asked_where_modes_share_a_density() -> None:
     assert low < truth["speed_b"] < high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["nuts", "smc"])
 def test_chains_and_populations_see_one_of_two_modes(method: str, two_normals: Posterior) -> None:
     """Why a other is a fault: chains, or populations, agree with one another."""

@@ -29,7 +29,8 @@ def of_speed(v: np.ndarray) -> np.ndarray:
     return stats.norm(SAID, SURE).logpdf(v)
 
 
-@pytest.mark.parametrize("method", ["importance", pytest.param("nuts", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["importance", "nuts"])
 def test_a_witness_moves_the_posterior_as_quadrature_says(method: str, tmp_path: Path) -> None:
     expected = by_hand.posterior(SCENE, PRIORS, of_speed)
     without = by_hand.posterior(SCENE, PRIORS)
@@ -104,11 +105,23 @@ def test_a_prior_that_cannot_be_used_is_refused_in_one_line(priors: dict, said: 
     ("term", "said"),
     [
         (lambda q: q["speed_c"], "no quantity 'speed_c'; it is given the quantities"),
-        (lambda q: jnp.log(-jnp.abs(q["e"])), r"not a number \(NaN\) at"),
-        (lambda q: jnp.where(q["e"] > 2, 0.0, -jnp.inf), "infinite at every one"),
-        (lambda q: jnp.array([1.0, 2.0]) * q["e"], r"array of shape \(2,\)"),
+        pytest.param(
+            lambda q: jnp.log(-jnp.abs(q["e"])),
+            r"not a number \(NaN\) at",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            lambda q: jnp.where(q["e"] > 2, 0.0, -jnp.inf),
+            "infinite at every one",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            lambda q: jnp.array([1.0, 2.0]) * q["e"],
+            r"array of shape \(2,\)",
+            marks=pytest.mark.slow,
+        ),
         (lambda q: math.log(q["e"]), "write it with jax.numpy"),
-        (lambda q: "high", "cannot be computed"),
+        pytest.param(lambda q: "high", "cannot be computed", marks=pytest.mark.slow),
     ],
 )
 def test_a_term_that_is_no_number_is_refused_in_one_line(term: Any, said: str) -> None:
@@ -126,6 +139,7 @@ def test_a_name_of_a_term_is_a_word(name: str) -> None:
         rd.reconstruct(SCENE, model=by_hand.MODEL, extra={"witness": 3.0})
 
 
+@pytest.mark.slow
 def test_programs_with_the_users_code_are_not_kept_on_disk(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

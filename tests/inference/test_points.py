@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from retrodict.inference.diagnostics import MIN_ESS
 from retrodict.inference.points import answer
@@ -14,6 +15,7 @@ from tests.shared.scenes import collision
 SCENE = collision(share=0.0, interlocked=True)
 
 
+@pytest.mark.slow
 def test_an_answer_is_that_of_a_session() -> None:
     """By other proposals and points; means within four standard errors of both."""
     found, kept = (

@@ -104,6 +104,7 @@ def test_right_draws_are_not_refuted(left: int) -> None:
     assert count <= 3
 
 
+@pytest.mark.slow
 def test_right_draws_of_a_weighted_reference_are_not_refuted() -> None:
     """Uneven weights and a skewed quantity, as evidence leaves them."""
     count = 0

@@ -104,6 +104,7 @@ def test_nuts_agrees_with_importance_sampling(outcome: Outcome) -> None:
         ), name
 
 
+@pytest.mark.slow
 def test_same_seed_same_draws_other_seed_others(outcome: Outcome) -> None:
     again = reconstruct(SCENE, RunOptions(draws=500, seed=1)).idata["posterior"]["speed_b"].values
     np.testing.assert_array_equal(again, outcome.idata["posterior"]["speed_b"].values)
@@ -131,6 +132,7 @@ def test_resume_is_refused_by_name_where_there_are_no_chains(method: str, tmp_pa
     assert file.read_bytes() == b"of a run of nuts"
 
 
+@pytest.mark.slow
 def test_interrupt_keeps_the_draws_says_so_and_resumes(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

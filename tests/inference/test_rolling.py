@@ -20,13 +20,14 @@ from retrodict.scene import load_scene
 from retrodict.scene.records import Measured
 from tests.shared.scenes import collision, rolls
 
+pytestmark = pytest.mark.slow
 ROLLING = rolls(collision(berm=False), "b", (0.9, 0.9, 0.8, 0.3))
 UNCOUNTED = replace(
     ROLLING, rest={v: replace(rest, turns_known=False) for v, rest in ROLLING.rest.items()}
 )
 
 
-@pytest.mark.parametrize("method", ["importance", pytest.param("smc", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("method", ["importance", "smc"])
 def test_draws_agree_with_weights_in_rest_pose_coordinates(method: str) -> None:
     rung = "momentum+wheels"
     found = reconstruct(ROLLING, RunOptions(model=rung, method=method, seed=2), pictured=False)
@@ -48,7 +49,6 @@ def test_draws_agree_with_weights_in_rest_pose_coordinates(method: str) -> None:
     assert draws.mean() == pytest.approx(mean, abs=0.2 * draws.std())
 
 
-@pytest.mark.slow
 def test_every_number_of_turns_is_found_though_few_crashes_of_the_prior_come_near() -> None:
     """Neither rotation was written. The part of the true one has the evidence that it has if written."""
     known, open_ = (ModeSearch(scene, 2) for scene in (ROLLING, UNCOUNTED))
@@ -64,7 +64,6 @@ def test_every_number_of_turns_is_found_though_few_crashes_of_the_prior_come_nea
     assert one.value == pytest.approx(other.value, abs=4 * np.hypot(one.error, other.error))
 
 
-@pytest.mark.slow
 def test_a_car_that_rolled_in_a_bend_did_not_slide_with_a_spin() -> None:
     """A may have slid there at 20 m/s with a spin, or rolled there in a bend at 14.
 
@@ -77,7 +76,6 @@ def test_a_car_that_rolled_in_a_bend_did_not_slide_with_a_spin() -> None:
     assert float(found.idata["posterior"]["Omega_a"].min()) > -1
 
 
-@pytest.mark.slow
 def test_a_session_answers_a_changed_scene_as_one_of_its_own() -> None:
     """A slower by two standard deviations: means within five standard errors."""
     free = rolls(collision(share=0.0, berm=False), "b", (0.3, 0.3, 0.1, 0.1))

@@ -31,11 +31,12 @@ def _rest_of_b(**measured: Measured) -> Scene:
     return replace(SCENE, rest=SCENE.rest | {"b": replace(SCENE.rest["b"], **measured)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [
         SCENE,
-        pytest.param(_speed_of_a(22.0), marks=pytest.mark.slow),
+        _speed_of_a(22.0),
         _speed_of_a(18.0, 2.0),
         _rest_of_b(x=Measured(9.4, 0.15), y=Measured(-12.6, 0.3)),
     ],

@@ -109,6 +109,7 @@ def test_it_is_where_scipy_has_it(locked: tuple[int, ...]) -> None:
     assert far > 1  # it rolled on
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_difference_quotients() -> None:
     ground = Ground(np.array([0.7]), None, Zone(np.zeros((0, 2)), np.zeros((0, 2))))
     car = CAR._replace(wheels=Wheels(np.array([1.0, 0.08, 0.08, 0.08]), np.zeros(4)))

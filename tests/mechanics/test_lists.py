@@ -45,6 +45,7 @@ def test_an_impact_of_lists_is_that_of_arrays():
     assert clock([0.0, np.pi / 2]).tolist() == [12, 3]
 
 
+@pytest.mark.slow
 def test_a_run_out_of_lists_is_that_of_arrays():
     wheels = Wheels([1, 1, 0.1, 0.1], [0, 0, 0, 0])
     square = [[9, 9], [12, 9], [12, 12]]
@@ -66,6 +67,7 @@ def test_one_friction_everywhere_is_a_number():
     same(wheel_paths(POSE, CAR), wheel_paths(np.array(POSE), CAR))
 
 
+@pytest.mark.slow
 def test_forward_mode_by_adaptive_steps_is_refused_with_what_to_do():
     def end(velocity, steps=None):
         return rest(POSE, velocity, CAR, Ground(0.7), steps)

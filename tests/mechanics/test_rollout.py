@@ -66,6 +66,7 @@ def test_friction_is_that_of_the_surface_under_each_wheel() -> None:
     assert drag(None, 0.0, 0.0, two) == pytest.approx((MU + 0.2) / 2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_speed_dependent_friction_is_summed_as_the_slide_is_integrated() -> None:
     """Straight on locked wheels, V dV = -g f exp(-c V) ds has a closed form."""
     c, V = 0.03, 15.0
@@ -110,6 +111,7 @@ def test_known_ends_of_the_rotation_take_the_place_of_the_computed_one() -> None
     assert float(taken.turned_after) == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drags", "within"), [((1.0, 1.0, 1.0, 0.05), 0.05), ((1.0, 0.05, 0.05, 0.05), 0.18)]
 )

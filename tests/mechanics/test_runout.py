@@ -157,6 +157,7 @@ def test_straight_up_and_down_a_slope(f: float, grade: float, turn: float) -> No
         np.testing.assert_allclose(end, expected, atol=1e-6 * far)
 
 
+@pytest.mark.slow
 def test_no_grade_is_level_ground() -> None:
     scene = (np.array([0.0, 0.0, 0.2]), np.array([9.0, 3.0, 4.0]), CAR)
     level, flat = (
@@ -166,7 +167,8 @@ def test_no_grade_is_level_ground() -> None:
     np.testing.assert_allclose(flat, level, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("height", [pytest.param(None, marks=pytest.mark.slow), 0.55])
+@pytest.mark.slow
+@pytest.mark.parametrize("height", [None, 0.55])
 @pytest.mark.parametrize("drag", [[1.0] * 4, [1.0, 0.4, 0.2, 0.2]])
 def test_a_slope_agrees_with_scipy(drag: list[float], height: float | None) -> None:
     """Downhill and across, spinning, over an edge; on wheels to the speed at which they would creep."""
@@ -185,6 +187,7 @@ def test_a_slope_agrees_with_scipy(drag: list[float], height: float | None) -> N
     assert np.hypot(*(end - level)[:2]) > 0.5  # it matters
 
 
+@pytest.mark.slow
 def test_a_rolling_car_comes_to_rest_across_a_slope() -> None:
     """Along the contour it stops by its drag, v² = 2 g d f cos θ, and hardly drifts."""
     car, grade = rolling([0.2] * 4, [0.0] * 4), 0.08
@@ -195,6 +198,7 @@ def test_a_rolling_car_comes_to_rest_across_a_slope() -> None:
     assert -3.0 < end[1] < 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [48, Paced()])
 def test_a_car_that_a_slope_drives_on_has_no_rest_pose(steps: int | Paced) -> None:
     """Rolling wheels hold 0.7 % of the weight, the slope adds 4 %."""
@@ -204,6 +208,7 @@ def test_a_car_that_a_slope_drives_on_has_no_rest_pose(steps: int | Paced) -> No
     assert np.isnan(np.array(end)).all()
 
 
+@pytest.mark.slow
 @thousand
 @given(st.data())
 def test_speed_falls_on_any_slope_that_friction_holds(data: st.DataObject) -> None:
@@ -347,6 +352,7 @@ def test_paced_steps_follow_cars_that_roll() -> None:
     assert np.max(fine) < 2e-3
 
 
+@pytest.mark.slow
 def test_jacobians_of_paced_steps_do_not_blow_up() -> None:
     """Uniform steps in W beyond a tyre's stability limit had them wrong by up to 1e11."""
     cars = cars_that_roll(16)
@@ -378,6 +384,7 @@ def test_ice(velocity: list[float]) -> None:
     np.testing.assert_allclose(_rest(*scene), expected, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [None, 96])
 def test_single_precision_is_computed_in_double(steps: int | None) -> None:
     """Within a micrometre for each metre and radian: what rounding of the inputs does."""
@@ -396,7 +403,6 @@ point = st.tuples(st.floats(-10, 10), st.floats(-10, 10))
 angle = st.floats(-3, 3)
 
 
-@thousand
 @given(motion, drags, steers, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.floats(0, 0.02))
 # a locked wheel that the car turns about while the others hold little: 8422 steps
 @example(
@@ -425,6 +431,7 @@ def test_friction_never_adds_energy_and_time_goes_on(
     assert np.sqrt(energy[-2]) <= 1.01 * max(1e-5 * np.sqrt(energy[0]), 1e-4)
 
 
+@pytest.mark.slow
 @thousand
 @given(motion, drags, steers, point, angle, angle, st.booleans())
 def test_turning_or_mirroring_the_scene_does_so_to_the_run_out(
@@ -448,6 +455,7 @@ def test_turning_or_mirroring_the_scene_does_so_to_the_run_out(
     np.testing.assert_allclose(there, expected, atol=1e-6 * (1 + np.abs(here).max()))
 
 
+@pytest.mark.slow
 @thousand
 @given(motion, st.floats(0.1, 1.0), st.floats(1.5, 4.0))
 def test_friction_times_lambda_is_speed_times_its_root(
@@ -460,6 +468,7 @@ def test_friction_times_lambda_is_speed_times_its_root(
     np.testing.assert_allclose(slow, fast, atol=1e-6 * (1 + np.abs(slow).max()))
 
 
+@pytest.mark.slow
 @thousand
 @given(st.floats(0.1, 30), angle, angle, st.floats(0.05, 1.0), st.floats(0.1, 10))
 def test_without_spin_the_distance_goes_as_the_square_of_speed(
@@ -471,6 +480,7 @@ def test_without_spin_the_distance_goes_as_the_square_of_speed(
     assert more[2] == pytest.approx(heading, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_standing_vehicle_stays_with_finite_derivatives() -> None:
     still, ground = np.array([1.0, 2.0, 0.5]), with_edge(0.5, 0.5, (9.0, 0.0), (1.0, 0.0))
     for steps in (None, 96):
@@ -494,6 +504,7 @@ def test_derivatives_without_spin_and_without_translation() -> None:
     assert np.isfinite(spun).all()
 
 
+@pytest.mark.slow
 def test_wheel_paths_are_those_of_a_rigid_body() -> None:
     pose, velocity, car, ground = random_scene(7)
     path = _run_out(jnp.array(pose), jnp.array(velocity), car, ground)
@@ -557,9 +568,18 @@ def test_a_rolling_car_stops_by_its_drag() -> None:
     ("drag", "steer", "velocity"),
     [
         ([0.5, 0.5, 0.5, 0.5], [0.0, 0.0, 0.0, 0.0], [12.0, 3.0, 2.0]),
-        ([1.0, 0.15, 0.15, 0.15], [0.2, 0.0, 0.0, 0.0], [9.0, -4.0, 6.0]),
-        ([0.1, 0.1, 0.1, 0.1], [0.1, 0.1, 0.0, 0.0], [14.0, 1.0, 0.5]),
-        ([0.2, 1.0, 0.3, 0.1], [-0.1, 0.15, 0.0, 0.0], [-5.0, 7.0, -4.0]),
+        pytest.param(
+            *([1.0, 0.15, 0.15, 0.15], [0.2, 0.0, 0.0, 0.0], [9.0, -4.0, 6.0]),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            *([0.1, 0.1, 0.1, 0.1], [0.1, 0.1, 0.0, 0.0], [14.0, 1.0, 0.5]),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            *([0.2, 1.0, 0.3, 0.1], [-0.1, 0.15, 0.0, 0.0], [-5.0, 7.0, -4.0]),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_rolling_and_braked_wheels_agree_with_scipy(
@@ -572,7 +592,9 @@ def test_rolling_and_braked_wheels_agree_with_scipy(
     np.testing.assert_allclose(_rest(*scene, steps=1500), expected, atol=2e-3)
 
 
-@pytest.mark.parametrize("drag", [[1.0] * 4, [1.0, 0.15, 0.15, 0.15]])
+@pytest.mark.parametrize(
+    "drag", [[1.0] * 4, pytest.param([1.0, 0.15, 0.15, 0.15], marks=pytest.mark.slow)]
+)
 def test_load_transfer_agrees_with_scipy(drag: list[float]) -> None:
     car = rolling(drag, [0.1, 0.1, 0.0, 0.0])
     pose, velocity = np.array([0.0, 0.0, 0.2]), np.array([12.0, 3.0, 4.0])
@@ -596,7 +618,6 @@ def test_a_polygon_is_crossed_as_its_edges_are() -> None:
     np.testing.assert_allclose(*found, atol=1e-9)
 
 
-@thousand
 @given(
     drag=st.floats(0, 1),
     steer=st.floats(-0.6, 0.6),

@@ -54,6 +54,7 @@ def round_trips() -> tuple[np.ndarray, np.ndarray, Car, Departures]:
     return V, rotation, car, departures(start, there, car, ground)
 
 
+@pytest.mark.slow
 def test_the_velocity_is_among_the_solutions(
     round_trips: tuple[np.ndarray, np.ndarray, Car, Departures],
 ) -> None:
@@ -90,6 +91,7 @@ def test_each_number_of_turns_has_its_spin(
     assert (np.diff(np.abs(one.rotation[one.converged])) >= 0).all()  # as documented
 
 
+@pytest.mark.slow
 def test_what_is_said_of_a_solution_is_so() -> None:
     V = np.array([[6.0, -2.0, 5.0]])
     there = end(V)[0]
@@ -146,6 +148,7 @@ def test_what_has_no_solution_is_said_to_have_none() -> None:
     assert np.isfinite(found.velocity).all()
 
 
+@pytest.mark.slow
 def test_rolling_wheels() -> None:
     """Front wheels locked by the damage, rear ones dragging."""
     car = CAR._replace(wheels=Wheels(jnp.array([1.0, 1.0, 0.2, 0.2]), jnp.zeros(4)))

@@ -80,6 +80,7 @@ def attempt(known: dict[str, float], b: Bodies, unknown: tuple) -> Solution | No
         return refusal
 
 
+@pytest.mark.slow
 def test_every_choice_of_six_is_solved_or_refused_with_reason() -> None:
     """All 5005: back comes the truth, which satisfies the paper's equations, or the rank is short."""
     true, bodies = collision(np.random.default_rng(1977))

@@ -14,7 +14,9 @@ NOWHERE = Zone(jnp.zeros((0, 2)), jnp.zeros((0, 2)))
 
 
 @pytest.mark.parametrize(
-    "corners", [CORNERS, CORNERS[::-1]], ids=["counter-clockwise", "clockwise"]
+    "corners",
+    [CORNERS, pytest.param(CORNERS[::-1], marks=pytest.mark.slow)],
+    ids=["counter-clockwise", "clockwise"],
 )
 def test_depth_is_the_distance_to_the_outline(corners: np.ndarray) -> None:
     rng = np.random.default_rng(0)
@@ -30,6 +32,7 @@ def test_depth_is_the_distance_to_the_outline(corners: np.ndarray) -> None:
     np.testing.assert_allclose(np.abs(found[:200]), nearest, atol=5e-3)
 
 
+@pytest.mark.slow
 def test_a_wide_polygon_is_the_half_plane_of_its_side() -> None:
     rng = np.random.default_rng(1)
     x, y = rng.uniform(-1, 1, (2, 100))
@@ -55,7 +58,7 @@ def test_later_surfaces_cover_earlier_ones() -> None:
     assert float(off[0]) == pytest.approx(0.4)
 
 
-@pytest.mark.parametrize("inset", [0.4, -0.4])
+@pytest.mark.parametrize("inset", [0.4, pytest.param(-0.4, marks=pytest.mark.slow)])
 def test_an_inset_rectangle_is_the_one_whose_sides_lie_so_far_within(inset: float) -> None:
     rng = np.random.default_rng(2)
     sides = np.array([[0.0, 0.0], [8.0, 5.0]])
@@ -76,6 +79,7 @@ def test_an_inset_rectangle_is_the_one_whose_sides_lie_so_far_within(inset: floa
     assert np.abs(np.array(unmoved) - np.array(found)).max() == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_each_polygon_has_its_own_inset() -> None:
     first = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
     f, x, y = jnp.array([0.7, 0.4, 0.1]), np.array([0.5, 10.5]), np.array([2.0, 2.0])

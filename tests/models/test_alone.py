@@ -40,6 +40,7 @@ def test_a_skid_that_ends_at_a_known_speed():
     same(draws(SKID.replace('"0 mph"', '"12 ± 1 m/s"'))[1], closed_form(speed=(12.0, 1.0)))
 
 
+@pytest.mark.slow
 def test_a_run_out_of_a_measured_length_is_the_same_as_a_skid_to_a_stop():
     text = SKID.replace(
         'approach = { skid = "30 ± 0.5 m", speed = "0 mph" }', 'rest = { distance = "30 ± 0.5 m" }'

@@ -101,6 +101,7 @@ def near(draws: np.ndarray, exact: float) -> None:
     assert np.median(draws) == pytest.approx(exact, abs=0.35 * draws.std())
 
 
+@pytest.mark.slow
 def test_the_classroom_crossing_is_answered_by_momentum() -> None:
     lb, ft = 0.45359237, 0.3048
     P = 4220 * lb * slid(25.9 * ft, 139.3, 0.83) + 3875 * lb * slid(14.7 * ft, 178.2, 0.83)
@@ -113,6 +114,7 @@ def test_the_classroom_crossing_is_answered_by_momentum() -> None:
     near(found["speed_b"], exact[1])
 
 
+@pytest.mark.slow
 def test_a_taxi_that_pushed_a_standing_car_straight_on() -> None:
     exact = (1800 * slid(2.5, 0, 0.72) + 1250 * slid(10.5, 0, 0.72)).real / 1800
     assert exact == pytest.approx(14.4, abs=0.1)
@@ -130,19 +132,27 @@ def written(name: str) -> Path:
     return USERS / "scenes" / f"{name}.toml"
 
 
-@pytest.mark.parametrize("name", PUBLISHED)
+QUICK = ("skid-alone",)  # the others: -m slow
+
+
+@pytest.mark.parametrize(
+    "name",
+    [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in PUBLISHED],
+)
 def test_questions_are_answered_as_by_hand(name: str) -> None:
     quantity, exact = PUBLISHED[name]
     assert TRUTHS[name]["truth"][quantity]["mean"] == pytest.approx(exact, rel=0.005)
     near(answers(rd.load_scene(written(name)))[quantity], exact)
 
 
+@pytest.mark.slow
 def test_a_head_on_in_which_both_stop_where_they_met() -> None:
     exact = 2 * 20 * 0.3048
     assert exact == pytest.approx(12.19, abs=0.01)
     near(answers(rd.load_scene(written("dead-stop")))["speed_b"], exact)
 
 
+@pytest.mark.slow
 def test_a_restitution_that_the_problem_gives() -> None:
     """e = 0.6: 62.6 and 10.9 km/h before the impact, by momentum and e."""
     text = written("restitution-given").read_text("utf-8")
@@ -152,6 +162,7 @@ def test_a_restitution_that_the_problem_gives() -> None:
         assert np.median(found[name]) == pytest.approx(exact, abs=0.6 * found[name].std())
 
 
+@pytest.mark.slow
 def test_a_lorry_struck_at_its_trailer_is_answered_with_the_articulation_locked() -> None:
     scene = rd.load_scene(written("lorry-locked"))
     found = rd.reconstruct(scene, method="importance")

@@ -66,6 +66,7 @@ def test_far_away_it_and_its_slopes_are_finite(quantity: float, robust: bool) ->
     assert np.isfinite([value, slope]).all()
 
 
+@pytest.mark.slow
 def test_a_scene_weighs_each_component_from_zero_outwards() -> None:
     bounds = {
         "delta_v_at_least": Measured(9.0, 1.0),

@@ -45,6 +45,7 @@ def kinetic_energy(trace: dict, scene: Scene) -> tuple[float, float]:
     return first, last
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robust", [False, True])
 def test_a_scene_weighs_the_energy_that_the_velocities_say_was_lost(robust: bool) -> None:
     before, after = kinetic_energy(trace_of(BARE, RUNG), BARE)

@@ -60,7 +60,7 @@ def test_departures_are_what_velocities_after_the_impact_say() -> None:
         assert abs(direction - 5.0) <= np.pi  # the representative nearest to what was measured
 
 
-@pytest.mark.parametrize("of", ["centre", "rear_left"])
+@pytest.mark.parametrize("of", ["centre", pytest.param("rear_left", marks=pytest.mark.slow)])
 def test_a_mark_is_as_far_as_the_nearest_of_many_points_of_the_path(of: str) -> None:
     point = Mark(3.0, -4.0, 0.2, of)
     scene = replace(collision(share=0.0, berm=False), marks={"b": (point,)})
@@ -106,8 +106,11 @@ STEADY = {  # braking over g, of a car that moves straight ahead on a road of fr
 }
 
 
-@pytest.mark.parametrize("model", STEADY)
-@pytest.mark.parametrize("of", ["centre", "rear_left"])
+@pytest.mark.parametrize(
+    "model",
+    [m if m == "momentum+wheels" else pytest.param(m, marks=pytest.mark.slow) for m in STEADY],
+)
+@pytest.mark.parametrize("of", [pytest.param("centre", marks=pytest.mark.slow), "rear_left"])
 def test_speed_at_a_mark_is_what_the_way_there_left_of_it(model: str, of: str) -> None:
     """v² = v0² − 2 a s, and the course is the heading, of a car that moves straight ahead."""
     heading, start, v0 = -22 * DEGREE, -LEVER_B, 12.0
@@ -142,6 +145,7 @@ def struck_aside(**changes) -> Scene:
     return replace(scene, rest={}, **changes)
 
 
+@pytest.mark.slow
 def test_speed_and_course_at_a_mark_are_those_of_the_path_beside_it() -> None:
     known = {"speed": Measured(8.0, 1.0), "course": Measured(0.0, 0.1)}
     mark = Mark(9.0, 0.5, 0.2, "front_right", **known)
@@ -159,6 +163,7 @@ def test_speed_and_course_at_a_mark_are_those_of_the_path_beside_it() -> None:
     assert found["mark_1_course_b"] == pytest.approx(np.arctan2(V[1], V[0]), abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_end_of_rotation_is_that_of_the_vehicle_s_path() -> None:
     end = EndOfRotation(*(Measured(value, 0.5) for value in (3.0, 1.0, 14.0)))
     scene = struck_aside(end_of_rotation={"b": end})
@@ -174,6 +179,7 @@ def test_the_end_of_rotation_is_that_of_the_vehicle_s_path() -> None:
     assert not RUNGS["momentum+slide"].of_scene(scene)[0].followed
 
 
+@pytest.mark.slow
 def test_what_was_measured_on_the_way_has_slopes_wherever_it_lies() -> None:
     """Before the impact, beside the path and beyond the rest; of cars that move or stand."""
     known = {"speed": Measured(8.0, 1.0), "course": Measured(0.0, 0.1)}

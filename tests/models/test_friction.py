@@ -63,6 +63,7 @@ def test_where_no_friction_would_end_the_sliding_it_is_that_between_vehicles(
     )
 
 
+@pytest.mark.slow
 def test_without_sliding_there_is_no_friction_and_slopes_are_finite() -> None:
     law = friction(0.0)
     assert (jnp.abs(law.sample(jax.random.key(4), (10,))) < 1e-8).all()

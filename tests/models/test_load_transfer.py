@@ -63,6 +63,7 @@ def test_simpler_run_outs_neglect_it(name: str) -> None:
     assert any("load transfer" in line for line in rung.description(SCENE).left_out)
 
 
+@pytest.mark.slow
 def test_there_is_no_density_where_a_wheel_lifts() -> None:
     """On friction of 0.5 one lifts on a track of 1.5 m, whatever the way, at a height of 2.5 m."""
     structure, data = RUNG.of_scene(high(SCENE, 2.5))

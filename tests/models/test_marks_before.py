@@ -22,6 +22,7 @@ def logitnormal(rng, median, sd):
     return 1 / (1 + np.exp(-x))
 
 
+@pytest.mark.slow
 def test_a_skid_in_pieces_adds_up_the_squares_of_its_speeds() -> None:
     rng = np.random.default_rng(0)
     gravel, road = lognormal(rng, 0.5, 0.05), lognormal(rng, 0.72, 0.05)
@@ -32,6 +33,7 @@ def test_a_skid_in_pieces_adds_up_the_squares_of_its_speeds() -> None:
     same(draws(PIECES)[1], np.sqrt(end**2 + 2 * GRAVITY * lost))
 
 
+@pytest.mark.slow
 def test_one_piece_is_the_skid() -> None:
     piece = SKID.replace('skid = "30 ± 0.5 m"', 'skids = [{ length = "30 ± 0.5 m" }]')
     assert piece != SKID
@@ -54,6 +56,7 @@ def test_a_yaw_mark_gives_the_critical_speed_with_the_error_of_the_method() -> N
     same(draws(YAW)[1], rng.choice(speed, COUNT, p=weight / weight.sum()))
 
 
+@pytest.mark.slow
 def test_a_yaw_mark_narrows_the_speed_before_a_skid_into_a_crash() -> None:
     """Speeds of a crossing, with and without a mark at A's speed before its skid."""
     from tests.models.test_as_people_write import CLASSROOM

@@ -17,6 +17,7 @@ SCENE = load_scene(
 SPEEDS = ("speed_a", "speed_b")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rung", ["planar-common+spin", "planar-moment+wheels"])
 def test_no_crash_is_left_in_which_b_does_not_catch_a(rung: str) -> None:
     """At the contact, where courses and yaw rates that are not quite nought count as well."""
@@ -34,6 +35,7 @@ def test_no_crash_is_left_in_which_b_does_not_catch_a(rung: str) -> None:
     assert (log_likelihood[behind] == -np.inf).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rung", ["planar-common+spin", "planar-moment+wheels"])
 def test_the_evidence_leaves_no_crash_in_which_b_behind_is_the_slower(rung: str) -> None:
     left = reference(crashes_of(SCENE, rung), SPEEDS, seed=0)
@@ -42,6 +44,7 @@ def test_the_evidence_leaves_no_crash_in_which_b_behind_is_the_slower(rung: str)
     assert left.weights[slower].sum() < 1e-6
 
 
+@pytest.mark.slow
 def test_by_momentum_alone_the_impulse_pushes() -> None:
     crashes = crashes_of(SCENE, "momentum+spin")
     u = np.random.default_rng(0).standard_normal((2048, crashes.size))
@@ -62,6 +65,7 @@ def test_by_momentum_alone_the_impulse_pushes() -> None:
     np.testing.assert_array_equal(np.isfinite(log_likelihood), pushes)
 
 
+@pytest.mark.slow
 def test_the_speed_of_a_car_that_nudged_another_is_that_of_weighted_crashes() -> None:
     """An independent forward model gives 11.46 ± 0.99 m/s."""
     left = reference(crashes_of(SCENE, "planar-moment+wheels"), SPEEDS, seed=0)

@@ -98,6 +98,7 @@ def bounded(*surfaces: tuple[Edge | None, Outline | None]) -> tuple[Scene, np.nd
     return scene, np.array(RUNG.run_out.rest_poses(structure, data, x, after))
 
 
+@pytest.mark.slow
 def test_an_outline_is_the_edge_that_is_its_one_side_within_reach() -> None:
     off = Measured(0.1, 0.3)
     berm = Edge(0.0, 1.75, 0.0, "left", off)

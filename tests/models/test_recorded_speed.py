@@ -63,6 +63,7 @@ def test_the_speed_of_a_has_the_law_of_all_moments() -> None:
         assert np.mean(np.asarray(speeds) < at) == pytest.approx(expected, abs=4 * error + 1e-6)
 
 
+@pytest.mark.slow
 def test_the_density_of_b_s_speed_is_the_mean_over_all_moments() -> None:
     """By the midpoints of as many equally probable moments."""
     scene = recorded("b")

@@ -21,7 +21,7 @@ from tests.models.closed_form import everything_exact, momentum_and_slide
 from tests.shared.scenes import collision, rolls
 
 SCENE = collision(share=0.0, berm=False)
-QUICK = ("planar-common+spin", "momentum+roll")  # the others: -m slow
+QUICK = ("planar-common+spin",)  # the others: -m slow
 
 
 def drawn(posterior: Posterior, draws: int = 2000) -> dict[str, np.ndarray]:
@@ -105,6 +105,7 @@ def at_mark() -> dict[str, Measured]:
 
 
 SUBSETS = {
+    # the rest pose of one vehicle, velocities of the other
     "departure": of_b_what_was_recorded(),
     "speed of A unknown": replace(SCENE, approach=unknown_speed_of_a()),
     "robust": replace(SCENE, robust=True),
@@ -122,12 +123,8 @@ SUBSETS = {
 }
 
 
-QUICK_SUBSETS = ("departure",)  # the rest pose of one vehicle, velocities of the other
-
-
-@pytest.mark.parametrize(
-    "which", [k if k in QUICK_SUBSETS else pytest.param(k, marks=pytest.mark.slow) for k in SUBSETS]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("which", SUBSETS)
 def test_subset_of_evidence_agrees_with_weights_in_the_models_unknowns(which: str) -> None:
     agrees(SUBSETS[which], "planar-common+spin")
 

@@ -8,6 +8,7 @@ from retrodict.constants import GRAVITY
 from tests.scene.test_sliding import MOTORCYCLE
 
 
+@pytest.mark.slow
 def test_the_speeds_are_those_of_the_closed_form():
     found = rd.reconstruct(rd.parse_scene(MOTORCYCLE, "motorcycle"), method="importance")
     assert found.checks.passed

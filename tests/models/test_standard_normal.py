@@ -45,14 +45,8 @@ STRUCTURES |= {
     "nothing measured is uncertain": (collision(share=0.0), FULL),
     "wheels that roll": (rolls(collision(), "b", (0.9, 0.3, 0.2, 0.2)), "planar-moment+wheels"),
 }
-# the run-out is the same for every impact: one structure of each impact by default
-_FIRST = {RUNGS[rung].impact: name for name, (_, rung) in reversed(STRUCTURES.items())}.values()
-OF_EACH_IMPACT = [
-    name
-    if name in _FIRST or name.endswith("wall") or name.endswith("interlocked")
-    else pytest.param(name, marks=pytest.mark.slow)
-    for name in STRUCTURES
-]
+# the others: -m slow
+SOME = [name if name == FULL else pytest.param(name, marks=pytest.mark.slow) for name in STRUCTURES]
 
 
 def drawn(scene: Scene, rung: str) -> tuple[np.ndarray, np.ndarray, Unknowns, Unknowns]:
@@ -95,7 +89,7 @@ def drawn(scene: Scene, rung: str) -> tuple[np.ndarray, np.ndarray, Unknowns, Un
     return np.asarray(allowed), np.asarray(u), values, back
 
 
-@pytest.mark.parametrize("which", OF_EACH_IMPACT)
+@pytest.mark.parametrize("which", SOME)
 def test_crashes_have_deviates_and_come_back_from_them(which: str) -> None:
     allowed, u, values, back = drawn_of(which)
     assert 0.2 < allowed.mean() <= 1
@@ -106,7 +100,7 @@ def test_crashes_have_deviates_and_come_back_from_them(which: str) -> None:
         )
 
 
-@pytest.mark.parametrize("which", STRUCTURES)
+@pytest.mark.parametrize("which", SOME)
 def test_deviates_of_the_prior_are_standard_normal(which: str) -> None:
     _, u, *_ = drawn_of(which)
     for i, column in enumerate(u.T):
@@ -171,7 +165,8 @@ def test_probabilities_of_friction_are_integrals_of_its_density(
     np.testing.assert_allclose(law.cdf(jnp.asarray(shares * critical)), by_integral, atol=2e-4)
 
 
-@pytest.mark.parametrize("interlocked", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("interlocked", [False, True])
 @pytest.mark.parametrize("critical", CRITICAL)
 def test_slopes_of_a_quantile_of_friction_are_those_of_differences(
     critical: float, interlocked: bool

@@ -47,6 +47,7 @@ def closed_form(count=400_000):
     return (np.sqrt(total**2 - across**2) - along) / mass_a
 
 
+@pytest.mark.slow
 def test_the_speed_is_that_of_the_closed_form(taxi):
     speed, exact = np.ravel(taxi.idata["posterior"]["speed_a"]), closed_form()
     assert taxi.checks.passed

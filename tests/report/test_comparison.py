@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from retrodict.cli import app
@@ -51,6 +52,7 @@ def test_a_document_has_both_answers_the_verdict_and_a_figure() -> None:
     assert table.rows[0][0] == "impact speed of B, m/s"
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_writes(tmp_path: Path) -> None:
     for name in ("one", "other"):
         Result(make_outcome()).save(tmp_path / name)

@@ -99,6 +99,7 @@ def test_the_scene_file_is_given_with_its_digest_and_whether_it_was_changed(outc
     )  # the fixture's text is no scene's
 
 
+@pytest.mark.slow
 def test_a_run_out_s_own_error_stands_beside_the_measurement(good, rolled):
     missed = rolled.scene.evidence()["rest_x_b"].model_sd
     text = text_of(document_of(rolled))

@@ -50,6 +50,7 @@ def test_a_replay_runs_the_recorded_scene_as_it_was_asked_for(path, result, monk
     assert {name: options[name] for name in ASKED} == ASKED
 
 
+@pytest.mark.slow
 def test_a_run_with_a_term_of_the_users_own_is_replayed_with_it_alone(
     result, tmp_path, monkeypatch
 ):

@@ -41,7 +41,6 @@ def sound(scene: Scene) -> None:
         assert all(math.isfinite(number) for number in prior.numbers), prior.text
 
 
-@settings(max_examples=300)
 @given(rewritten())
 def test_any_values_under_any_keys(text: str) -> None:
     scene = outcome(text)
@@ -49,7 +48,6 @@ def test_any_values_under_any_keys(text: str) -> None:
         sound(scene)
 
 
-@settings(max_examples=200)
 @given(mistyped())
 def test_any_change_of_the_text(text: str) -> None:
     scene = outcome(text)
@@ -57,7 +55,7 @@ def test_any_change_of_the_text(text: str) -> None:
         sound(scene)
 
 
-@settings(max_examples=100, suppress_health_check=list(HealthCheck))
+@settings(suppress_health_check=list(HealthCheck))
 @given(texts)
 def test_the_command_never_ends_in_a_traceback(tmp_path: Path, text: str) -> None:
     assert verdict(text, tmp_path) in ("a scene", "refused")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.shared import random_impacts as impacts
 from tests.shared import random_run_outs as run_outs
@@ -33,6 +34,7 @@ def test_what_is_odd_is_flagged_and_only_that_may_be() -> None:
         assert 0 < flag.mean() < 1, name
 
 
+@pytest.mark.slow
 def test_run_outs_lose_energy_and_end() -> None:
     for rolling in (False, True):
         scenes = run_outs.draw(40, seed=1, rolling=rolling)
@@ -44,6 +46,7 @@ def test_run_outs_lose_energy_and_end() -> None:
         assert run_outs.differences(scenes[:4], few).max() < run_outs.WITHIN
 
 
+@pytest.mark.slow
 def test_step_error_shows_coarse_steps() -> None:
     """What is off by over 3 cm it says is off by over 1 cm; of what is right it does not."""
     scenes = run_outs.draw(40, seed=2)

@@ -152,6 +152,7 @@ def test_heavy_tails_do_not_pass_unseen() -> None:
         assert faults(posterior, drawn, x) or off(x, sure) < 0.25, method
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["linear", "monte-carlo"])
 def test_what_leaves_the_bounds_is_withheld(method: str) -> None:
     said, outcome = verdict_of(made(friction_sd=0.6)[0], method)

@@ -41,12 +41,16 @@ def test_spin_alone_translation_alone_and_nothing() -> None:
         np.testing.assert_allclose(skid(velocity, 0.5), [0.0, 0.0, 0.3], atol=1e-8)
 
 
-@pytest.mark.parametrize("offset", [-0.1, 0.0, 0.1])
+@pytest.mark.parametrize(
+    "offset",
+    [pytest.param(-0.1, marks=pytest.mark.slow), 0.0, pytest.param(0.1, marks=pytest.mark.slow)],
+)
 def test_a_zone_boundary_grazed(offset: float) -> None:
     scene = grazed_edge(offset)
     np.testing.assert_allclose(on_edge(scene, None), reference.solve(scene)[0], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_ice_ends_right_or_not_a_number() -> None:
     """At 0.02 160 turns over 1600 m are right; at 0.003 they are too many to follow."""
     velocity = [20.0, 0.0, 15.0]
@@ -56,6 +60,7 @@ def test_ice_ends_right_or_not_a_number() -> None:
     assert np.isnan(skid(velocity, 0.003)).all()
 
 
+@pytest.mark.slow
 def test_steps_from_coarse_to_fine() -> None:
     """Fixed steps err, by what `step_error` gives within a factor of two; the default does not."""
     truth = by_reference(SPINNING, 0.5)
@@ -67,6 +72,7 @@ def test_steps_from_coarse_to_fine() -> None:
     assert np.abs(skid(SPINNING, 0.5) - truth).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_turns_that_wrap() -> None:
     """A start a whole turn on ends a whole turn on, and nowhere else."""
     velocity, ground = jnp.array([8.0, 1.0, 12.0]), Ground(jnp.array([0.5]), None, PLAIN)
@@ -77,6 +83,7 @@ def test_turns_that_wrap() -> None:
         np.testing.assert_allclose(other, first + jnp.array([0.0, 0.0, turn]), atol=1e-7)
 
 
+@pytest.mark.slow
 def test_free_wheels_give_no_rest_pose() -> None:
     def rolls(drag: float) -> np.ndarray:
         return skid([10.0, 0.5, 1.0], 0.7, wheels=Wheels(jnp.full(4, drag), jnp.zeros(4)))
@@ -86,13 +93,14 @@ def test_free_wheels_give_no_rest_pose() -> None:
     assert slower / slow == pytest.approx(5, rel=0.1)  # what rolls on goes as 1/drag
 
 
-@pytest.mark.parametrize("steps", [None, 96])
+@pytest.mark.parametrize("steps", [pytest.param(None, marks=pytest.mark.slow), 96])
 def test_a_wheel_that_lifts_gives_no_rest_pose(steps: int | None) -> None:
     """Sideways on friction 1 the inner wheels' load is 1 - 2 h/track: none left at h = 0.75 m."""
     assert np.isfinite(skid([0.0, 10.0, 0.0], 1.0, steps, height=0.5)).all()
     assert np.isnan(skid([0.0, 10.0, 0.0], 1.0, steps, height=0.8)).all()
 
 
+@pytest.mark.slow
 def test_friction_lost_to_speed() -> None:
     """Without spin: the integral of v / (f g exp(-c v)) over v, in closed form."""
     f, c, v = 0.7, 0.2, 30.0

@@ -64,6 +64,7 @@ def made_up(scene: rd.Scene, model: str, seed: int) -> Answered:
     return Answered(model, "importance", numbers={"speed_b": numbers})
 
 
+@pytest.mark.slow
 def test_an_answer_hangs_on_its_scene_alone() -> None:
     one, other = crashes(2)
     first = answer(one, QUICK, 0)
@@ -75,6 +76,7 @@ def test_an_answer_hangs_on_its_scene_alone() -> None:
     assert answer(one, QUICK, 1) != first
 
 
+@pytest.mark.slow
 def test_a_gpus_scenes_are_answered_together_and_what_is_left_one_by_one(monkeypatch) -> None:
     """The way of a GPU, on the processor: points of all, more points, then by `answer`."""
     scenes = {str(i): scene for i, scene in enumerate(crashes(3))}

@@ -62,6 +62,7 @@ def test_known_rows_are_not_done_again_and_an_interrupt_keeps_the_rest(monkeypat
     assert kept[-1] == found
 
 
+@pytest.mark.slow
 def test_what_is_plausible_hangs_on_the_unknowns_alone() -> None:
     """Other evidence, the same verdict on every draw of the prior; and not all nor none of them."""
     structure, data = RUNGS[QUICK].of_scene(study.design())

@@ -27,6 +27,7 @@ def brute_force(limit: float) -> np.ndarray:
     return momentum_and_slide(SCENE, q[:, :4].reshape(-1, 2, 2), friction, -0.894 * q[:, 5])[0]
 
 
+@pytest.mark.slow
 def test_it_is_the_range_over_all_corners_and_points_between():
     found = corners(outcome())
     assert tuple(each.limit for each in found) == LIMITS

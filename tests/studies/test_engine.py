@@ -73,13 +73,16 @@ def test_a_worker_has_one_core(two: Engine) -> None:
     assert cores == 1
 
 
+@pytest.mark.slow
 def test_an_address_without_a_scheduler_is_named() -> None:
     unused = "tcp://127.0.0.1:9"
     with pytest.raises(NoScheduler, match=f"{unused}: nothing answers"), engine(None, unused):
         pass
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)]
+)
 def test_workers_end_with_the_process_that_began_them(tmp_path: Path, number: int) -> None:
     """By Ctrl-C, which a terminal sends to all of them, without a word of theirs."""
     script = tmp_path / "parent.py"

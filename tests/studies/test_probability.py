@@ -74,6 +74,7 @@ def test_exchanged_propositions_have_the_inverse_ratio(drawn):
     assert one.error == pytest.approx(other.error)
 
 
+@pytest.mark.slow
 def test_the_error_of_a_ratio_is_that_of_repeated_runs():
     runs = [
         likelihood_ratio(outcome(speed_b=speed_draws(seed, 500)), Comparison(SLOW, FAST))
@@ -97,6 +98,7 @@ def test_where_no_draw_holds_a_proposition_there_is_a_bound(drawn):
     assert likelihood_ratio(drawn, Comparison(asked, SLOW)).bound == "at most"
 
 
+@pytest.mark.slow
 def test_bounds_hold_the_probability_as_often_as_they_say():
     """Of a rare proposition, by some draws in each of many runs: Clopper and Pearson's are cautious."""
     asked = read_proposition("speed_b > 24.2 m/s")
@@ -204,6 +206,7 @@ def _prior(v, K):
     )
 
 
+@pytest.mark.slow
 def test_both_are_those_of_quadrature_in_a_reconstruction():
     """Momentum and a straight slide: four rest coordinates decide the speed; Sobol points."""
     scene = everything_exact(collision(share=0.0, berm=False))

@@ -100,6 +100,7 @@ def test_it_is_for_the_default_prior_of_a_free_friction_that_does_not_reverse() 
     assert by_sliding(_outcome(scene=hooked), "speed_b") == ()
 
 
+@pytest.mark.slow
 def test_other_numbers_of_the_prior_are_used() -> None:
     scene = _outcome().scene
     wider = SimpleNamespace(

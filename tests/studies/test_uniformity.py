@@ -19,6 +19,7 @@ def ranked(probabilities, name="speed_b") -> Calibration:
     return Calibration(design(), "momentum+slide", "importance", 0, len(rows), rows)
 
 
+@pytest.mark.slow
 def test_a_band_holds_as_many_uniform_samples_as_it_says() -> None:
     rng = np.random.default_rng(4)
     inside = [uniformity(ranked(rng.random(80)))["speed_b"].inside for _ in range(1500)]

@@ -21,6 +21,8 @@ from tests.shared.scenes import at_rest, collision, rolls
 
 RUNG, HELD = "planar-moment+wheels", "planar+spin"
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def posterior() -> Posterior:
@@ -55,8 +57,8 @@ def steered(posterior: Posterior, w: np.ndarray) -> tuple[jax.Array, jax.Array]:
     ("named", "near"),
     [
         ("posterior", 0.05),
-        pytest.param("wide", 0.05, marks=pytest.mark.slow),
-        pytest.param("rolling", 0.1, marks=pytest.mark.slow),
+        ("wide", 0.05),
+        ("rolling", 0.1),
     ],
 )
 def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
@@ -84,7 +86,6 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
     assert np.median(apart) < near
 
 
-@pytest.mark.slow
 def test_a_gradient_is_cut_only_where_it_is_steeper_than_at_draws(posterior: Posterior) -> None:
     """NUTS leaps from where the potential is 50 to where it is thousands by a gradient that is not."""
     target, n = posterior.programs.target, posterior.size

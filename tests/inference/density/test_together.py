@@ -18,6 +18,7 @@ from retrodict.scene.records import Scene
 from tests.shared.random_scenes import scene
 
 CALLS = partial(Calls, 128, 64)
+QUICK = "momentum+slide"  # to compile, where any rung would do
 
 
 def crashes(seed: int, rung: str = "planar-moment+spin") -> Crashes:
@@ -28,6 +29,7 @@ def asked(own: Crashes, count: int) -> np.ndarray:
     return np.random.default_rng(count).standard_normal((count, own.size))
 
 
+@pytest.mark.slow
 def test_every_scene_is_answered_as_if_it_were_alone() -> None:
     """Scenes of two structures, one in more integration steps; more rows than a call takes."""
     every = [crashes(0), crashes(1), crashes(2).in_steps(24), crashes(0, "momentum+spin")]
@@ -46,7 +48,7 @@ def test_every_scene_is_answered_as_if_it_were_alone() -> None:
 
 
 def test_requests_that_wait_share_a_call() -> None:
-    every = [crashes(seed) for seed in range(8)]
+    every = [crashes(seed, QUICK) for seed in range(8)]
     barrier, calls = Barrier(len(every)), CALLS()
 
     def job(own: Crashes) -> None:
@@ -60,7 +62,7 @@ def test_requests_that_wait_share_a_call() -> None:
 
 
 def test_an_error_of_one_scene_is_raised_and_the_others_come_to_their_ends() -> None:
-    own, ended = crashes(0), []
+    own, ended = crashes(0, QUICK), []
 
     def fails() -> None:
         raise ArithmeticError("no")
@@ -76,7 +78,7 @@ def test_an_error_of_one_scene_is_raised_and_the_others_come_to_their_ends() -> 
 
 
 def test_a_call_that_fails_fails_those_who_wait_for_it() -> None:
-    good, bad = crashes(0), crashes(1)
+    good, bad = crashes(0, QUICK), crashes(1, QUICK)
     bad = replace(bad, data=bad.data._replace(evidence={}))
 
     def caught(own: Crashes) -> str:
@@ -91,6 +93,7 @@ def test_a_call_that_fails_fails_those_who_wait_for_it() -> None:
     assert Together(CALLS()).results([partial(caught, good)]) == ["answered"]
 
 
+@pytest.mark.slow
 def test_models_are_traced_by_one_thread_at_a_time() -> None:
     """NumPyro has one stack of handlers for all threads of a process."""
     scenes = [scene(np.random.default_rng(seed))[0] for seed in range(6)]

@@ -52,6 +52,7 @@ def test_jax_and_numpy_agree(seed: int) -> None:
     np.testing.assert_allclose(flat.deviates(jnp.asarray(v[0])), own[0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_flattening_about_a_peak_makes_the_posterior_flat() -> None:
     """The paper's scene: of draws of a standard normal more are effective than without the bend."""
     crashes = crashes_of(collision(share=0.0), "planar-moment+spin")

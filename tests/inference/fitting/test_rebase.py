@@ -43,6 +43,7 @@ CHANGED = {
     "surer rest": _with_rest(SCENE.rest["b"].x.value, 0.1),
     "friction": _slippery(0.56),
 }
+SOME = [n if n == "rest" else pytest.param(n, marks=pytest.mark.slow) for n in CHANGED]
 
 
 def test_the_same_numbers_give_the_same_coordinates(fitted: Posterior) -> None:
@@ -51,7 +52,7 @@ def test_the_same_numbers_give_the_same_coordinates(fitted: Posterior) -> None:
     np.testing.assert_allclose(again.log_density(w), fitted.log_density(w), rtol=1e-8, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", CHANGED)
+@pytest.mark.parametrize("name", SOME)
 def test_regressions_lead_to_the_rest_poses_that_are_measured_now(
     fitted: Posterior, name: str
 ) -> None:
@@ -75,7 +76,7 @@ def test_regressions_lead_to_the_rest_poses_that_are_measured_now(
     assert missed(_taken_over(fitted, scene)) < 0.5 * missed(as_it_was)
 
 
-@pytest.mark.parametrize("name", CHANGED)
+@pytest.mark.parametrize("name", SOME)
 def test_the_evidence_is_that_in_coordinates_of_its_own(fitted: Posterior, name: str) -> None:
     """The bijection is another, the posterior is not."""
     found = log_evidence(_taken_over(fitted, CHANGED[name]), np.random.default_rng(0), 8000)

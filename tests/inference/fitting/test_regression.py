@@ -23,6 +23,8 @@ from retrodict.options import RunOptions
 from retrodict.scene.records import Mark, Scene
 from tests.shared.scenes import collision, rolls
 
+pytestmark = pytest.mark.slow
+
 
 def in_part() -> dict[str, Scene]:
     """Of one vehicle the rest pose, of the other its position or nothing."""
@@ -35,9 +37,7 @@ def in_part() -> dict[str, Scene]:
     }
 
 
-@pytest.mark.parametrize(
-    "which", ["A", *(pytest.param(name, marks=pytest.mark.slow) for name in list(in_part())[1:])]
-)
+@pytest.mark.parametrize("which", in_part())
 def test_regressions_lead_to_what_was_measured_and_are_velocities_elsewhere(which: str) -> None:
     scene, rung = in_part()[which], "planar-moment+spin"
     structure, data = RUNGS[rung].of_scene(scene)
@@ -61,7 +61,6 @@ def test_regressions_lead_to_what_was_measured_and_are_velocities_elsewhere(whic
         assert np.median(np.abs(missed)) < 0.5, name
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("steps", "few"), [(3, True), (48, False)])
 def test_steps_too_few_for_a_mark_are_seen_beside_rest_poses(steps: int, few: bool) -> None:
     scene = replace(collision(berm=False), marks={"b": (Mark(3.0, -4.0, 0.1, "centre"),)})
@@ -74,13 +73,11 @@ def test_steps_too_few_for_a_mark_are_seen_beside_rest_poses(steps: int, few: bo
     assert (unresolved(again) > RESOLVED) is few
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("which", ["A", "A, and where B was"])  # of B alone NUTS hands over
 def test_rest_poses_in_part_are_answered_alike_by_both_methods(which: str) -> None:
     answered_alike_by_both_methods(in_part()[which], "planar-moment+spin")
 
 
-@pytest.mark.slow
 def test_a_vehicle_that_rolls_is_answered_alike_by_both_methods() -> None:
     """NUTS steers by where it comes to rest near enough; importance sampling asks no slope."""
     rolled = rolls(collision(share=0.0), "a", (0.9, 0.3, 0.2, 0.2))
@@ -102,7 +99,6 @@ def answered_alike_by_both_methods(scene: Scene, model: str) -> None:
         assert abs(np.median(one) - np.median(other)) < 0.2 * np.std(other), name
 
 
-@pytest.mark.slow
 def test_without_headings_at_rest_less_is_known_and_predicted() -> None:
     """The impact says most of how the cars spun, so that little is lost with them."""
     scene = collision()

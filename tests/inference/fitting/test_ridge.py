@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pytest
 from retrodict.models import RUNGS
 
 from retrodict.inference.density.compiled import programs_for
@@ -17,6 +18,7 @@ from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration
 
+pytestmark = pytest.mark.slow
 NUMBER, BEYOND = 9, 0.956  # of a simulated crash; its true e_m, far out in the posterior
 POINTS = 8000
 

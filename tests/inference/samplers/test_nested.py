@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy import stats
 
 from retrodict.inference.fitting.about_peak import prepare
@@ -21,6 +22,7 @@ from tests.inference.fitting.test_ridge import crash
 POINTS = 4000
 
 
+@pytest.mark.slow
 def test_the_evidence_is_that_by_another_proposal() -> None:
     """Weights of draws whose stated density were off would have another mean."""
     posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.DEVIATES)
@@ -42,6 +44,7 @@ def test_the_evidence_is_that_by_another_proposal() -> None:
     assert shares[0] > 2 * shares[1]
 
 
+@pytest.mark.slow
 def test_coordinates_without_a_shear_do_as_well() -> None:
     """The sheet is solved for, so that none has to be fitted."""
     shares = []
@@ -74,6 +77,7 @@ def test_free_directions_are_mixtures_of_two_normals() -> None:
     np.testing.assert_allclose(free.log_density(x), np.log(density), rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_draws_move_it_to_where_the_posterior_is() -> None:
     """Moved away, it comes back; the evidence is the same wherever it is."""
     posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.UNBENT)
@@ -99,6 +103,7 @@ def test_draws_move_it_to_where_the_posterior_is() -> None:
     assert nowhere is away
 
 
+@pytest.mark.slow
 def test_fitted_slopes_lead_to_the_modes_and_few_draws_need_their_own(monkeypatch) -> None:
     posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.UNBENT)
     proposal = nested(posterior)
@@ -116,5 +121,6 @@ def test_fitted_slopes_lead_to_the_modes_and_few_draws_need_their_own(monkeypatc
     assert np.quantile(np.linalg.norm(step, axis=1), 0.95) < 0.3
 
 
+@pytest.mark.slow
 def test_rest_poses_have_none() -> None:
     assert nested(prepare(crash(), DEFAULT_RUNG, Coordinates.PINNED)) is None

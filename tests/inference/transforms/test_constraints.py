@@ -72,6 +72,7 @@ def test_nuts_does_not_diverge_where_e_m_is_wide() -> None:
     assert float(found.idata["posterior"]["e_m"].std()) > 0.2
 
 
+@pytest.mark.slow
 def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
     """As measured, this crash's spin and that by the force alone have opposite signs: e_m = -3."""
     rest = {"a": (-17.091, 4.382, 0.117), "b": (-29.75, 21.617, -8.343)}
@@ -83,7 +84,8 @@ def test_a_level_is_held_whatever_the_spin_by_the_force_alone() -> None:
     assert float((draws["Omega_b"] - draws["Omega_a"]).max()) < 0
 
 
-@pytest.mark.parametrize("seed", [pytest.param(229, marks=pytest.mark.slow), 449])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [229, 449])
 def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     """Where the measured values leave B so slow, or so fast, that an impulse would have to pull."""
     crash, truth = scene(np.random.default_rng(seed))

@@ -43,6 +43,7 @@ def located(posterior: Posterior, w: np.ndarray) -> Any:
     return _located(posterior.programs.structure, posterior.data, posterior.transform, w)
 
 
+@pytest.mark.slow
 def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
     """By differences of order four: derivatives of the map are only near enough to steer by."""
     n = posterior.transform.spread.shape[1]
@@ -62,6 +63,7 @@ def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
         assert float(found) == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> None:
     rng = np.random.default_rng(1)
     w = jnp.array(rng.normal(size=(500, posterior.transform.spread.shape[1])) * 4)
@@ -73,6 +75,7 @@ def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> N
         assert (values <= level.high).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("which", "bound", "side"), [(0, 0.0, -1), (1, 1.0, 1)], ids=["e", "e_m"])
 def test_every_value_up_to_the_near_bound_is_reached(
     posterior: Posterior, which: int, bound: float, side: int
@@ -95,6 +98,7 @@ def test_every_value_up_to_the_near_bound_is_reached(
     np.testing.assert_allclose(found, reached, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_every_point_is_bent_to_where_its_levels_are_reached(posterior: Posterior) -> None:
     """Also the one in ten thousand: density zero there would be a divergence of NUTS."""
     w = np.random.default_rng(3).standard_normal((20_000, posterior.size))
@@ -174,6 +178,7 @@ def test_a_normal_cut_off_at_zero_looks_like_a_normal_when_lifted(mean: float) -
     assert np.sum(density**2 / normal) * step / sd < 1 / 0.97
 
 
+@pytest.mark.slow
 def test_the_posterior_is_near_a_standard_normal_in_its_coordinates(posterior: Posterior) -> None:
     """Importance sampling from a standard normal wastes few draws: what makes NUTS quick."""
     rng = np.random.default_rng(3)

@@ -60,10 +60,7 @@ SCENES = {
     "interlocked": departed(contact=replace(departed().contact, interlocked=True)),
     "wall": against_wall(),
 }
-QUICK = {
-    ("momentum", "departed"),
-    ("planar-moment", "wall"),
-}
+QUICK = {("momentum", "departed")}
 
 
 @pytest.fixture(scope="module")
@@ -112,6 +109,7 @@ def test_density_of_deviates_is_the_models_times_the_determinant(impact: str, wh
     np.testing.assert_allclose(log_prior + log_likelihood[chosen], expected, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
     """From w to deviates, whitened by draws as well, in JAX and in NumPy."""
     rng = np.random.default_rng(0)
@@ -145,6 +143,7 @@ def test_the_compiled_density_and_its_gradient_are_those_of_batches(posterior: P
         np.testing.assert_allclose(gradient, slope, rtol=1e-3, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_posterior_is_near_a_standard_normal_in_its_coordinates(posterior: Posterior) -> None:
     """Importance sampling from a standard normal wastes few draws."""
     w = np.random.default_rng(3).normal(size=(1000, posterior.size))
@@ -153,19 +152,14 @@ def test_the_posterior_is_near_a_standard_normal_in_its_coordinates(posterior: P
     assert weight.sum() ** 2 / (weight**2).sum() > 0.3 * len(w)
 
 
-@pytest.mark.parametrize(
-    "rung",
-    [
-        "planar-common+spin",
-        pytest.param("momentum+spin", marks=pytest.mark.slow),
-        pytest.param("planar-moment+spin", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("rung", ["planar-common+spin", "momentum+spin", "planar-moment+spin"])
 def test_the_posterior_agrees_with_weights_in_the_models_unknowns(rung: str) -> None:
     agrees(departed(), rung)
 
 
-@pytest.mark.parametrize("method", ["importance", pytest.param("nuts", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["importance", "nuts"])
 def test_the_posterior_is_that_of_weighted_crashes_of_the_prior(method: str) -> None:
     """Which need no coordinates, and cannot miss a part of it."""
     scene, rung = roughly_departed(), "planar-moment+spin"
@@ -201,6 +195,7 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     assert (unresolved(coarse) > RESOLVED) is few
 
 
+@pytest.mark.slow
 def test_crashes_of_vehicles_that_part_have_no_density() -> None:
     crashes = crashes_of(departed(), "planar-moment+spin")
     u = np.random.default_rng(0).normal(size=(1000, crashes.size))

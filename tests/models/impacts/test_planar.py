@@ -16,7 +16,13 @@ VARIANTS = {
 }
 
 
-@pytest.mark.parametrize(("name", "free"), VARIANTS.items())
+@pytest.mark.parametrize(
+    ("name", "free"),
+    [
+        pytest.param(*each, marks=() if each[0] == "planar-moment" else pytest.mark.slow)
+        for each in VARIANTS.items()
+    ],
+)
 def test_a_variant_samples_what_is_free_and_its_inverse_finds_it(
     name: str, free: tuple[str, ...]
 ) -> None:

@@ -3,11 +3,14 @@
 import subprocess
 import sys
 
+import pytest
+
 from retrodict import findings
 from retrodict.report.figures.drawing_process import DrawingProcess
 from retrodict.report.figures.registry import FIGURES, images
 
 
+@pytest.mark.slow
 def test_the_other_process_draws_the_same_images(outcome, monkeypatch):
     expected = images(findings.compute(outcome), outcome, "us")
     drawn = DrawingProcess().begin(findings.compute(outcome), outcome, "us")
@@ -21,6 +24,7 @@ def test_the_other_process_draws_the_same_images(outcome, monkeypatch):
     assert len(here) == 1  # the last figure; the others came from there
 
 
+@pytest.mark.slow
 def test_a_process_that_is_gone_is_done_without(outcome):
     drawing = DrawingProcess()
     drawing._process.kill()

@@ -59,6 +59,7 @@ def test_a_figure_shows_itself_in_a_notebook() -> None:
     assert new_figure(1, 1)._repr_png_().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_figures_are_images_of_print_quality(outcome):
     found = images(found_of(outcome), outcome, "si")
     assert list(found) == list(FIGURES)
@@ -142,7 +143,7 @@ def test_a_missing_variable_is_said_in_its_panel(outcome, drop):
 
 
 @pytest.mark.parametrize("name", FIGURES)
-@pytest.mark.parametrize("units", ["si", "us"])
+@pytest.mark.parametrize("units", [pytest.param("si", marks=pytest.mark.slow), "us"])
 def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
     text = words(drawn(name, outcome, units))
     symbols = {"scene": ("x (m)", "x (ft)"), "delta_v": ("along (m/s)", "along (mph)"),
@@ -155,7 +156,9 @@ def test_figures_are_labelled_in_the_units_asked_for(outcome, name, units):
     assert other not in text
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize(
+    "name", [n if n == "posterior" else pytest.param(n, marks=pytest.mark.slow) for n in FIGURES]
+)
 def test_only_a_failed_run_has_a_banner(outcome, failing, name):
     assert "NOT TO BE RELIED ON" in words(drawn(name, failing, "si"))
     assert "NOT TO BE RELIED ON" not in words(drawn(name, outcome, "si"))
@@ -376,7 +379,9 @@ def test_a_skid_is_drawn_as_long_as_it_was_and_in_view(sparse):
     assert (lines[..., 1] < high).all()
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "pair" else n for n in FIGURES]
+)
 def test_text_is_at_least_seven_points_as_printed(outcome, sparse, asked, name):
     """A page of either paper gives a figure 17 cm."""
     for each in (outcome, sparse, asked):
