@@ -396,6 +396,72 @@ def test_what_is_typed_on_while_the_server_is_late_stays(browser: Browser, tmp_p
         user.page.close()
 
 
+def test_a_refusal_stays_beside_what_was_refused_however_late_the_server_is(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path) as (address, server):
+        user = opened(browser, address)
+        expect(user.page.locator("[data-answer]")).to_be_visible()
+        user.tab("A")
+        row = user.row("vehicles.A.approach.speed")
+        # both arrive at once: the second is refused before the first is shown
+        server.send_signal(signal.SIGSTOP)
+        row.fill("40 ± 2 mph")
+        row.press("Enter")
+        row.press("End")
+        row.press_sequentially(" and")
+        row.press("Enter")
+        server.send_signal(signal.SIGCONT)
+        fault = user.page.locator('[data-key="vehicles.A.approach.speed"] .fault')
+        expect(fault).to_contain_text("unknown unit")
+        expect(user.title).to_contain_text("(not saved)")
+        user.page.wait_for_timeout(500)
+        expect(fault).to_contain_text("unknown unit")
+        expect(row).to_have_value("40 ± 2 mph and")
+        row.press("Backspace")
+        expect(fault).to_be_hidden()
+        row.fill("41 ± 2 mph")
+        row.press("Enter")
+        user.press("Control+s")
+        expect(user.page.get_by_text("Saved:")).to_be_visible()
+        assert not user.complaints
+        user.page.close()
+    assert "41 ± 2 mph" in path.read_text("utf-8")
+
+
+def test_what_is_typed_on_is_not_overwritten_by_how_the_board_writes_it(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path) as (address, server):
+        user = opened(browser, address)
+        expect(user.page.locator("[data-answer]")).to_be_visible()
+        user.tab("A")
+        row = user.row("A.impact.x")
+        server.send_signal(signal.SIGSTOP)
+        row.fill("2.1 m")
+        row.press("Enter")
+        for key in ("End", "ArrowLeft", "ArrowLeft", "5"):
+            row.press(key)
+        server.send_signal(signal.SIGCONT)
+        expect(user.title).to_contain_text("(not saved)")
+        user.page.wait_for_timeout(500)
+        expect(row).to_have_value("2.15 m")
+        row.press("Enter")
+        expect(row).to_have_value("2.150 m")
+        # what was typed is saved with the rest, though nobody has left the field
+        row.fill("2.2 m")
+        row.press("Control+s")
+        expect(user.page.get_by_text("Saved:")).to_be_visible()
+        expect(row).to_have_value("2.200 m")
+        assert not user.complaints
+        user.page.close()
+    assert math.isclose(load_scene(path).at_impact("a")[0], 2.2, abs_tol=1e-3)
+
+
 def test_every_button_beside_the_answer_does_what_it_says(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(BRACH.read_bytes())

@@ -540,6 +540,7 @@ export default {
         const name = key === "s" ? "save" : typing ? "" : key === "y" || (key === "z" && event.shiftKey) ? "redo" : key === "z" ? "undo" : "";
         if (!name) return;
         event.preventDefault();
+        if (typing) { event.target.blur(); event.target.focus(); } // what is being typed is sent, and saved too
         this.act(name, {});
       };
       document.addEventListener("keydown", this.shortcut);
