@@ -61,7 +61,8 @@ class TypedRow(Element, component="typed_row.js"):
                 self._props[name] = words
 
     def _typed(self, args: Any) -> None:
-        text, number = args.get("text"), args.get("number")
+        given = args if isinstance(args, dict) else {}
+        text, number = given.get("text"), given.get("number")
         if not isinstance(text, str) or not isinstance(number, int):
             return
         why = self._write(self.key, text) if text != self._text_of(self._plan()).strip() else ""
