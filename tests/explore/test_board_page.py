@@ -228,7 +228,7 @@ def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_pat
         user = opened(browser, address)
         user.tab("Evidence")
         user.page.locator("input[type=file]").last.set_input_files([survey, of_map])
-        expect(user.page.locator(".survey")).to_have_count(1)
+        expect(user.page.locator(".survey")).to_be_visible()
         expect(user.page.get_by_text("Taken from survey.csv")).to_be_visible()
         user.tab("Impact")
         user.choose("A struck", "a wall")
@@ -639,7 +639,7 @@ def test_a_large_photograph_and_ten_thousand_points_stay_usable(
         expect(user.page.locator("img.ground")).to_be_visible()
         user.tab("Evidence")
         user.page.locator("input[type=file]").last.set_input_files([survey, of_map])
-        expect(user.page.locator(".survey")).to_have_count(1)
+        expect(user.page.locator(".survey")).to_be_visible()
         user.page.evaluate(
             "() => { window.frames_ = []; let last = performance.now(); const tick = (now) => {"
             " window.frames_.push(now - last); last = now; requestAnimationFrame(tick); };"
