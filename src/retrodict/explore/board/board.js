@@ -25,6 +25,7 @@ const TOOLS = {
   north: ["U", "North", "Click two points of the photograph, the second north of the first."],
   origin: ["I", "Origin", "Click the point of the photograph that is to be x = 0, y = 0."],
 };
+const FIRST = ["select", "put:A:impact", "point", "mark", "ruler", "scale"]; // each begins a group of buttons
 const CLICKS = { line: 2, edge: 2, ruler: 2, scale: 2, north: 2, corners: 4 };
 
 function element(name, attributes, parent, text) {
@@ -447,15 +448,19 @@ export default {
     // tools
     buttons() {
       const bar = this.$el.querySelector(".tools");
+      let group;
+      const begin = () => { group = bar.appendChild(document.createElement("div")); };
       for (const [name, [key, label, help]] of Object.entries(TOOLS)) {
+        if (FIRST.includes(name)) begin();
         const made = document.createElement("button");
         made.type = "button";
         made.dataset.tool = name;
         made.title = `${help} (${key})`;
         made.textContent = label;
         made.addEventListener("click", () => { this.use(name); this.sheet.focus({ preventScroll: true }); });
-        bar.appendChild(made);
+        group.appendChild(made);
       }
+      begin();
       for (const [label, help, what] of [["−", "Zoom out (-)", () => this.zoom(1 / 1.3)], ["+", "Zoom in (+)", () => this.zoom(1.3)], ["Fit", "Show everything (0)", () => this.fit()]]) {
         const made = document.createElement("button");
         made.type = "button";
@@ -463,7 +468,7 @@ export default {
         made.textContent = label;
         made.className = "view";
         made.addEventListener("click", what);
-        bar.appendChild(made);
+        group.appendChild(made);
       }
       this.use("select");
     },
