@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -82,3 +84,27 @@ def test_what_no_browser_sends_is_passed_over(typing: Typing) -> None:
     for args in (None, 5, [], {"text": 5, "number": 1}, {"text": "5 mph", "number": "1"}):
         typing.row._typed(args)
     assert typing.shown() == ("45 ± 2 mph", 0, "")
+
+
+def test_a_refusal_imports_nothing_that_a_thread_imports_meanwhile(tmp_path: Path) -> None:
+    # two threads that import xarray, pint and dask at once may see one of them half made
+    code = f"""
+import sys
+from retrodict.explore.board.board import Board
+from retrodict.explore.server import load_libraries
+from retrodict.scene.errors import SceneError
+from pathlib import Path
+load_libraries()
+import retrodict.explore.beside
+loaded = set(sys.modules)
+board = Board(Path("new.toml"))
+for text in ("40 mph and", "heavy", "40 furlong/fortnight"):
+    try:
+        board.do("write", {{"key": "{KEY}", "value": text}})
+    except SceneError:
+        pass
+import xarray
+later = {{name.partition(".")[0] for name in set(sys.modules) - loaded}}
+assert not later & {{"pint", "dask", "xarray", "pandas"}}, later
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
@@ -166,6 +167,10 @@ class BoardPage:
             what()
         except (SceneError, OSError) as error:
             why = reason(error)
+        except Exception as error:  # any is shown where it was asked for, or it would be lost
+            logging.getLogger(__name__).exception("an action on the board failed")
+            why = f"the program failed, and nothing was changed ({type(error).__name__}: {error})"
+        if why:
             self.sheet.run_method("refuse", why)
         self._refresh()
         return why
