@@ -75,9 +75,9 @@ def test_a_refusal_goes_when_the_file_says_something_else(typing: Typing) -> Non
     assert typing.shown() == ("45 ± 2 mph", 1, "fast")
     typing.row.show(typing.board.plan)
     assert typing.shown() == ("45 ± 2 mph", 1, "fast")
-    typing.board.do("write", {"key": KEY, "value": "50 mph"})
+    typing.board.do("write", {"key": KEY, "value": "50 ± 2 mph"})
     typing.row.show(typing.board.plan)
-    assert typing.shown() == ("50 mph", 1, "")
+    assert typing.shown() == ("50 ± 2 mph", 1, "")
 
 
 def test_what_no_browser_sends_is_passed_over(typing: Typing) -> None:
