@@ -64,6 +64,7 @@ class BoardPage:
 
     def build(self) -> None:
         """Make the page's elements, and begin to show."""
+        ui.colors(primary="#0072B2")
         ui.add_css(text_of("page.css"))
         ui.add_css(text_of("board.css", _PACKAGE))
         with ui.element("header").classes("top"):
