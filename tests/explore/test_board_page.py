@@ -150,6 +150,7 @@ def test_a_scene_that_was_drawn_has_the_answer_of_the_one_written_by_hand(
         expect(user.page.locator(".verdict.passed")).to_be_visible(timeout=1_800_000)
         expect(user.page.locator(".q-linear-progress")).to_be_hidden(timeout=1_800_000)
         drawn = float(median.inner_text().split()[0])
+        expect(user.page.locator(".narrowing")).to_contain_text("What would narrow")
         assert not user.complaints
         user.page.close()
     written = session(BRACH, model=model).answer.summary().loc["speed_b"]
