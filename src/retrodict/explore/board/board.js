@@ -421,7 +421,7 @@ export default {
       for (let i = Math.ceil(y0 / step); i * step < y1; i++) {
         const y = this.px([0, i * step])[1];
         said += `M0 ${y}H${this.w}`;
-        element("text", { x: 3, y: y - 2, class: "tick" }, this.over, `${+(i * step / unit).toFixed(1)}`);
+        if (y > 14 && y < this.h - 16) element("text", { x: 3, y: y - 2, class: "tick" }, this.over, `${+(i * step / unit).toFixed(1)}`);
       }
       this.over.insertBefore(element("path", { d: said, class: "grid" }), this.over.firstChild);
       element("text", { x: this.w - 6, y: 16, class: "tick", "text-anchor": "end" }, this.over, this.foot ? "grid in feet" : "grid in metres");
