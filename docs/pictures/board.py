@@ -110,6 +110,7 @@ def main() -> None:
             click(page, "scale", (-6, 0), (6, 0))
             page.get_by_label("Distance between the two points").fill("8 m")
             page.get_by_label("Distance between the two points").press("Enter")
+            expect(page.get_by_text("20.0 pixels a metre")).to_be_visible()
             page.locator(".sheet").press("0")
             page.wait_for_timeout(500)
             page.screenshot(path=HERE / "board-ground.png")

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -50,6 +51,7 @@ class User:
     def __init__(self, page: Page, address: str) -> None:
         self.page = page
         self.clicks = self.keys = 0
+        self.begun = time.monotonic()  # s
         self.asked: list[str] = []
         self.complaints: list[str] = []
         page.on("request", lambda request: self.asked.append(request.url))
@@ -63,6 +65,12 @@ class User:
         # the page that took over begins to act once it is connected
         page.wait_for_function("() => window.socket === undefined || window.socket.connected")
         page.wait_for_timeout(300)
+
+    @property
+    def effort(self) -> str:
+        """Clicks, keys and seconds so far, in words."""
+        seconds = time.monotonic() - self.begun
+        return f"{self.clicks} clicks, {self.keys} keys, {seconds:.0f} s"
 
     @property
     def title(self) -> Locator:

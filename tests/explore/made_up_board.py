@@ -26,7 +26,9 @@ class AnswerOnTheBoard(MadeUpAnswer):
     def draws(self) -> dict[str, np.ndarray]:
         found, rng = super().draws, np.random.default_rng(1)
         speed_a = found["speed_b"] + rng.normal(0.0, 0.5, 1000)
-        return found | {"speed_a": speed_a, "direction_b": rng.normal(-0.4, 0.03, 1000)}
+        # a session keeps conditions and predictions too, whose names have a slash
+        others = {"condition/close_in": np.zeros(1000), "predicted/rest_x_a": np.ones(1000)}
+        return found | {"speed_a": speed_a, "direction_b": rng.normal(-0.4, 0.03, 1000)} | others
 
     def summary(self, units: Units = "si") -> pd.DataFrame:
         return MadeUpAnswer(self.scene, self.model).summary(units)

@@ -132,7 +132,7 @@ def test_the_papers_collision_is_drawn_from_nothing(browser: Browser, tmp_path: 
         expect(user.page.get_by_text("Saved:")).to_be_visible()
         assert not user.complaints
         assert {urlsplit(url).hostname for url in user.asked} == {"127.0.0.1"}
-        print(f"the paper's collision: {user.clicks} clicks, {user.keys} keys")
+        print(f"the paper's collision: {user.effort}")
         user.page.close()
     same_scene(load_scene(path), load_scene(BRACH))
 
@@ -150,6 +150,7 @@ def test_a_scene_that_was_drawn_has_the_answer_of_the_one_written_by_hand(
         expect(user.page.locator(".verdict.passed")).to_be_visible(timeout=1_800_000)
         expect(user.page.locator(".q-linear-progress")).to_be_hidden(timeout=1_800_000)
         drawn = float(median.inner_text().split()[0])
+        expect(user.page.locator(".narrowing")).to_contain_text("What would narrow")
         assert not user.complaints
         user.page.close()
     written = session(BRACH, model=model).answer.summary().loc["speed_b"]
@@ -205,7 +206,7 @@ def test_a_crash_is_drawn_on_a_photograph(browser: Browser, tmp_path: Path) -> N
         user.press("Control+s")
         expect(user.page.get_by_text("Saved:")).to_be_visible()
         assert not user.complaints
-        print(f"a corner on a photograph: {user.clicks} clicks, {user.keys} keys")
+        print(f"a corner on a photograph: {user.effort}")
         user.page.close()
     scene = load_scene(path)
     assert scene.vehicles["a"].kind == "compact car"
@@ -230,7 +231,7 @@ def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_pat
         user = opened(browser, address)
         user.tab("Evidence")
         user.page.locator("input[type=file]").last.set_input_files([survey, of_map])
-        expect(user.page.locator(".survey")).to_have_count(1)
+        expect(user.page.locator(".survey")).to_be_visible()
         expect(user.page.get_by_text("Taken from survey.csv")).to_be_visible()
         user.tab("Impact")
         user.choose("A struck", "a wall")
@@ -266,7 +267,7 @@ def test_a_car_into_a_wall_is_drawn_from_survey_points(browser: Browser, tmp_pat
         user.press("Control+s")
         expect(user.page.get_by_text("Saved:")).to_be_visible()
         assert not user.complaints
-        print(f"a car into a wall: {user.clicks} clicks, {user.keys} keys")
+        print(f"a car into a wall: {user.effort}")
         user.page.close()
     same_scene(load_scene(path), theirs)
 
@@ -402,6 +403,72 @@ def test_what_is_typed_on_while_the_server_is_late_stays(browser: Browser, tmp_p
         user.page.close()
 
 
+def test_a_refusal_stays_beside_what_was_refused_however_late_the_server_is(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path) as (address, server):
+        user = opened(browser, address)
+        expect(user.page.locator("[data-answer]")).to_be_visible()
+        user.tab("A")
+        row = user.row("vehicles.A.approach.speed")
+        # both arrive at once: the second is refused before the first is shown
+        server.send_signal(signal.SIGSTOP)
+        row.fill("40 ± 2 mph")
+        row.press("Enter")
+        row.press("End")
+        row.press_sequentially(" and")
+        row.press("Enter")
+        server.send_signal(signal.SIGCONT)
+        fault = user.page.locator('[data-key="vehicles.A.approach.speed"] .fault')
+        expect(fault).to_contain_text("unknown unit")
+        expect(user.title).to_contain_text("(not saved)")
+        user.page.wait_for_timeout(500)
+        expect(fault).to_contain_text("unknown unit")
+        expect(row).to_have_value("40 ± 2 mph and")
+        row.press("Backspace")
+        expect(fault).to_be_hidden()
+        row.fill("41 ± 2 mph")
+        row.press("Enter")
+        user.press("Control+s")
+        expect(user.page.get_by_text("Saved:")).to_be_visible()
+        assert not user.complaints
+        user.page.close()
+    assert "41 ± 2 mph" in path.read_text("utf-8")
+
+
+def test_what_is_typed_on_is_not_overwritten_by_how_the_board_writes_it(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_bytes(BRACH.read_bytes())
+    with served(path) as (address, server):
+        user = opened(browser, address)
+        expect(user.page.locator("[data-answer]")).to_be_visible()
+        user.tab("A")
+        row = user.row("A.impact.x")
+        server.send_signal(signal.SIGSTOP)
+        row.fill("2.1 m")
+        row.press("Enter")
+        for key in ("End", "ArrowLeft", "ArrowLeft", "5"):
+            row.press(key)
+        server.send_signal(signal.SIGCONT)
+        expect(user.title).to_contain_text("(not saved)")
+        user.page.wait_for_timeout(500)
+        expect(row).to_have_value("2.15 m")
+        row.press("Enter")
+        expect(row).to_have_value("2.150 m")
+        # what was typed is saved with the rest, though nobody has left the field
+        row.fill("2.2 m")
+        row.press("Control+s")
+        expect(user.page.get_by_text("Saved:")).to_be_visible()
+        expect(row).to_have_value("2.200 m")
+        assert not user.complaints
+        user.page.close()
+    assert math.isclose(load_scene(path).at_impact("a")[0], 2.2, abs_tol=1e-3)
+
+
 @pytest.mark.slow
 def test_every_button_beside_the_answer_does_what_it_says(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
@@ -521,7 +588,7 @@ def test_a_bad_quantity_is_refused_beside_it(browser: Browser, tmp_path: Path) -
 
 
 @pytest.mark.slow  # some thousand clicks and keys
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(50))
 def test_random_use_complains_of_nothing_and_is_undone(
     browser: Browser, tmp_path: Path, seed: int
 ) -> None:
@@ -534,7 +601,7 @@ def test_random_use_complains_of_nothing_and_is_undone(
     with served(path) as (address, _):
         user = opened(browser, address)
         tools = [each.get_attribute("data-tool") for each in user.page.locator("[data-tool]").all()]
-        for _ in range(150):
+        for _ in range(40):
             match chance.randrange(4):
                 case 0:
                     user.use(chance.choice([tool for tool in tools if tool]))
@@ -582,7 +649,7 @@ def test_a_large_photograph_and_ten_thousand_points_stay_usable(
         expect(user.page.locator("img.ground")).to_be_visible()
         user.tab("Evidence")
         user.page.locator("input[type=file]").last.set_input_files([survey, of_map])
-        expect(user.page.locator(".survey")).to_have_count(1)
+        expect(user.page.locator(".survey")).to_be_visible()
         user.page.evaluate(
             "() => { window.frames_ = []; let last = performance.now(); const tick = (now) => {"
             " window.frames_.push(now - last); last = now; requestAnimationFrame(tick); };"

@@ -140,7 +140,7 @@ def outcome_of(answer: Answer) -> Outcome:
     posterior = {
         name: (("chain", "draw"), np.ravel(values)[None])
         for name, values in answer.draws.items()
-        if np.ndim(values) == 1
+        if np.ndim(values) == 1 and "/" not in name  # of a tree, a name with one is a path
     }
     # a study of predictions passes over a name that no item of evidence has
     none = {"no_evidence": (("chain", "draw"), np.zeros((1, 1)))}

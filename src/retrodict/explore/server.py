@@ -8,6 +8,7 @@ import webbrowser
 from typing import TYPE_CHECKING
 
 from retrodict.report.libraries import imported
+from retrodict.scene.units import LENGTH, read_quantity
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -53,6 +54,17 @@ def listen(port: int) -> socket.socket:
 def address(listening: socket.socket) -> str:
     """Address of the page that is served at a socket."""
     return f"http://{HOST}:{listening.getsockname()[1]}/"
+
+
+def load_libraries() -> None:
+    """Import the libraries that a page's handlers and its threads first use beside each other.
+
+    Two threads that import packages which import each other, as xarray, pint and dask do, may see one
+    of them half made: the handler then fails, and its text is neither written nor refused.
+    """
+    import xarray  # noqa: F401
+
+    read_quantity("1 fathom", LENGTH, "1 m")  # a unit that only pint knows
 
 
 def serve(
@@ -125,6 +137,7 @@ def serve(
         reconnect_timeout=60.0,  # s: a computation may hold this process up
         show_welcome_message=False,
     )
+    load_libraries()
     app.add_middleware(Guard, port=listening.getsockname()[1])
     config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=1)
     if browser:

@@ -4,6 +4,8 @@ const NS = "http://www.w3.org/2000/svg";
 const RAD = Math.PI / 180;
 const WHEELS = ["front_left", "front_right", "rear_left", "rear_right"];
 const NEAR = 12; // pixels within which a click takes a surveyed point
+const BEYOND = 400; // pixels around the sheet in which surveyed points are drawn too, for a pan to bring in
+const SETTLED = 200; // ms without a zoom after which the photograph is scaled anew
 const TOOLS = {
   select: ["V", "Select and move", "Click a thing; drag it, or move it with the arrow keys and turn it with Q and E."],
   "put:A:impact": ["1", "A at impact", "Click where A stood at the impact."],
@@ -23,6 +25,7 @@ const TOOLS = {
   north: ["U", "North", "Click two points of the photograph, the second north of the first."],
   origin: ["I", "Origin", "Click the point of the photograph that is to be x = 0, y = 0."],
 };
+const FIRST = ["select", "put:A:impact", "point", "mark", "ruler", "scale"]; // each begins a group of buttons
 const CLICKS = { line: 2, edge: 2, ruler: 2, scale: 2, north: 2, corners: 4 };
 
 function element(name, attributes, parent, text) {
@@ -50,6 +53,7 @@ export default {
       <div class="tools" role="toolbar" aria-label="tools"></div>
       <div class="sheet" tabindex="0" role="application" aria-label="drawing board">
         <img class="ground" alt="" draggable="false" hidden>
+        <canvas class="survey" aria-hidden="true" hidden></canvas>
         <svg class="ink" xmlns="http://www.w3.org/2000/svg"></svg>
         <div class="ask" hidden><label></label><input type="text"><button type="button">Set</button></div>
       </div>
@@ -71,6 +75,7 @@ export default {
     this.sheet = this.$el.querySelector(".sheet");
     this.svg = this.$el.querySelector("svg");
     this.img = this.$el.querySelector("img");
+    this.layer = this.$el.querySelector("canvas");
     this.hint = this.$el.querySelector(".hint");
     this.ask = this.$el.querySelector(".ask");
     this.world = element("g", { class: "world" }, this.svg);
@@ -81,7 +86,7 @@ export default {
     this.fit();
     new ResizeObserver(() => { this.size(); this.draw(); }).observe(this.sheet);
   },
-  unmounted() { document.removeEventListener("keydown", this.shortcut); },
+  unmounted() { clearTimeout(this.settling); document.removeEventListener("keydown", this.shortcut); },
   methods: {
     // what the server calls
     show(drawing) {
@@ -223,10 +228,6 @@ export default {
         }
       }
       for (const line of this.plan) this.path(line, { class: "plan-line" });
-      if (this.points.length) { // one path, however many
-        const said = this.points.map((p) => `M${p[1]} ${p[2]}h0`).join("");
-        element("path", { d: said, class: "survey" }, this.world);
-      }
       if (d.barrier && d.point && d.line !== null) {
         const away = this.away(), normal = turned([1, 0], d.line), sign = away;
         const n = [normal[0] * sign, normal[1] * sign], along = [-n[1], n[0]];
@@ -298,15 +299,8 @@ export default {
     },
     view() { // what follows pan and zoom
       this.world.setAttribute("transform", `matrix(${this.s} 0 0 ${-this.s} ${this.ox} ${this.oy})`);
-      const b = this.d.backdrop;
-      this.img.hidden = !b;
-      if (b) {
-        if (this.img.getAttribute("src") !== b.url) this.img.src = b.url;
-        const [x, y] = this.px([b.x, b.y]), k = this.s * b.metres;
-        this.img.style.width = `${b.width}px`;
-        this.img.style.height = `${b.height}px`;
-        this.img.style.transform = `translate(${x}px, ${y}px) rotate(${-b.turn}deg) scale(${k})`;
-      }
+      this.photograph();
+      this.movePoints();
       this.over.replaceChildren();
       this.grid();
       const d = this.d;
@@ -353,6 +347,49 @@ export default {
       }
       this.drawClicks();
     },
+    photograph() { // scaled once to what is seen of it, then moved as a whole
+      const b = this.d.backdrop, img = this.img;
+      img.hidden = !b;
+      if (!b) return;
+      const [x, y] = this.px([b.x, b.y]), wanted = this.s * b.metres;
+      if (img.getAttribute("src") !== b.url) { img.src = b.url; this.scaled = 0; }
+      clearTimeout(this.settling);
+      if (!this.scaled) this.scaled = Math.min(wanted, 1);
+      else if (this.scaled !== Math.min(wanted, 1)) this.settling = setTimeout(() => { this.scaled = 0; this.view(); }, SETTLED);
+      img.style.width = `${b.width * this.scaled}px`;
+      img.style.height = `${b.height * this.scaled}px`;
+      img.style.transform = `translate(${x}px, ${y}px) rotate(${-b.turn}deg) scale(${wanted / this.scaled})`;
+    },
+    movePoints() { // the surveyed points, on a layer that a pan moves as a whole
+      const canvas = this.layer, { points, s, w, h, ox, oy } = this;
+      canvas.hidden = !points.length;
+      if (canvas.hidden) return;
+      const was = this.surveyedAt, same = was && was.points === points && was.s === s && was.w === w && was.h === h;
+      if (!same || Math.abs(ox - was.ox) > BEYOND || Math.abs(oy - was.oy) > BEYOND) {
+        this.surveyedAt = { points, s, w, h, ox, oy };
+        this.drawPoints(canvas);
+      }
+      const { ox: x, oy: y } = this.surveyedAt;
+      canvas.style.transform = `translate(${ox - x - BEYOND}px, ${oy - y - BEYOND}px)`;
+    },
+    drawPoints(canvas) {
+      const fine = window.devicePixelRatio || 1, wide = this.w + 2 * BEYOND, high = this.h + 2 * BEYOND;
+      canvas.width = wide * fine;
+      canvas.height = high * fine;
+      canvas.style.width = `${wide}px`;
+      canvas.style.height = `${high}px`;
+      const dot = document.createElement("canvas"), r = 2.5 * fine;
+      dot.width = dot.height = Math.ceil(2 * r + 2);
+      const ink = dot.getContext("2d"), pen = canvas.getContext("2d");
+      ink.fillStyle = "#7a3ea8";
+      ink.arc(dot.width / 2, dot.width / 2, r, 0, 2 * Math.PI);
+      ink.fill();
+      for (const [, x, y] of this.points) {
+        const px = this.ox + this.s * x + BEYOND, py = this.oy - this.s * y + BEYOND;
+        if (px < 0 || py < 0 || px > wide || py > high) continue;
+        pen.drawImage(dot, Math.round(px * fine - dot.width / 2), Math.round(py * fine - dot.width / 2));
+      }
+    },
     warned(thing) { return (this.d.warnings || []).filter((each) => each.thing === thing).map((each) => each.words).join("\n"); },
     badge(x, y, thing) {
       const group = element("g", { class: "badge" }, this.over);
@@ -384,7 +421,7 @@ export default {
       for (let i = Math.ceil(y0 / step); i * step < y1; i++) {
         const y = this.px([0, i * step])[1];
         said += `M0 ${y}H${this.w}`;
-        element("text", { x: 3, y: y - 2, class: "tick" }, this.over, `${+(i * step / unit).toFixed(1)}`);
+        if (y > 14 && y < this.h - 16) element("text", { x: 3, y: y - 2, class: "tick" }, this.over, `${+(i * step / unit).toFixed(1)}`);
       }
       this.over.insertBefore(element("path", { d: said, class: "grid" }), this.over.firstChild);
       element("text", { x: this.w - 6, y: 16, class: "tick", "text-anchor": "end" }, this.over, this.foot ? "grid in feet" : "grid in metres");
@@ -411,15 +448,19 @@ export default {
     // tools
     buttons() {
       const bar = this.$el.querySelector(".tools");
+      let group;
+      const begin = () => { group = bar.appendChild(document.createElement("div")); };
       for (const [name, [key, label, help]] of Object.entries(TOOLS)) {
+        if (FIRST.includes(name)) begin();
         const made = document.createElement("button");
         made.type = "button";
         made.dataset.tool = name;
         made.title = `${help} (${key})`;
         made.textContent = label;
         made.addEventListener("click", () => { this.use(name); this.sheet.focus({ preventScroll: true }); });
-        bar.appendChild(made);
+        group.appendChild(made);
       }
+      begin();
       for (const [label, help, what] of [["−", "Zoom out (-)", () => this.zoom(1 / 1.3)], ["+", "Zoom in (+)", () => this.zoom(1.3)], ["Fit", "Show everything (0)", () => this.fit()]]) {
         const made = document.createElement("button");
         made.type = "button";
@@ -427,7 +468,7 @@ export default {
         made.textContent = label;
         made.className = "view";
         made.addEventListener("click", what);
-        bar.appendChild(made);
+        group.appendChild(made);
       }
       this.use("select");
     },
@@ -540,6 +581,7 @@ export default {
         const name = key === "s" ? "save" : typing ? "" : key === "y" || (key === "z" && event.shiftKey) ? "redo" : key === "z" ? "undo" : "";
         if (!name) return;
         event.preventDefault();
+        if (typing) { event.target.blur(); event.target.focus(); } // what is being typed is sent, and saved too
         this.act(name, {});
       };
       document.addEventListener("keydown", this.shortcut);

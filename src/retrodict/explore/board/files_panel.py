@@ -51,6 +51,7 @@ class FilesPanel:
             "A photograph or drone image (PNG or JPEG, or a GeoTIFF), with its world file where it has "
             "one. Else set its scale by two points (S), north (U) and the origin (I)."
         ).classes("small")
+        self._note = ui.label("").classes("small")
         ui.upload(
             label="photograph", multiple=True, auto_upload=True, max_file_size=LARGEST,
             on_upload=self._uploaded,
@@ -58,7 +59,6 @@ class FilesPanel:
         ).props(
             f"flat bordered accept=.png,.jpg,.jpeg,.tif,.tiff,{','.join(_WORLD_FILES)}"
         ).classes("wide")  # fmt: skip
-        self._note = ui.label("").classes("small")
         ui.button("Take the photograph away", on_click=lambda: self._do("no_backdrop", {})).props(
             "flat dense no-caps"
         )

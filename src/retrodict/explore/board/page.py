@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
@@ -29,6 +30,11 @@ from retrodict.scene.plausibility import plausibility_warnings
 from retrodict.scene.quantities import Units
 from retrodict.scene.records import Scene
 
+_LOG = logging.getLogger(__name__)
+_NOT_BESIDE = (
+    '<p class="not">Questions and what would narrow the answer could not be computed; the terminal '
+    "says why.</p>"
+)
 _BEAT = 0.25  # s between looks at how far the work is
 _PATHS = 21  # motions that are drawn
 _PACKAGE = "retrodict.explore.board"
@@ -63,6 +69,7 @@ class BoardPage:
 
     def build(self) -> None:
         """Make the page's elements, and begin to show."""
+        ui.colors(primary="#0072B2")
         ui.add_css(text_of("page.css"))
         ui.add_css(text_of("board.css", _PACKAGE))
         with ui.element("header").classes("top"):
@@ -138,7 +145,11 @@ class BoardPage:
         self._elsewhere.open()
 
     async def _put_beside(self, answer: Answer, units: Units) -> None:
-        found = await asyncio.to_thread(beside.html, answer, units)
+        try:
+            found = await asyncio.to_thread(beside.html, answer, units)
+        except Exception:  # the answer stands without it
+            _LOG.exception("what stands beside an answer failed")
+            found = _NOT_BESIDE
         if self.explorer.answer is answer and self.units == units:
             self._beside.set_content(found)
 
@@ -166,6 +177,10 @@ class BoardPage:
             what()
         except (SceneError, OSError) as error:
             why = reason(error)
+        except Exception as error:  # any is shown where it was asked for, or it would be lost
+            _LOG.exception("an action on the board failed")
+            why = f"the program failed, and nothing was changed ({type(error).__name__}: {error})"
+        if why:
             self.sheet.run_method("refuse", why)
         self._refresh()
         return why

@@ -102,7 +102,10 @@ class Panels:
 
     def _typed(self, several: Sequence[Row], name: str) -> None:
         for row in several:
-            self._rows.append(TypedRow(row, row.of(name), self._write))
+            self._rows.append(TypedRow(row, row.of(name), self._write, self._plan))
+
+    def _plan(self) -> Plan:
+        return self._board.plan
 
     def _write(self, key: str, text: str) -> str:
         several = [each.strip() for each in text.split(",") if each.strip()]
@@ -130,7 +133,8 @@ class Panels:
         for axis in "xy":
             row = Row(f"{letter}.{at}.{axis}", f"{axis} {where}", "3.20 m, or 10' 6\"")
             write = partial(self._placed, letter, at, axis)
-            self._rows.append(TypedRow(row, row.key, write, partial(coordinate, letter, at, axis)))
+            shown = partial(coordinate, letter, at, axis)
+            self._rows.append(TypedRow(row, row.key, write, self._plan, shown))
 
     def _placed(self, letter: str, at: str, axis: str, key: str, text: str) -> str:
         plan = self._board.plan
