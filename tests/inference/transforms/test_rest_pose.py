@@ -19,7 +19,7 @@ from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.modes import solutions
 from retrodict.inference.transforms.choice import Coordinates
-from retrodict.inference.transforms.rest_pose import RestPose, TransformParameters
+from retrodict.inference.transforms.rest_pose import RestPose
 from retrodict.inference.transforms.soft_bounds import soft_interval, soft_lower_bound, softness_for
 from retrodict.options import DEFAULT_RUNG
 from tests.shared.scenes import collision
@@ -34,8 +34,8 @@ def posterior() -> Posterior:
 
 
 @partial(jax.jit, static_argnums=0)
-def _located(structure: Structure, data: Data, transform: TransformParameters, w: jax.Array) -> Any:
-    return jax.vmap(lambda w: RestPose().forward_and_log_det(structure, data, transform, w))(w)
+def _located(structure: Structure, data: Data, transform: RestPose, w: jax.Array) -> Any:
+    return jax.vmap(lambda w: transform.transform_and_log_det(structure, data, w))(w)
 
 
 def located(posterior: Posterior, w: np.ndarray) -> Any:
@@ -45,7 +45,7 @@ def located(posterior: Posterior, w: np.ndarray) -> Any:
 
 def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
     """By differences of order four: derivatives of the map are only near enough to steer by."""
-    n = posterior.transform.spread.shape[1]
+    n = posterior.size
 
     def unknowns(w: np.ndarray) -> np.ndarray:
         sites, _, _ = located(posterior, w)
@@ -64,7 +64,7 @@ def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
 
 def test_e_and_e_m_stay_within_bounds_however_far_out(posterior: Posterior) -> None:
     rng = np.random.default_rng(1)
-    w = jnp.array(rng.normal(size=(500, posterior.transform.spread.shape[1])) * 4)
+    w = jnp.array(rng.normal(size=(500, posterior.size)) * 4)
     sites, log_det, _ = located(posterior, w)
     assert not np.isnan(np.array(log_det)).any()
     for level in (E, E_M):
@@ -78,11 +78,13 @@ def test_every_value_up_to_the_near_bound_is_reached(
     posterior: Posterior, which: int, bound: float, side: int
 ) -> None:
     """A map that stops short of a bound cuts the posterior off there, and no check notices."""
-    transform, constraints = posterior.transform, posterior.transform.constraints
+    transform, constraints = posterior.in_rest_poses, posterior.in_rest_poses.constraints
     near, far = (list(constraints.order).index(place) for place in (1 + which, 3 + which))
     margins = np.linspace(constraints.margin[near], -10 * constraints.softness[near], 500)
     away = np.outer(margins - constraints.margin[near], constraints.along[near])
-    w = np.linalg.lstsq(transform.spread, away.T)[0].T  # what the sliding is held at stays
+    w = np.linalg.lstsq(transform.whitening.spread, away.T)[
+        0
+    ].T  # what the sliding is held at stays
     sites, log_det, _ = located(posterior, w)
     assert np.isfinite(np.array(log_det)).all()
     reached = np.array(sites[("e", "e_m")[which]])
@@ -112,7 +114,7 @@ def test_no_crash_is_reached_twice() -> None:
     """Far out the linear equations led back to the mode, which passed for another."""
     scene = load_scene(EXAMPLES / "brach-1977" / "scene.toml")
     (only,) = solutions(scene, DEFAULT_RUNG, coordinates=Coordinates.PINNED)
-    assert only.posterior.transform.flattening is None
+    assert isinstance(only.posterior.transform, RestPose)
 
 
 def solved_back(posterior: Posterior, sites: dict[str, jax.Array]) -> np.ndarray:
@@ -177,7 +179,7 @@ def test_a_normal_cut_off_at_zero_looks_like_a_normal_when_lifted(mean: float) -
 def test_the_posterior_is_near_a_standard_normal_in_its_coordinates(posterior: Posterior) -> None:
     """Importance sampling from a standard normal wastes few draws: what makes NUTS quick."""
     rng = np.random.default_rng(3)
-    w = rng.normal(size=(300, posterior.transform.spread.shape[1]))
+    w = rng.normal(size=(300, posterior.size))
     log_weight = np.array([0.5 * (row**2).sum() - posterior.potential(row)[0] for row in w])
     weight = np.exp(log_weight - log_weight.max())
     assert weight.sum() ** 2 / (weight**2).sum() > 0.5 * len(w)
