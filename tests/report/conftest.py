@@ -24,7 +24,6 @@ from retrodict.scene.records import (
     Contact,
     Departure,
     Edge,
-    EndOfRotation,
     Mark,
     Measured,
     Rest,
@@ -167,10 +166,11 @@ def make_sparse_scene() -> Scene:
             )
         },
         end_of_rotation={
-            "b": EndOfRotation(
-                *(Measured(value, 0.5, source="tyre marks") for value in (5.5, -7.0)),
-                heading=Measured(-50 * DEGREE, 5 * DEGREE, source="tyre marks"),
-            )
+            "b": {
+                "x": Measured(5.5, 0.5, source="tyre marks"),
+                "y": Measured(-7.0, 0.5, source="tyre marks"),
+                "heading": Measured(-50 * DEGREE, 5 * DEGREE, source="tyre marks"),
+            }
         },
         question=("speed_a", "speed_b", "e", "e_m", "mu"),
         robust=True,

@@ -253,7 +253,7 @@ def _alike(rung: Rung, other: Rung, scene: Scene) -> bool:
     if rung.impact is not other.impact:
         return False
     # nobody asks how they came to rest
-    if not (scene.rest or scene.from_impact or scene.marks or scene.end_of_rotation):
+    if not scene.followed:
         return rung.run_out.rests == other.run_out.rests
     same = rung.run_out.rest_poses is other.run_out.rest_poses
     return same and seen(rung) == seen(other)
