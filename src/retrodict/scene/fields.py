@@ -257,7 +257,7 @@ class Evidence:
         table: key of the table in that of the vehicle.
         fields: quantities of the table by key.
         prefix: beginning of an item's flat name, before the quantity's key.
-        where: where the quantities were measured: just after the impact, on the way to rest or at rest.
+        where: place of the measurements: just after the impact, on the way to rest or at rest.
     """
 
     what: str

@@ -257,7 +257,7 @@ class VehicleEntry(Table):
         """The written tables of evidence after the impact.
 
         Args:
-            where: where the quantities were measured, as in `fields.Evidence`; empty for anywhere.
+            where: place of the measurements, as in `fields.Evidence`; empty for any.
         """
         of_place = (own.table for own in AFTER.values() if where in ("", own.where))
         return [table for key in of_place if (table := getattr(self, key))]
