@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any
 
 from retrodict.scene.build_motion import approach_of, contradicts, kept_values, mark_of, rest_of
 from retrodict.scene.defaults import DEFAULTS, FRICTION
@@ -80,6 +81,9 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     road = surfaces[0]
     priors = priors_of(entry, complain)
     unwritten = unwritten_keys(entry, complain)
+    after: dict[str, Any] = {
+        name: _by_vehicle(entries, partial(_items, own)) for name, own in AFTER.items()
+    }
     scene = Scene(
         title=entry.title,
         name=name,
@@ -105,7 +109,7 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
         slope=Slope(**kept_values(entry.slope, SLOPE)) if entry.slope else None,
         coefficients={k: m for k, m in coefficients_of(entry.impact).items() if m.sd},
-        **{name: _by_vehicle(entries, partial(_items, own)) for name, own in AFTER.items()},
+        **after,
     )
     for v in scene.vehicles:
         _stops(scene, v, complain)

@@ -81,7 +81,7 @@ def with_tables[T: Table](tables: Mapping[str, Evidence]) -> Callable[[type[T]],
                 empty = type(name, (_SomethingWritten,), {"__module__": __name__} | what)
                 parts = (f'{key} = "{field.example}"' for key, field in own.fields.items())
                 example = f"{{ {', '.join(parts)} }}"
-                entry = with_fields(own.fields)(empty)
+                entry: Any = with_fields(own.fields)(empty)
                 further[own.table] = (entry | None, pydantic.Field(None, examples=[example]))
         name, module = table.__name__, table.__module__
         return create_model(
