@@ -22,7 +22,6 @@ from retrodict.scene.records import (
     VEHICLES,
     Approach,
     Contact,
-    Departure,
     Edge,
     Mark,
     Measured,
@@ -154,10 +153,10 @@ def make_sparse_scene() -> Scene:
         },
         rest={"b": replace(full.rest["b"], heading=None, turns_known=False)},
         departure={
-            "a": Departure(
-                direction=Measured(140 * DEGREE, 8 * DEGREE, source="first metres of the marks"),
-                delta_v_forward=Measured(-13.0, 1.0, source="event data recorder"),
-            ),
+            "a": {
+                "direction": Measured(140 * DEGREE, 8 * DEGREE, source="first metres of the marks"),
+                "delta_v_forward": Measured(-13.0, 1.0, source="event data recorder"),
+            },
         },
         marks={
             "b": (

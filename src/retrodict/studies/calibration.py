@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import resources
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -342,7 +343,7 @@ def _measured(
 ) -> Scene:
     """The design with the rest poses of a crash and the motion before them, read off with errors."""
     rest, evidence = dict(scene.rest), scene.evidence()
-    after = {name: dict(getattr(scene, name)) for name in AFTER}
+    after: dict[str, Any] = {name: dict(getattr(scene, name)) for name in AFTER}
     for name in structure.evidence:
         kind, v, _ = parsed(name)
         part = kind.removeprefix("rest_")

@@ -21,7 +21,7 @@ from retrodict.inference.prior_check import reference
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.transforms.parameters import Affine
 from retrodict.inference.transforms.standard import Deviates, unbent
-from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene
+from retrodict.scene.records import Approach, Mark, Measured, Scene
 from tests.models.test_barrier import against_wall
 from tests.models.test_rungs import agrees
 from tests.shared.scenes import DEGREE, collision
@@ -29,12 +29,16 @@ from tests.shared.scenes import DEGREE, collision
 
 def departed(**changes) -> Scene:
     """Motion after the impact in place of any rest pose, as it is under the paper's numbers."""
-    a = Departure(
-        direction=Measured(2.81, 0.05), speed=Measured(7.4, 0.3), yaw_rate=Measured(0.61, 0.2)
-    )
-    b = Departure(
-        direction=Measured(-0.83, 0.05), speed=Measured(8.0, 0.3), yaw_rate=Measured(9.9, 0.3)
-    )
+    a = {
+        "direction": Measured(2.81, 0.05),
+        "speed": Measured(7.4, 0.3),
+        "yaw_rate": Measured(0.61, 0.2),
+    }
+    b = {
+        "direction": Measured(-0.83, 0.05),
+        "speed": Measured(8.0, 0.3),
+        "yaw_rate": Measured(9.9, 0.3),
+    }
     scene = replace(collision(berm=False), rest={}, departure={"a": a, "b": b})
     return replace(scene, **changes)
 
@@ -47,8 +51,8 @@ def course_known() -> Scene:
 
 def roughly_departed() -> Scene:
     """What happened after the impact is known to so little that crashes of the prior fit it."""
-    a = Departure(direction=Measured(2.81, 0.4), speed=Measured(7.4, 2.0))
-    b = Departure(direction=Measured(-0.83, 0.4), speed=Measured(8.0, 2.0))
+    a = {"direction": Measured(2.81, 0.4), "speed": Measured(7.4, 2.0)}
+    b = {"direction": Measured(-0.83, 0.4), "speed": Measured(8.0, 2.0)}
     return departed(departure={"a": a, "b": b})
 
 
