@@ -11,48 +11,12 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-COLUMNS = {
-    "method": "clock, solver",
-    "setting": "setting",
-    "position_mm_median": "median, mm",
-    "position_mm_p99": "p99, mm",
-    "position_mm_worst": "worst, mm",
-    "share_within_1mm_0.01deg": "within 1 mm and 0.01°",
-    "evaluations": "slopes",
-    "us_batched": "batched, µs",
-    "us_batched_two_threads": "two threads, µs",
-    "us_single": "singly, µs",
-    "us_batched_jacobian": "with Jacobian, µs",
-}
-TITLES = {"locked": "Locked wheels", "ordinary": "Ordinary ones of these", "rolling": "Rolling"}
-
 
 def table(headings: Iterable[str], rows: Iterable[list[str]]) -> list[str]:
     """The lines of a Markdown table."""
     headings = [*headings]
     lines = [headings, ["---"] * len(headings), *rows]
     return [f"| {' | '.join(line)} |" for line in lines]
-
-
-def _cell(row: dict[str, str], column: str) -> str:
-    value = row[column]
-    if column in ("method", "setting") or not value:
-        return f"**{value}**" if row["mark"] and value else value
-    if column.startswith("share"):
-        return f"{float(value):.0%}"
-    number = float(value)
-    if not number < float("inf"):
-        return "none"
-    whole = number >= 100 or column.startswith(("us", "evaluations"))
-    return f"{number:.0f}" if whole else f"{number:.2g}"
-
-
-def _tables(rows: list[dict[str, str]]) -> Iterator[str]:
-    for scenes in dict.fromkeys(row["scenes"] for row in rows):
-        mine = [row for row in rows if row["scenes"] == scenes]
-        yield f"### {TITLES[scenes]} ({max(int(row['number']) for row in mine)})\n"
-        yield from table(COLUMNS.values(), ([_cell(row, c) for c in COLUMNS] for row in mine))
-        yield ""
 
 
 METHODS = {
@@ -105,8 +69,7 @@ def _read(*files: Path) -> tuple[list[dict[str, str]], Parts]:
 
 def of_run_out(charts: Path) -> Parts:
     """What stands between the markers of docs/run-out.md."""
-    rows, parts = _read(charts / "integrators.csv", charts / "kinks.csv")
-    return parts | {"tables": ["\n".join(_tables(rows)).rstrip()]}
+    return _read(charts / "integrators.csv", charts / "kinks.csv")[1]
 
 
 def of_inference(charts: Path) -> Parts:

@@ -1,4 +1,4 @@
-"""What whole commands take, imports and reports included: writes the table of docs/start.md.
+"""What whole commands take, imports and reports included: prints a table.
 
 python3 -m uv run --group bench python -m benchmarks.start [python of another installation]
 
@@ -23,7 +23,6 @@ from benchmarks import page
 from benchmarks.machine import machine
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "start.md"
 SCENE = ROOT / "examples" / "brach-1977" / "scene.toml"
 REPEATS = 3
 HEADINGS = (
@@ -130,18 +129,13 @@ def measure(pythons: dict[str, str]) -> Iterator[list[str]]:
                 ]
                 seconds = [f"{value:.2f}" for value in medians[:2]]
                 yield [command, installation, *seconds, *(f"{value:.0f}" for value in medians[2:])]
-                print(command, installation, *medians, flush=True)
 
 
 def main(others: list[str]) -> None:
     """Measure this installation, and others beside it."""
     pythons = {"before": others[0]} if others else {}
     rows = [*measure(pythons | {"this": sys.executable})]
-    parts = {
-        "machine": [f"- {machine(('jax', 'numpyro', 'scipy'))}"],
-        "start": page.table(HEADINGS, rows),
-    }
-    page.refresh(PAGE, parts)
+    print(machine(("jax", "numpyro", "scipy")), "", *page.table(HEADINGS, rows), sep="\n")
 
 
 if __name__ == "__main__":

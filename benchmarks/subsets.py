@@ -20,7 +20,7 @@ from benchmarks.inference.cost import SCENES
 from benchmarks.machine import machine
 from retrodict import load_scene, reconstruct
 from retrodict.options import DEFAULT_RUNG
-from retrodict.scene.records import Departure, Mark, Measured, Scene, Wheels
+from retrodict.scene.records import Items, Mark, Measured, Scene, Wheels
 
 # about what the posterior of the whole scene says of them, with errors as recorders have
 _DELTA_V = {"a": Measured(13.3, 0.7), "b": Measured(13.9, 0.7)}  # m/s
@@ -40,8 +40,8 @@ def parts_of(whole: Scene) -> dict[str, Scene]:
     def only(**evidence: object) -> Scene:
         return replace(whole, **({"rest": {}} | evidence))
 
-    def change(v: str) -> dict[str, Departure]:
-        return {v: Departure(delta_v=_DELTA_V[v])}
+    def change(v: str) -> dict[str, Items]:
+        return {v: {"delta_v": _DELTA_V[v]}}
 
     def rolls(v: str) -> Scene:
         wheels = Wheels(*(Measured(d, 0.05, "logitnormal") for d in _DRAGS), Measured(0.0, 0.05))

@@ -12,11 +12,10 @@ from retrodict.report.vehicles import HEADER, class_lines, library_rows
 
 def parts() -> page.Parts:
     """What stands between the markers of docs/vehicles.md."""
-    rows, sources = library_rows()
+    rows, _ = library_rows()
     return {
         "library": page.table(HEADER, map(list, rows)),
         "classes": [f"- {line}" for line in class_lines()],
-        "sources": [f"- [{number}] {source}" for number, source in enumerate(sources, start=1)],
     }
 
 

@@ -37,6 +37,7 @@ def of_scene(
     evidence = {k: m for k, m in scene.evidence().items() if explained(k)}
     marks = _marks(scene)
     outlines = tuple(np.array(s.outline.corners) for s in scene.surfaces if s.outline is not None)
+    approaches = scene.approach.items()
     structure = Structure(
         rung=rung,
         uncertain=tuple(uncertain),
@@ -46,14 +47,8 @@ def of_scene(
             s.speed_dependence.value == 0 == s.speed_dependence.sd
             for s in (*scene.surfaces, *scene.skidded_on)
         ),
-        skids=tuple(
-            (v, tuple(piece.surface for piece in own.skids))
-            for v, own in scene.approach.items()
-            if own.skids
-        ),
-        yaw_marks=tuple(
-            (v, own.yaw_mark.surface) for v, own in scene.approach.items() if own.yaw_mark
-        ),
+        skids=tuple((v, tuple(p.surface for p in own.skids)) for v, own in approaches if own.skids),
+        yaw_marks=tuple((v, own.yaw_mark.surface) for v, own in approaches if own.yaw_mark),
         rolling=scene.rolling,
         integrated=run_out.integrated(scene),
         rests=run_out.rests,
@@ -79,18 +74,24 @@ def of_scene(
         ways=ways,
         records={v: np.array(record.within) for v, record in records.items()},
     )
+    pinned = "direction_a" in inputs and not loose
+    return _completed(structure, pinned=pinned), data
+
+
+def _completed(structure: Structure, *, pinned: bool) -> Structure:
+    """The structure with its coordinates and, where it has to be fixed, its number of steps.
+
+    Args:
+        structure: structure in rest poses.
+        pinned: whether the scene's numbers allow rest poses as coordinates.
+    """
     # regressions over inputs do not reach around a circle, and bounds of rest poses are the defaults'
-    if (
-        structure.families
-        or loose
-        or "direction_a" not in inputs
-        or not _determines_the_motion(structure)
-    ):
+    if not pinned or structure.families or not _determines_the_motion(structure):
         structure = replace(structure, transform="standard")
     # where the number of steps is an argument, a path has the same number of rows whatever it is
     if structure.followed and not structure.paced:
         structure = replace(structure, steps=STEPS)
-    return structure, data
+    return structure
 
 
 def _require_code(scene: Scene) -> None:

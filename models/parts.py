@@ -208,18 +208,6 @@ def cars(structure: Structure, x: Values) -> Car:
     return Car(k2, front, rear, track, wheels, height)
 
 
-def drag_factors(structure: Structure, x: Values) -> Float[Array, " vehicles"]:
-    """Drag factors of the vehicles on the first surface: mean over the wheels, by static load."""
-    car = cars(structure, x)
-    friction = x[f"friction_{structure.surfaces[0]}"]
-    grip = jnp.stack([held(v, x, friction) for v in vehicles(x)])
-    if car.wheels is None:
-        return grip
-    front = car.rear_axle / (car.front_axle + car.rear_axle)
-    load = jnp.stack([front, front, 1 - front, 1 - front], axis=1) / 2
-    return jnp.sum(load * car.wheels.drag, axis=1) * grip
-
-
 def _wheels(x: Values) -> Wheels:
     """Drag and steer of the vehicles' wheels; locked by default."""
     drag = []

@@ -165,9 +165,9 @@ def _nuts(row: partial[Row]) -> Iterator[Row]:
     )
     parts = []
     for far in (3.0, 10.0):
-        centre = np.asarray(posterior.transform.centre)
-        shifted = centre + far * np.asarray(posterior.transform.spread).sum(1)
-        elsewhere = replace(posterior, transform=posterior.transform._replace(centre=shifted))
+        whitening = posterior.transform.whitening
+        shifted = whitening._replace(centre=whitening.transform(np.full(posterior.size, far)))
+        elsewhere = replace(posterior, transform=posterior.transform._replace(whitening=shifted))
         found = METHODS["nuts"].draw(Task(elsewhere, 4, 500, 150, 0, lambda *_: None))
         x = sites(elsewhere, found)
         held = "; ".join(faults(elsewhere, found, x)) or "passed"

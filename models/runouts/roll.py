@@ -166,7 +166,7 @@ def way_of(scene: Scene, v: str) -> Float[np.ndarray, "points 3"]:
         scene: scene with the marks and rest pose of the vehicle.
         v: vehicle, "a" or "b".
     """
-    start, end = _start(scene, v), scene.rest.get(v)
+    start, end = scene.at_impact(v), scene.rest.get(v)
     seen = [(mark.x, mark.y, math.nan) for mark in scene.marks.get(v, ()) if mark.of == "centre"]
     seen.sort(key=lambda point: math.dist(start, point[:2]))
     if end is not None:
@@ -177,17 +177,6 @@ def way_of(scene: Scene, v: str) -> Float[np.ndarray, "points 3"]:
         heading = scene.vehicles[v].heading.value
         seen.append((start[0] + math.cos(heading), start[1] + math.sin(heading), math.nan))
     return np.array(seen)
-
-
-def _start(scene: Scene, v: str) -> tuple[float, float]:
-    """Measured centre of gravity at impact."""
-    vehicle = scene.vehicles[v]
-    angle = vehicle.heading.value + vehicle.impact_angle.value
-    lever = vehicle.impact_distance.value
-    return (
-        scene.contact.x.value - lever * math.cos(angle),
-        scene.contact.y.value - lever * math.sin(angle),
-    )
 
 
 def spreads(free: float, steer: float, first: float, turned: float) -> tuple[float, float, float]:
@@ -242,7 +231,7 @@ def _missed(scene: Scene, v: str) -> tuple[float, float, float]:
     k2 = vehicle.yaw_inertia.value / vehicle.mass.value
     car = Car(k2, front, rear, vehicle.track.value, Wheels(drag, np.zeros(4)))
     loads = np.array([rear, rear, front, front]) / (front + rear) / 2
-    legs = np.hypot(*np.diff(np.vstack([_start(scene, v), way[:, :2]]), axis=0).T)
+    legs = np.hypot(*np.diff(np.vstack([scene.at_impact(v), way[:, :2]]), axis=0).T)
     turned = float(np.nan_to_num(way[-1, 2] - vehicle.heading.value))
     grip = vehicle.grip.value * scene.surfaces[0].friction.value
     share, speed = turning(turned, legs.sum(), grip, car, np)

@@ -41,6 +41,7 @@ from tests.extending import (
     toy_points,
     toy_reader,
     toy_sampler,
+    toy_table,
 )
 from tests.interchange.test_survey import ONE, imported, refusal
 from tests.models.test_rungs import agrees, drawn
@@ -78,6 +79,7 @@ def test_every_registry_has_a_row() -> None:
             "REPORTED",
             "VEHICLE",
             "DEPARTURE",
+            "AFTER",
             "METHODS",
             "FIGURES",
             "FORMATS",
@@ -192,22 +194,46 @@ def test_an_item_of_evidence_is_read_labelled_and_predicted() -> None:
 @pytest.fixture(scope="module")
 def with_toy_fields(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package in which the files that CONTRIBUTING names have the toy quantities."""
-    folder = tmp_path_factory.mktemp("copy")
+    return copied(tmp_path_factory.mktemp("copy"), "VEHICLE", toy_fields.ADDED)
+
+
+def copied(folder: Path, registry: str, added: dict[str, tuple[tuple[str, str], ...]]) -> Path:
+    """A folder with a copy of the package, in which only the files of a row of CONTRIBUTING changed."""
     package = folder / "retrodict"
     shutil.copytree(SOURCE, package, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(
         ROOT / "models", package / "models", ignore=shutil.ignore_patterns("__pycache__")
     )
-    ((*_, which),) = (row for row in TABLE if row[1] == "VEHICLE")
-    named = re.findall(r"`src/retrodict/([\w./-]+)`", which)
-    assert list(toy_fields.ADDED) == named
-    for file in named:
-        text = (package / file).read_text("utf-8")
-        for line, addition in toy_fields.ADDED[file]:
+    ((*_, which),) = (row for row in TABLE if row[1] == registry)
+    assert list(added) == re.findall(r"`([\w./-]+\.py)`", which)
+    for file, additions in added.items():
+        path = package / file.removeprefix("src/retrodict/")
+        text = path.read_text("utf-8")
+        for line, addition in additions:
             assert text.count(f"\n{line}\n") == 1, line
             text = text.replace(f"\n{line}\n", f"\n{line}\n{addition}\n")
-        (package / file).write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     return folder
+
+
+def test_a_table_of_evidence_goes_from_the_file_to_the_report(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, str(Path(toy_table.__file__))],
+        input=stripped('kerb = { course = "30 ± 5 deg", speed = "6 ± 0.5 m/s" }'),
+        env=os.environ | {"PYTHONPATH": str(copied(tmp_path, "AFTER", toy_table.ADDED))},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = json.loads(done.stdout)
+    values = {"kerb_speed_b": [6.0, 0.5], "kerb_course_b": pytest.approx(np.radians([30, 5]))}
+    assert list(found["values"]) == list(values)
+    assert found["values"] == values
+    assert found["written"] == values
+    assert found["labels"] == ["speed of B at the kerb", "course of B at the kerb"]
+    assert set(found["sliders"]) == {"vehicles.B.kerb.speed", "vehicles.B.kerb.course"}
+    assert found["predicted"] == pytest.approx(found["speed"])
+    assert all(label in found["report"] for label in found["labels"])
 
 
 def test_a_measured_quantity_goes_from_the_file_to_the_report(with_toy_fields: Path) -> None:

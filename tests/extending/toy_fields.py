@@ -11,14 +11,14 @@ _FIELD = (
     'Field(units.LENGTH, 0.1, 3, "1 m", default=DEFAULTS["cg_height"], label="{}", meaning="a toy")'
 )
 
-# file of the package -> (line, the line behind which the addition goes; the addition)
+# file -> (line, the line behind which the addition goes; the addition)
 ADDED = {
-    "scene/fields.py": (
+    "src/retrodict/scene/fields.py": (
         ("VEHICLE: dict[str, Field] = {", f'    "reach": {_FIELD.format("reach of {}")},'),
         ("IMPACT: dict[str, Field] = {", f'    "depth": {_FIELD.format("depth of the contact")},'),
         ("SURFACE: dict[str, Field] = {", f'    "layer": {_FIELD.format("layer of the {}")},'),
     ),
-    "scene/records.py": (
+    "src/retrodict/scene/records.py": (
         ("    cg_height: Measured | None = None", "    reach: Measured | None = None"),
         ("    interlocked: bool = False", "    depth: Measured | None = None"),
         ("    outline: Outline | None = None", "    layer: Measured | None = None"),

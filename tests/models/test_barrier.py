@@ -18,7 +18,7 @@ from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.options import RunOptions
-from retrodict.scene.records import Approach, Barrier, Contact, Departure, Measured, Scene
+from retrodict.scene.records import Approach, Barrier, Contact, Measured, Scene
 from tests.models.test_friction import density
 from tests.shared.scenes import collision
 
@@ -29,7 +29,7 @@ def against_wall() -> Scene:
     """The paper's A alone, which struck a wall: its motion after the impact was measured."""
     scene = collision(share=0.02, berm=False)
     direction = Measured(math.pi)
-    departure = Departure(delta_v=Measured(13.0, 0.5), yaw_rate=Measured(0.6, 0.2))
+    departure = {"delta_v": Measured(13.0, 0.5), "yaw_rate": Measured(0.6, 0.2)}
     return replace(
         scene,
         vehicles={"a": scene.vehicles["a"]},
@@ -108,7 +108,7 @@ def central() -> Scene:
         vehicles={"a": replace(scene.vehicles["a"], **exact | straight)},
         approach={"a": Approach(None, Measured(0.0), Measured(0.0))},
         contact=Contact(Measured(0.0), Measured(0.0), Measured(0.0)),
-        departure={"a": Departure(delta_v=Measured(9.0, 0.5))},
+        departure={"a": {"delta_v": Measured(9.0, 0.5)}},
         surfaces=surfaces,
     )
 

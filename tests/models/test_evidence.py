@@ -16,7 +16,7 @@ from scipy.interpolate import CubicHermiteSpline
 from retrodict.inference.transforms.layout import with_response_surface
 from retrodict.mechanics import Car, Path, end_of_rotation
 from retrodict.scene.fields import DEPARTURE
-from retrodict.scene.records import EndOfRotation, Mark, Measured, RunOutError, Scene
+from retrodict.scene.records import Mark, Measured, RunOutError, Scene
 from tests.shared.scenes import DEGREE, LEVER_B, collision, rolls
 
 RUNG = RUNGS["planar-moment+spin"]
@@ -165,7 +165,7 @@ def test_speed_and_course_at_a_mark_are_those_of_the_path_beside_it() -> None:
 
 @pytest.mark.slow
 def test_the_end_of_rotation_is_that_of_the_vehicle_s_path() -> None:
-    end = EndOfRotation(*(Measured(value, 0.5) for value in (3.0, 1.0, 14.0)))
+    end = {k: Measured(m, 0.5) for k, m in (("x", 3.0), ("y", 1.0), ("heading", 14.0))}
     scene = struck_aside(end_of_rotation={"b": end})
     found = observed(scene, "momentum+wheels", ASIDE)
     x, y, heading = end_of_rotation(path_of_b(scene), Car(1.0, 1.35, 1.45, 1.5))
@@ -174,7 +174,7 @@ def test_the_end_of_rotation_is_that_of_the_vehicle_s_path() -> None:
     turns = (found["end_heading_b"] - float(heading)) / (2 * np.pi)
     assert turns == pytest.approx(round(turns))
     assert abs(found["end_heading_b"] - 14.0) <= np.pi
-    part = struck_aside(end_of_rotation={"b": replace(end, x=None, y=None)})
+    part = struck_aside(end_of_rotation={"b": {"heading": end["heading"]}})
     assert list(RUNGS["momentum+wheels"].of_scene(part)[0].evidence) == ["end_heading_b"]
     assert not RUNGS["momentum+slide"].of_scene(scene)[0].followed
 
@@ -185,7 +185,7 @@ def test_what_was_measured_on_the_way_has_slopes_wherever_it_lies() -> None:
     known = {"speed": Measured(8.0, 1.0), "course": Measured(0.0, 0.1)}
     points = ((-20.0, 0.0), (9.0, 0.5), (300.0, 0.0))
     marks = tuple(Mark(x, y, 0.2, "centre", **known) for x, y in points)
-    end = EndOfRotation(*(Measured(value, 0.5) for value in (3.0, 1.0, 14.0)))
+    end = {k: Measured(m, 0.5) for k, m in (("x", 3.0), ("y", 1.0), ("heading", 14.0))}
     scene = struck_aside(marks={"b": marks}, end_of_rotation={"b": end})
     structure, data = RUNGS["momentum+wheels"].of_scene(scene)
     structure = structure.differentiable

@@ -16,7 +16,7 @@ from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
-from retrodict.scene.records import Approach, Departure, Mark, Measured, Rest, Scene
+from retrodict.scene.records import Approach, Mark, Measured, Rest, Scene
 from tests.models.closed_form import everything_exact, momentum_and_slide
 from tests.shared.scenes import collision, rolls
 
@@ -81,9 +81,11 @@ def roughly(rest: Rest) -> Rest:
 
 def of_b_what_was_recorded(**changes: Any) -> Scene:
     """Of B, motion after the impact in place of a rest pose, as it is under the paper's numbers."""
-    departure = Departure(
-        direction=Measured(-0.83, 0.05), speed=Measured(8.0, 0.3), yaw_rate=Measured(9.9, 0.3)
-    )
+    departure = {
+        "direction": Measured(-0.83, 0.05),
+        "speed": Measured(8.0, 0.3),
+        "yaw_rate": Measured(9.9, 0.3),
+    }
     return replace(SCENE, rest={"a": SCENE.rest["a"]}, departure={"b": departure}, **changes)
 
 
@@ -118,7 +120,7 @@ SUBSETS = {
     "position of B only": replace(SCENE, rest=SCENE.rest | {"b": roughly_where_b_stopped()}),
     "rest of A only": replace(SCENE, rest={"a": SCENE.rest["a"]}),
     "delta-v": replace(
-        SCENE, departure={"a": Departure(delta_v=Measured(13.3, 0.5))}, rest={"b": SCENE.rest["b"]}
+        SCENE, departure={"a": {"delta_v": Measured(13.3, 0.5)}}, rest={"b": SCENE.rest["b"]}
     ),
 }
 

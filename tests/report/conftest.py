@@ -22,9 +22,7 @@ from retrodict.scene.records import (
     VEHICLES,
     Approach,
     Contact,
-    Departure,
     Edge,
-    EndOfRotation,
     Mark,
     Measured,
     Rest,
@@ -155,10 +153,10 @@ def make_sparse_scene() -> Scene:
         },
         rest={"b": replace(full.rest["b"], heading=None, turns_known=False)},
         departure={
-            "a": Departure(
-                direction=Measured(140 * DEGREE, 8 * DEGREE, source="first metres of the marks"),
-                delta_v_forward=Measured(-13.0, 1.0, source="event data recorder"),
-            ),
+            "a": {
+                "direction": Measured(140 * DEGREE, 8 * DEGREE, source="first metres of the marks"),
+                "delta_v_forward": Measured(-13.0, 1.0, source="event data recorder"),
+            },
         },
         marks={
             "b": (
@@ -167,10 +165,11 @@ def make_sparse_scene() -> Scene:
             )
         },
         end_of_rotation={
-            "b": EndOfRotation(
-                *(Measured(value, 0.5, source="tyre marks") for value in (5.5, -7.0)),
-                heading=Measured(-50 * DEGREE, 5 * DEGREE, source="tyre marks"),
-            )
+            "b": {
+                "x": Measured(5.5, 0.5, source="tyre marks"),
+                "y": Measured(-7.0, 0.5, source="tyre marks"),
+                "heading": Measured(-50 * DEGREE, 5 * DEGREE, source="tyre marks"),
+            }
         },
         question=("speed_a", "speed_b", "e", "e_m", "mu"),
         robust=True,

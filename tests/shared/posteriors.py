@@ -24,7 +24,7 @@ from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Task
-from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.standard import Deviates
 from retrodict.options import RunOptions
 from retrodict.scene.records import Scene
 
@@ -38,7 +38,7 @@ def from_the_prior(scene: Scene, rung: str) -> Posterior:
     """A scene's posterior in plain standard normal deviates, which know of no mode."""
     structure, data = RUNGS[rung].of_scene(scene)
     structure = replace(structure, transform="standard")
-    transform = transform_of(structure).example(structure)
+    transform = Deviates.example(structure)
     return Posterior(programs_for(structure), data, transform, np.zeros(2), -np.inf, 0.0)
 
 

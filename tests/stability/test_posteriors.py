@@ -175,11 +175,9 @@ def test_too_little_warm_up_is_harmless(ordinary: Ordinary) -> None:
 def test_a_wrong_start_is_flagged(ordinary: Ordinary) -> None:
     """Ten standard deviations off in every unknown: divergences tell. The search never starts so."""
     posterior, _, _ = ordinary
-    centre, spread = (
-        np.asarray(a) for a in (posterior.transform.centre, posterior.transform.spread)
-    )
-    shifted = posterior.transform._replace(centre=centre + 10 * spread.sum(1))
-    elsewhere = replace(posterior, transform=shifted)
+    whitening = posterior.transform.whitening
+    shifted = whitening._replace(centre=whitening.transform(np.full(posterior.size, 10.0)))
+    elsewhere = replace(posterior, transform=posterior.transform._replace(whitening=shifted))
     found = METHODS["nuts"].draw(Task(elsewhere, 4, 500, 150, 0, lambda *_: None))
     x = sites(elsewhere, found)
     assert faults(elsewhere, found, x)

@@ -9,7 +9,6 @@ import pytest
 
 from retrodict.mechanics import Bodies, Coefficients, lever_arms, separation, severity
 from retrodict.scene.measured import Measured
-from retrodict.scene.records import Departure
 from retrodict.studies.conflict import LeftOut
 from retrodict.studies.named_checks import named_checks
 from tests.studies.gaussian import exact, outcome
@@ -98,9 +97,10 @@ def test_a_recorded_delta_v_vector_has_the_pdof_of_the_force(crash):
         change, heading = np.asarray(crash[1].delta_v[i]), HEADING[v]
         along = change @ [math.cos(heading), math.sin(heading)]
         left = change @ [-math.sin(heading), math.cos(heading)]
-        recorded = Departure(
-            delta_v_forward=Measured(float(along), 0.5), delta_v_left=Measured(float(left), 0.5)
-        )
+        recorded = {
+            "delta_v_forward": Measured(float(along), 0.5),
+            "delta_v_left": Measured(float(left), 0.5),
+        }
         found = checks(crash, {v: recorded})["PDOF", f"force on {v.upper()}"]
         assert found.off == pytest.approx(0, abs=0.01)
         # at a right angle to it an error of 0.5 m/s turns it by 0.5 over its size
@@ -110,8 +110,8 @@ def test_a_recorded_delta_v_vector_has_the_pdof_of_the_force(crash):
 def test_measured_impulses_differ_in_standard_deviations_of_both(crash):
     """1857 kg × 12 m/s against 1778 kg × 10 m/s."""
     recorded = {
-        "a": Departure(delta_v=Measured(12.0, 1.0)),
-        "b": Departure(delta_v=Measured(10.0, 0.5)),
+        "a": {"delta_v": Measured(12.0, 1.0)},
+        "b": {"delta_v": Measured(10.0, 0.5)},
     }
     found = checks(crash, recorded)["Newton's third law", "impulse on A less that on B"]
     sd = math.sqrt((1857 * 1.0) ** 2 + (20 * 12) ** 2 + (1778 * 0.5) ** 2 + (20 * 10) ** 2)

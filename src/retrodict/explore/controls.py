@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from retrodict.inference.digits import decimals_of
 from retrodict.scene.energy import ENERGY
 from retrodict.scene.entries.priors import PriorsEntry
-from retrodict.scene.fields import COEFFICIENTS
+from retrodict.scene.fields import AFTER, COEFFICIENTS
 from retrodict.scene.kinds import Kind
 from retrodict.scene.load import toml_of, value_at
 from retrodict.scene.priors import keys_of
@@ -32,7 +32,7 @@ from retrodict.scene.units import (
 from retrodict.scene.write import scene_text, scene_toml
 
 GROUPS = ("Vehicle A", "Vehicle B", "Impact", "Surfaces", "Evidence", "Priors")
-_EVIDENCE = ("rest", "departure", "marks", "end_of_rotation")
+_EVIDENCE = ("rest", "marks", *(own.table for own in AFTER.values()))
 # a vehicle's size, which is for drawing alone; its rotation, which only selects a number of whole turns;
 # and an outline's up to two hundred coordinates, any of which may spoil the outline where it moves far
 _NOT_MOVED = ("length", "width", "rotation", "corners")

@@ -27,7 +27,8 @@ from retrodict.inference.plan import Way, is_quick, planned
 from retrodict.inference.pointwise import pointwise
 from retrodict.inference.samplers import METHODS
 from retrodict.inference.threads import one_blas_thread
-from retrodict.inference.transforms.choice import Coordinates, transform_of
+from retrodict.inference.transforms.choice import Coordinates
+from retrodict.inference.transforms.rest_pose import RestPose
 from retrodict.models import RUNGS
 from retrodict.options import RunOptions
 from retrodict.progress import Progress, silent
@@ -174,17 +175,16 @@ def compile_ahead(
     if coordinates is Coordinates.DEVIATES or structure.in_deviates:
         return
     programs = programs_for(structure)
-    kind = transform_of(structure)
-    transform = kind.example(structure)
+    transform = RestPose.example(structure)
     if structure.inverted != VEHICLES:  # regressions are fitted to run-outs
         separation = np.zeros((BATCH, len(structure.rest_components)))
         xi = np.zeros((BATCH, len(structure.uncertain)))
         programs.expect(INPUTS, data, xi)
         programs.expect(REACHED, data, separation, xi)
     if programs.target.rung.impact.levels:
-        programs.expect(LEVELS, data, transform, transform.centre)
-    w = np.zeros((ROWS, transform.spread.shape[1]))
-    missed = np.zeros((ROWS, len(kind.surrogates(structure))))
+        programs.expect(LEVELS, data, transform.regressions, transform.whitening.centre)
+    w = np.zeros((ROWS, transform.whitening.size))
+    missed = np.zeros((ROWS, len(transform.surrogates(structure))))
     programs.expect(EVALUATE, data, transform, w, missed)
     METHODS[method].compile_ahead(programs, warmup, data, transform)
 

@@ -23,6 +23,7 @@ from retrodict.report.figures import drawing
 from retrodict.report.figures.plan_geometry import (
     barrier_outline,
     contact_lines,
+    ends_of_rotation,
     impact_pose,
     outline,
     wheel_paths,
@@ -108,9 +109,9 @@ def _measured(scene: Scene, v: str) -> list[Layer]:
     marks: list[Shape] = []
     for number, mark in enumerate(scene.marks.get(v, ()), start=1):
         marks += [Point((mark.x, mark.y)), _label((mark.x, mark.y), f"{name}{number}")]
-    if (end := scene.end_of_rotation.get(v)) is not None and end.x and end.y:
-        place = (end.x.value, end.y.value)
-        marks += [Point(place), _label(place, f"{name} end of rotation")]
+    for whose, x, y, _ in ends_of_rotation(scene):
+        if whose == v:
+            marks += [Point((x, y)), _label((x, y), f"{name} end of rotation")]
     return [
         Layer(f"{name}-IMPACT", colour, tuple(at_impact), dashed=True),
         Layer(f"{name}-REST", colour, tuple(at_rest)),

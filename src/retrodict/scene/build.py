@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 from retrodict.scene.build_motion import approach_of, contradicts, kept_values, mark_of, rest_of
 from retrodict.scene.defaults import DEFAULTS, FRICTION
@@ -15,7 +17,6 @@ from retrodict.scene.entries.impact import (
     OutlineEntry,
     SurfaceEntry,
 )
-from retrodict.scene.entries.motion import EndOfRotationEntry, RestEntry
 from retrodict.scene.entries.vehicle import VehicleEntry
 from retrodict.scene.estimates import (
     Complain,
@@ -26,18 +27,19 @@ from retrodict.scene.estimates import (
     wheels_of,
 )
 from retrodict.scene.fields import (
-    FROM_IMPACT,
+    AFTER,
     IMPACT,
     SLOPE,
     SURFACE,
     VEHICLE,
+    Evidence,
 )
 from retrodict.scene.questions import questions_of
 from retrodict.scene.records import (
     Barrier,
     Contact,
     Edge,
-    EndOfRotation,
+    Items,
     Measured,
     Outline,
     Scene,
@@ -79,6 +81,9 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
     road = surfaces[0]
     priors = priors_of(entry, complain)
     unwritten = unwritten_keys(entry, complain)
+    after: dict[str, Any] = {
+        name: _by_vehicle(entries, partial(_items, own)) for name, own in AFTER.items()
+    }
     scene = Scene(
         title=entry.title,
         name=name,
@@ -90,7 +95,6 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
             entries, lambda _, own: approach_of(own.approach, own.heading, road.name)
         ),
         rest=_by_vehicle(entries, lambda v, own: rest_of(v, own.rest, own.heading.value, complain)),
-        from_impact=_by_vehicle(entries, lambda _, own: _from_impact(own.rest)),
         contact=_contact(entry.impact),
         surfaces=surfaces,
         skidded_on=nowhere,
@@ -98,15 +102,14 @@ def scene_of(entry: SceneEntry, name: str, text: str, complain: Complain) -> Sce
         question=question_of(entry, priors, unwritten, complain),
         unwritten=unwritten,
         priors=priors,
-        departure=_by_vehicle(entries, lambda _, own: {k: m for k, m in own.departure or () if m}),
         marks=_by_vehicle(entries, lambda _, own: tuple(map(mark_of, own.marks))),
-        end_of_rotation=_by_vehicle(entries, lambda _, own: _end_of_rotation(own.end_of_rotation)),
         robust=entry.errors == "robust",
         questions=questions_of(entry.questions),
         barrier=_barrier(entry.barrier),
         energy_lost={k: stated for k in ENERGY if (stated := getattr(entry.impact, k))},
         slope=Slope(**kept_values(entry.slope, SLOPE)) if entry.slope else None,
         coefficients={k: m for k, m in coefficients_of(entry.impact).items() if m.sd},
+        **after,
     )
     for v in scene.vehicles:
         _stops(scene, v, complain)
@@ -236,14 +239,10 @@ def _size(
     return length, entry.width.value if entry.width else entry.track.value + margin
 
 
-def _from_impact(entry: RestEntry | None) -> dict[str, Measured]:
-    if entry is None or entry.distance is None:
-        return {}
-    return {key: m for key in FROM_IMPACT if (m := getattr(entry, key))}
-
-
-def _end_of_rotation(entry: EndOfRotationEntry | None) -> EndOfRotation | None:
-    return EndOfRotation(**dict(entry)) if entry else None
+def _items(table: Evidence, letter: str, entry: VehicleEntry) -> Items:
+    """What a vehicle's table of evidence holds, by key, in the order of the table's declaration."""
+    written = getattr(entry, table.table)
+    return {key: m for key in table.fields if (m := getattr(written, key, None))}
 
 
 def _contact(entry: ImpactEntry) -> Contact:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from retrodict.scene import units
 from retrodict.scene.defaults import DEFAULTS
@@ -218,27 +219,72 @@ DEPARTURE: dict[str, Field] = {
 FROM_IMPACT: dict[str, Field] = {
     "distance": Field(
         units.LENGTH, 0.05, 500, "12 ± 0.5 m", default=DEFAULTS["run_out"],
-        label="distance of {} from impact to rest", flat="run_out_distance",
+        label="distance of {} from impact to rest",
         meaning="in place of the position: how far the vehicle came, in a straight line",
     ),
     "direction": Field(
         units.DIRECTION, -360, 360, "35 ± 3 deg", default=DEFAULTS["run_out_direction"],
-        label="direction of {} from impact to rest", flat="run_out_direction",
+        label="direction of {} from impact to rest",
         meaning="and in which direction; left out where nobody knows",
     ),
 }  # fmt: skip
 END_OF_ROTATION: dict[str, Field] = {
     "x": Field(
         units.LENGTH, -1000, 1000, "3 ± 0.5 m", uncertainty="required",
-        label="end of rotation of {}, x", flat="end_x", meaning="of the centre of gravity",
+        label="end of rotation of {}, x", meaning="of the centre of gravity",
     ),
     "y": Field(
         units.LENGTH, -1000, 1000, "3 ± 0.5 m", uncertainty="required",
-        label="end of rotation of {}, y", flat="end_y", meaning="of the centre of gravity",
+        label="end of rotation of {}, y", meaning="of the centre of gravity",
     ),
     "heading": Field(
         units.DIRECTION, -360, 360, "20 ± 5 deg", uncertainty="required",
-        label="end of rotation of {}, heading", flat="end_heading", meaning="whole turns do not matter",
+        label="end of rotation of {}, heading", meaning="whole turns do not matter",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """A table of a vehicle's motion after the impact, each of whose quantities is an item of evidence.
+
+    From an entry of `AFTER` follow the table that the schema accepts, what the scene keeps of it, its
+    lines in a file that is made from a scene, and the items with their labels, sliders and rows of
+    docs/scene-file.md. `Scene` has an attribute for it, `models/evidence.py` a prediction of each item.
+
+    Args:
+        what: description of the table, for the schema.
+        table: key of the table in that of the vehicle.
+        fields: quantities of the table by key.
+        prefix: beginning of an item's flat name, before the quantity's key.
+        where: place of the measurements: just after the impact, on the way to rest or at rest.
+    """
+
+    what: str
+    table: str
+    fields: Mapping[str, Field]
+    prefix: str
+    where: Literal["after the impact", "on the way", "at rest"]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Flat names of the items, less the vehicle."""
+        return tuple(f"{self.prefix}{key}" for key in self.fields)
+
+
+# tables of evidence by attribute of the scene
+AFTER: dict[str, Evidence] = {
+    "departure": Evidence(
+        what="what is known of the motion just after impact",
+        table="departure", fields=DEPARTURE, prefix="departure_", where="after the impact",
+    ),
+    "end_of_rotation": Evidence(
+        what="where it stopped sliding sideways and began to roll",
+        table="end_of_rotation", fields=END_OF_ROTATION, prefix="end_", where="on the way",
+    ),
+    "from_impact": Evidence(
+        what="where the vehicle came to rest, as a position or from the impact",
+        table="rest", fields=FROM_IMPACT, prefix="run_out_", where="at rest",
     ),
 }  # fmt: skip
 IMPACT: dict[str, Field] = {
@@ -297,10 +343,9 @@ OF_VEHICLES: dict[str, Mapping[str, Field]] = {
     "approach.": APPROACH,
     "approach.skids.": SKID,
     "approach.yaw_mark.": YAW_MARK,
-    "departure.": DEPARTURE,
-    "end_of_rotation.": END_OF_ROTATION,
-    "rest.": FROM_IMPACT,
+    **{f"{own.table}.": own.fields for own in AFTER.values()},
 }
+_PREFIXES = {f"{own.table}.": own.prefix for own in AFTER.values()}
 
 
 def described(family: str) -> tuple[str, str] | None:
@@ -310,7 +355,7 @@ def described(family: str) -> tuple[str, str] | None:
         family: flat name, less the vehicle.
     """
     for prefix, table in OF_VEHICLES.items():
-        before = "departure_" if prefix == "departure." else ""
+        before = _PREFIXES.get(prefix, "")
         labels = flat_labels(table)
         if family.startswith(before) and (name := family.removeprefix(before)) in labels:
             return labels[name]

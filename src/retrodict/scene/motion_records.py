@@ -73,10 +73,8 @@ class Approach:
         return self.skid.value if self.skid else sum(piece.length.value for piece in self.skids)
 
 
-# motion of a vehicle just after the impact, by name in `fields.DEPARTURE`
-Departure = dict[str, Measured]
-# where a vehicle came to rest as seen from the impact, by name in `fields.FROM_IMPACT`
-FromImpact = dict[str, Measured]
+# what was measured of a vehicle after the impact in a table of `fields.AFTER`, by key
+Items = dict[str, Measured]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,18 +109,6 @@ class Mark:
     assumed: Literal["", "sd", "value", "stand-in"] = ""
     speed: Measured | None = None
     course: Measured | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class EndOfRotation:
-    """Pose in which a vehicle stopped sliding sideways and began to roll (m, rad); None: not measured.
-
-    x and y are the position of its centre of gravity. Whole turns of `heading` mean nothing.
-    """
-
-    x: Measured | None = None
-    y: Measured | None = None
-    heading: Measured | None = None
 
 
 def marks_before(approach: Approach) -> Iterator[tuple[str, Measured]]:

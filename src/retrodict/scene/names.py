@@ -6,11 +6,8 @@ from functools import cache
 from typing import NamedTuple
 
 from retrodict.scene.energy import ENERGY
-from retrodict.scene.fields import COEFFICIENTS, FROM_IMPACT
+from retrodict.scene.fields import AFTER, COEFFICIENTS
 
-_ON_WAY = ("mark", "mark_speed", "mark_course", "end_x", "end_y", "end_heading")
-_AT_REST = ("rest_x", "rest_y", "rest_heading")
-_FROM_IMPACT = tuple(own.flat for own in FROM_IMPACT.values())
 _OF_BOTH = tuple(f"impact_{key}" for key in (*ENERGY, *COEFFICIENTS))
 
 
@@ -30,12 +27,17 @@ class Name(NamedTuple):
     @property
     def on_way(self) -> bool:
         """Whether the quantity is measured on the way to rest: at a mark, or at the end of rotation."""
-        return self.kind in _ON_WAY
+        return self.kind in ("mark", "mark_speed", "mark_course", *_kinds("on the way"))
 
     @property
     def at_rest(self) -> bool:
         """Whether the quantity is measured at rest: a component of a rest pose, or how far off it is."""
-        return self.kind in _AT_REST or self.kind in _FROM_IMPACT
+        return self.kind in ("rest_x", "rest_y", "rest_heading", *_kinds("at rest"))
+
+
+def _kinds(where: str) -> tuple[str, ...]:
+    """Kinds of the items of evidence of the tables that were measured at a place."""
+    return tuple(kind for own in AFTER.values() if own.where == where for kind in own.kinds)
 
 
 _VELOCITIES = {f"{V}{v}{axis}": v for V in "vV" for v in "ab" for axis in "xy"}

@@ -9,19 +9,23 @@ from typing import TYPE_CHECKING, Any, Literal
 from retrodict.scene import discrepancy
 from retrodict.scene.asked import Questions
 from retrodict.scene.energy import ENERGY
-from retrodict.scene.fields import APPROACH, COEFFICIENTS, DEPARTURE, FROM_IMPACT
+from retrodict.scene.fields import AFTER, APPROACH, COEFFICIENTS
 from retrodict.scene.measured import Law as Law
 from retrodict.scene.measured import Measured as Measured
 from retrodict.scene.motion_records import Approach as Approach
-from retrodict.scene.motion_records import Departure as Departure
-from retrodict.scene.motion_records import EndOfRotation as EndOfRotation
-from retrodict.scene.motion_records import FromImpact as FromImpact
+from retrodict.scene.motion_records import Items as Items
 from retrodict.scene.motion_records import Mark as Mark
 from retrodict.scene.motion_records import Rest as Rest
 from retrodict.scene.motion_records import Skid as Skid
 from retrodict.scene.motion_records import YawMark as YawMark
 from retrodict.scene.motion_records import marks_before
 from retrodict.scene.names import vehicle_of
+from retrodict.scene.place_records import Barrier as Barrier
+from retrodict.scene.place_records import Contact as Contact
+from retrodict.scene.place_records import Edge as Edge
+from retrodict.scene.place_records import Outline as Outline
+from retrodict.scene.place_records import Slope as Slope
+from retrodict.scene.place_records import Surface as Surface
 from retrodict.scene.priors import Prior, default_priors, fixed_of
 from retrodict.scene.quantities import REPORTED, UNKNOWNS
 
@@ -36,6 +40,7 @@ VEHICLES = ("a", "b")
 # an impact after which vehicles part, or one with a barrier; going on together; striking nothing
 SceneKind = Literal["impact", "together", "alone"]
 FREEDOM = 4.0
+_RUN_OUT = ("on the way", "at rest")  # places of `fields.Evidence` that a run-out predicts
 WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 
@@ -118,93 +123,6 @@ class Vehicle:
     articulated: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Contact:
-    """Impact centre in the road plane (m) and Gamma (rad), the contact line's angle from the y axis.
-
-    `interlocked` says that parts of the vehicles hooked into each other, so that sliding may have been
-    reversed; `together` that they went on as one from there to rest, `perhaps_together` that nobody
-    knows whether they did.
-    """
-
-    x: Measured
-    y: Measured
-    Gamma: Measured
-    interlocked: bool = False
-    together: bool = False
-    perhaps_together: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Edge:
-    """A straight edge (m, rad) beyond which a surface lies.
-
-    The surface lies to the `side` of someone who stands at (x, y) and looks along `direction`.
-    `offset` shifts the edge towards the surface; its sd is the edge's uncertainty.
-    """
-
-    x: float
-    y: float
-    direction: float
-    side: Literal["left", "right"]
-    offset: Measured
-
-
-@dataclass(frozen=True, slots=True)
-class Outline:
-    """The corners (m) of a surface in the order in which straight sides join them, either way round.
-
-    `offset` shifts the whole outline inwards; its sd is the outline's uncertainty.
-    """
-
-    corners: tuple[tuple[float, float], ...]
-    offset: Measured
-
-
-@dataclass(frozen=True, slots=True)
-class Surface:
-    """A surface: sliding friction f at low speed, f exp(-speed_dependence v) at speed v (s/m).
-
-    It has an edge, or an outline. The first surface of a scene has neither: it lies everywhere that
-    no later one covers.
-    """
-
-    name: str
-    friction: Measured
-    speed_dependence: Measured
-    edge: Edge | None
-    outline: Outline | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Slope:
-    """Slope of the whole ground, in whose plane positions and angles of a scene are measured.
-
-    Args:
-        grade: rise over run.
-        uphill: direction in which it rises, counter-clockwise from the x axis, rad.
-    """
-
-    grade: Measured
-    uphill: Measured
-
-
-@dataclass(frozen=True, slots=True)
-class Barrier:
-    """Rigid and immovable barrier that vehicle A struck in place of a vehicle B.
-
-    Args:
-        kind: "wall", whose face is the contact line, or "pole", which touches that line
-            from the side away from A.
-        name: description of the barrier, such as "concrete wall".
-        diameter: diameter of a pole, m, for drawing; 0 for a wall.
-    """
-
-    kind: Literal["wall", "pole"]
-    name: str
-    diameter: float = 0.0
-
-
 @dataclass(frozen=True)
 class Scene:
     """A whole measured scene: what a model needs and a report prints.
@@ -223,7 +141,8 @@ class Scene:
         priors: prior of each unknown, by name; see `default_priors`.
         departure: measured motion of each vehicle after impact, keyed as `rest` is.
         marks: points that each vehicle passed on its way to rest, keyed as `rest` is.
-        end_of_rotation: pose in which each vehicle stopped sliding sideways, keyed as `rest` is.
+        end_of_rotation: pose in which each vehicle stopped sliding sideways, keyed as `rest` is, then
+            by key in `fields.END_OF_ROTATION`.
         robust: whether errors of the evidence have heavy tails, so that an item which contradicts
             the others gives way.
         approximations: errors of a model relative to a more detailed one, by flat name, which the
@@ -253,9 +172,9 @@ class Scene:
     notes: tuple[str, ...] = ()
     question: tuple[str, ...] = UNKNOWNS[1:]
     priors: dict[str, Prior] = field(default_factory=default_priors)
-    departure: dict[str, Departure] = field(default_factory=dict)
+    departure: dict[str, Items] = field(default_factory=dict)
     marks: dict[str, tuple[Mark, ...]] = field(default_factory=dict)
-    end_of_rotation: dict[str, EndOfRotation] = field(default_factory=dict)
+    end_of_rotation: dict[str, Items] = field(default_factory=dict)
     robust: bool = False
     approximations: dict[str, Measured] = field(default_factory=dict)
     questions: Questions = field(default_factory=Questions)
@@ -263,7 +182,7 @@ class Scene:
     energy_lost: dict[str, Measured] = field(default_factory=dict)
     slope: Slope | None = None
     coefficients: dict[str, Measured] = field(default_factory=dict)
-    from_impact: dict[str, FromImpact] = field(default_factory=dict)
+    from_impact: dict[str, Items] = field(default_factory=dict)
     unwritten: tuple[str, ...] = ()
     extra: dict[str, Any] = field(default_factory=dict)
     skidded_on: tuple[Surface, ...] = ()
@@ -279,6 +198,12 @@ class Scene:
 
         def plot(self, units: Units = "si") -> Figure:
             """Draw the measured scene from above, to scale."""
+
+    @property
+    def followed(self) -> bool:
+        """Whether anything was measured of a vehicle's way from the impact to rest, or there."""
+        tables = (getattr(self, name) for name, own in AFTER.items() if own.where in _RUN_OUT)
+        return any((self.rest, self.marks, *tables))
 
     @property
     def rolling(self) -> tuple[str, ...]:
@@ -332,38 +257,48 @@ class Scene:
             flat[f"rest_y_{v}"] = rest.y.with_model_sd(missed.of_position(length))
             if rest.heading is not None:
                 flat[f"rest_heading_{v}"] = rest.heading.with_model_sd(missed.of_heading(length))
-        for v, seen in self.from_impact.items():
-            far = seen["distance"].value
-            aside = self.vehicles[v].run_out_error.of_position(far)
-            for name in FROM_IMPACT:
-                if (measured := seen.get(name)) is not None:
-                    off = aside if name == "distance" else aside / far
-                    flat[f"run_out_{name}_{v}"] = measured.with_model_sd(off)
+        for v in self.from_impact:
+            flat |= self._items("at rest", v)
         for v in self.vehicles:
-            departure, missed = self.departure.get(v, {}), self.vehicles[v].run_out_error
-            # programs do not depend on the order written
-            for name in sorted(departure, key=list(DEPARTURE).index):
-                flat[f"departure_{name}_{v}"] = departure[name]
+            missed = self.vehicles[v].run_out_error
+            flat |= self._items("after the impact", v)
             for number, mark in enumerate(self.marks.get(v, ()), start=1):
                 missed_by = missed.of_position(self.path_to(v, mark.x, mark.y))
                 of_mark = Measured(0.0, mark.sd, source=mark.source, assumed=mark.assumed)
                 flat[f"mark_{number}_{v}"] = of_mark.with_model_sd(missed_by)
                 flat[f"mark_{number}_speed_{v}"] = mark.speed
                 flat[f"mark_{number}_course_{v}"] = mark.course
-            end = self.end_of_rotation.get(v, EndOfRotation())
-            places = [(e.x, e.y) for e in (end, self.rest.get(v)) if e is not None]
-            far = next((self.path_to(v, x.value, y.value) for x, y in places if x and y), 0.0)
-            for part in ("x", "y", "heading"):
-                measured = getattr(end, part)
-                if measured is not None:
-                    off = missed.of_heading(far) if part == "heading" else missed.of_position(far)
-                    measured = measured.with_model_sd(off)
-                flat[f"end_{part}_{v}"] = measured
+            flat |= self._items("on the way", v)
             if (yaw := self.approach[v].yaw_mark) is not None:
                 flat[f"yaw_mark_{v}"] = Measured(1.0, yaw.error.value, source=yaw.error.source)
         flat |= {f"impact_{key}": self.energy_lost.get(key) for key in ENERGY}
         flat |= {f"impact_{key}": self.coefficients.get(key) for key in COEFFICIENTS}
         return {name: measured for name, measured in flat.items() if measured is not None}
+
+    def _items(self, where: str, v: str) -> Iterator[tuple[str, Measured]]:
+        """Flat names and values of a vehicle's items in tables of `fields.AFTER`."""
+        for name, table in AFTER.items():
+            items: Items = getattr(self, name).get(v, {})
+            if table.where != where or not items:
+                continue
+            off = self._missed(table.where, v, items)
+            for key, own in table.fields.items():  # programs do not depend on the order written
+                if key in items:
+                    model_sd = off.get(own.dimension.name, 0.0)
+                    yield f"{table.prefix}{key}_{v}", items[key].with_model_sd(model_sd)
+
+    def _missed(self, where: str, v: str, items: Items) -> dict[str, float]:
+        """What a run-out's predictions of a vehicle's items miss by, m and rad, by their dimension."""
+        missed = self.vehicles[v].run_out_error
+        if where == "after the impact":
+            return {}
+        if where == "at rest":  # seen from the impact
+            far = items["distance"].value
+            return {"length": missed.of_position(far), "angle": missed.of_position(far) / far}
+        places = [(items.get("x"), items.get("y"))]
+        places += [(rest.x, rest.y) for rest in (self.rest.get(v),) if rest is not None]
+        far = next((self.path_to(v, x.value, y.value) for x, y in places if x and y), 0.0)
+        return {"length": missed.of_position(far), "angle": missed.of_heading(far)}
 
     def path_to(self, v: str, x: float, y: float) -> float:
         """Length of a vehicle's path from the impact to a point on it, m.

@@ -80,8 +80,7 @@ class SceneEntry(Table):
     @model_validator(mode="after")
     def _what_slid_slid_on_something(self) -> SceneEntry:
         slid = any(
-            v.rest or v.marks or v.end_of_rotation or v.approach.marked
-            for v in self.vehicles.by_letter.values()
+            v.rest or v.on_way or v.approach.marked for v in self.vehicles.by_letter.values()
         )
         if slid and not self.surfaces:
             raise fault(f"missing; write surfaces = {_ROAD}", "surfaces")

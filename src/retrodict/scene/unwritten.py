@@ -40,7 +40,7 @@ def unwritten_keys(entry: SceneEntry, complain: Complain) -> tuple[str, ...]:
     if impact.point is None:
         found.append("impact.point")
         placed = any(s.edge or s.outline for s in entry.surfaces.values()) or any(
-            v.marks or v.end_of_rotation or (v.rest and v.rest.position) for v in entries.values()
+            v.on_way or (v.rest and v.rest.position) for v in entries.values()
         )
         if (placed and not entry.alone) or entry.barrier:
             complain("impact.point", f"missing; write {_POINT}")

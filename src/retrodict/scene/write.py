@@ -19,6 +19,7 @@ from retrodict.scene.records import (
     WHEELS,
     Approach,
     Edge,
+    Items,
     Mark,
     Measured,
     Outline,
@@ -229,16 +230,12 @@ def _vehicle(scene: Scene, v: str) -> Iterator[str]:
     for key in ("direction", "yaw_rate"):
         if getattr(approach, key) is None:
             yield f'approach.{key} = "{UNKNOWN}"'
-    for name, measured in scene.departure.get(v, {}).items():
-        yield _line(f"departure.{name}", measured, fields.DEPARTURE[name].dimension.stored)
+    for name, own in fields.AFTER.items():
+        yield from _items(getattr(scene, name).get(v, {}), own)
     if marks := scene.marks.get(v):
         yield "marks = ["
         yield from (f"  {_mark(mark)}," for mark in marks)
         yield "]"
-    if end := scene.end_of_rotation.get(v):
-        yield from _fields(end, fields.END_OF_ROTATION, "end_of_rotation.")
-    for name, measured in scene.from_impact.get(v, {}).items():
-        yield _line(f"rest.{name}", measured, fields.FROM_IMPACT[name].dimension.stored)
     if rest := scene.rest.get(v):
         yield from _rest(rest, vehicle.heading.value)
 
@@ -261,6 +258,12 @@ def _fields(record: object, table: Mapping[str, fields.Field], above: str = "") 
             if unit == "%":
                 measured = replace(measured, value=100 * measured.value, sd=100 * measured.sd)
             yield _line(f"{above}{key}", measured, unit)
+
+
+def _items(items: Items, table: fields.Evidence) -> Iterator[str]:
+    """A line for each item of a table of evidence."""
+    for key, measured in items.items():
+        yield _line(f"{table.table}.{key}", measured, table.fields[key].dimension.stored)
 
 
 def _marks_before(approach: Approach) -> Iterator[str]:

@@ -82,11 +82,6 @@ def archive_bytes(files: Mapping[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def link_of(files: Mapping[str, bytes]) -> str:
-    """The last link of the chain over files."""
-    return _chain(files)[-1]["link"]
-
-
 def read_archive(path: Path) -> Archive:
     """Read an archive and verify its chain; nothing is unpacked onto the disk.
 

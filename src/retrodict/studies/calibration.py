@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import resources
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -29,7 +30,7 @@ from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.progress import Progress, silent
 from retrodict.scene import load_scene
-from retrodict.scene.fields import DEPARTURE, FROM_IMPACT
+from retrodict.scene.fields import AFTER
 from retrodict.scene.names import parsed
 from retrodict.scene.quantities import REPORTED
 from retrodict.scene.records import RunOutError, Scene
@@ -341,28 +342,22 @@ def _measured(
     scene: Scene, structure: Structure, quantities: Values, rng: np.random.Generator
 ) -> Scene:
     """The design with the rest poses of a crash and the motion before them, read off with errors."""
-    rest, departure, evidence = dict(scene.rest), dict(scene.departure), scene.evidence()
-    from_impact = dict(scene.from_impact)
+    rest, evidence = dict(scene.rest), scene.evidence()
+    after: dict[str, Any] = {name: dict(getattr(scene, name)) for name in AFTER}
     for name in structure.evidence:
         kind, v, _ = parsed(name)
-        part, item = kind.removeprefix("rest_"), kind.removeprefix("departure_")
+        part = kind.removeprefix("rest_")
         sd = evidence[name].sd
         value = float(quantities[f"predicted/{name}"]) + sd * rng.standard_normal()
-        if item in DEPARTURE:
-            m = replace(departure[v][item], value=value)
-            departure[v] = departure[v] | {item: m}
-            continue
-        if (item := kind.removeprefix("run_out_")) in FROM_IMPACT:
-            m = replace(from_impact[v][item], value=value)
-            from_impact[v] = from_impact[v] | {item: m}
+        if of_table := next((name for name, own in AFTER.items() if kind in own.kinds), None):
+            items, item = after[of_table], kind.removeprefix(AFTER[of_table].prefix)
+            items[v] = items[v] | {item: replace(items[v][item], value=value)}
             continue
         m = replace(getattr(rest[v], part), value=value, sd=sd)
         rest[v] = replace(rest[v], **{part: m}, turns_known=True)
     # the design's errors stand, however far a crash's way is: the run-out's is in them by now
     vehicles = {v: replace(own, run_out_error=RunOutError()) for v, own in scene.vehicles.items()}
-    return replace(
-        scene, rest=rest, departure=departure, from_impact=from_impact, vehicles=vehicles
-    )
+    return replace(scene, rest=rest, vehicles=vehicles, **after)
 
 
 def _ranked(

@@ -74,7 +74,8 @@ def _posterior(outcome: Outcome) -> Posterior:
     if outcome.scene.single:
         raise NotAnswered("corners are of the speed of a vehicle B, and the scene has none")
     structure, _ = RUNGS[name].of_scene(outcome.scene)
-    if structure.unmeasured or structure.paced or ("speed_a", "halfnormal") in structure.uncertain:
+    halfnormal = ("speed_a", "halfnormal") in structure.uncertain
+    if structure.in_deviates or structure.unmeasured or structure.paced or halfnormal:
         raise NotAnswered(
             "corners are solved back from the rest of both vehicles on locked wheels and A's measured "
             "speed, which this scene does not have"
@@ -96,12 +97,12 @@ def _solver(posterior: Posterior) -> Callable[[np.ndarray], np.ndarray]:
     from retrodict.inference.samplers.propagation import SOLVE_BACK
     from retrodict.inference.transforms import layout
 
-    programs, data, transform = posterior.programs, posterior.data, posterior.transform
+    programs, data, transform = posterior.programs, posterior.data, posterior.in_rest_poses
     structure = programs.structure
     count = len(structure.rest_components)
     value, sd = np.array([data.evidence[name] for name in structure.rest_components]).T
     separations = jax.jit(
-        jax.vmap(lambda q: layout.separation_at(structure, data, transform, q)[0])
+        jax.vmap(lambda q: layout.separation_at(structure, data, transform.regressions, q)[0])
     )
 
     def solve_back(q: np.ndarray) -> np.ndarray:

@@ -14,9 +14,8 @@ from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.modes import ModeSearch
 from retrodict.inference.reconstruct import compile_search, reconstruct
 from retrodict.inference.samplers.psis import smoothed
-from retrodict.inference.transforms.choice import transform_of
+from retrodict.inference.transforms.choice import size_of
 from retrodict.models import RUNGS, Rung, rungs_for
-from retrodict.models.arrays import Structure
 from retrodict.models.runouts import roll
 from retrodict.options import RunOptions
 from retrodict.progress import Progress, prefixed, silent
@@ -254,7 +253,7 @@ def _alike(rung: Rung, other: Rung, scene: Scene) -> bool:
     if rung.impact is not other.impact:
         return False
     # nobody asks how they came to rest
-    if not (scene.rest or scene.from_impact or scene.marks or scene.end_of_rotation):
+    if not scene.followed:
         return rung.run_out.rests == other.run_out.rests
     same = rung.run_out.rest_poses is other.run_out.rest_poses
     return same and seen(rung) == seen(other)
@@ -388,7 +387,7 @@ def _with_answers(outcome: Outcome, step: Step, question: tuple[str, ...]) -> St
         fit=fit(outcome),
         log_evidence=evidence,
         log_evidence_sd=error,
-        parameters=_unknowns(RUNGS[step.name].of_scene(scene)[0]),
+        parameters=size_of(RUNGS[step.name].of_scene(scene)[0]),
         seconds=outcome.seconds["total"] - outcome.seconds["compile"],
         reasons=outcome.checks.reasons,
         priors=tuple(
@@ -432,8 +431,3 @@ def reweighted(speed: np.ndarray, prior: str, log_weight: np.ndarray) -> Reweigh
     middle = float(np.interp(0.5, np.cumsum(weights[order]), speed[order]))
     mean = float(weights @ speed)
     return Reweighted(prior, middle, float(np.sqrt(weights @ (speed - mean) ** 2)), k)
-
-
-def _unknowns(structure: Structure) -> int:
-    """How many unknowns and uncertain inputs a model samples."""
-    return transform_of(structure).size(structure)

@@ -14,7 +14,7 @@ from retrodict.studies.draws import NotAnswered, draws_of
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
-    from retrodict.scene.records import Departure
+    from retrodict.scene.records import Items
     from retrodict.studies.conflict import LeftOut
 
 
@@ -204,7 +204,7 @@ def _change_of_a(outcome: Outcome) -> np.ndarray:
     )
 
 
-def _measured_change(recorded: Departure) -> tuple[float, float] | None:
+def _measured_change(recorded: Items) -> tuple[float, float] | None:
     """A measured delta-v and its sd, m/s; None where its size was not measured."""
     if size := recorded.get("delta_v"):
         return size.value, size.sd

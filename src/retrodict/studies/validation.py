@@ -213,7 +213,7 @@ def kind_of(scene: Scene) -> dict[str, str]:
         return {KIND: "barrier"}
     if scene.alone:
         return {KIND: "one vehicle"}
-    if not (scene.rest or scene.from_impact or scene.marks or scene.end_of_rotation):
+    if not scene.followed:
         return {KIND: "impact only"}
     rolls = any(vehicle.wheels for vehicle in scene.vehicles.values())
     return {KIND: "whole scene", "wheels": "rolling" if rolls else "locked"}

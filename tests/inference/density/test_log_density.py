@@ -15,7 +15,6 @@ from retrodict.models.arrays import steps_of
 from retrodict.inference.density.log_density import Target
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.transforms.choice import transform_of
 from retrodict.studies.calibration import design
 from tests.shared.scenes import at_rest, collision, rolls
 
@@ -70,12 +69,10 @@ def test_the_value_is_the_models_and_the_gradient_is_close_to_its(
     @jax.jit
     def potential(w: jax.Array) -> jax.Array:
         """The model's own, its run-outs without surrogates."""
-        sites, log_det, _ = transform_of(structure).forward_and_log_det(
-            structure, data, transform, w
-        )
+        sites, log_det, _ = transform.transform_and_log_det(structure, data, w)
         return -log_density(RUNGS[structure.rung].model, (structure, data), {}, sites)[0] - log_det
 
-    rng, n = np.random.default_rng(0), transform.spread.shape[1]
+    rng, n = np.random.default_rng(0), posterior.size
     apart, h = [], 0.02
     for w in rng.normal(size=(20, n)):
         value, gradient = steered(posterior, w)

@@ -18,7 +18,6 @@ from retrodict.inference.fitting.search import peaks
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.transforms import layout
-from retrodict.inference.transforms.choice import transform_of
 from retrodict.options import RunOptions
 from retrodict.scene.records import Mark, Scene
 from tests.shared.scenes import collision, rolls
@@ -46,10 +45,9 @@ def test_regressions_lead_to_what_was_measured_and_are_velocities_elsewhere(whic
     crash = {k: np.asarray(v)[None] for k, v in peak.quantities.items()}
     likely = regression.shoot(programs, data, run_outs_of(crash)[0][0])
     regressions = regression.fit(programs, data, likely)[0]
-    transform = transform_of(structure).example(structure)._replace(regressions=regressions)
     q = np.random.default_rng(1).standard_normal((BATCH, layout.length_for_regressions(structure)))
     z, xi = np.split(q, [len(structure.rest_components)], axis=1)
-    V = np.array([layout.separation_at(structure, data, transform, row)[0] for row in q[:20]])
+    V = np.array([layout.separation_at(structure, data, regressions, row)[0] for row in q[:20]])
     ends = programs(REACHED, data, np.resize(V, (BATCH, 6)), np.resize(xi[:20], xi.shape))
     rests = np.reshape(ends, (BATCH, 6))[:20]
     for i, name in enumerate(structure.rest_components):

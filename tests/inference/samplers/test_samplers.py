@@ -186,8 +186,9 @@ def test_importance_finds_back_from_a_poor_proposal_or_says_that_it_cannot() -> 
     posterior = prepare(SCENE, DEFAULT_RUNG)
 
     def drawn(factor: float) -> Draws:
-        spread = factor * np.asarray(posterior.transform.spread)
-        narrow = replace(posterior, transform=posterior.transform._replace(spread=spread))
+        whitening = posterior.transform.whitening
+        whitening = whitening._replace(spread=factor * np.asarray(whitening.spread))
+        narrow = replace(posterior, transform=posterior.transform._replace(whitening=whitening))
         return METHODS["importance"].draw(Task(narrow, 4, 500, 0, 0, lambda *_: None))
 
     whole, found = drawn(1.0), drawn(0.02)

@@ -9,7 +9,7 @@ from retrodict.models import RUNGS, parts
 
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.reconstruct import reconstruct
-from retrodict.inference.transforms import layout, rest_pose
+from retrodict.inference.transforms import layout
 from retrodict.inference.transforms.choice import Coordinates
 from retrodict.mechanics import closing_speed, inverse_log_det
 from retrodict.options import DEFAULT_RUNG, RunOptions
@@ -31,10 +31,10 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
     @jax.jit
     @jax.vmap
     def evaluate(q: jax.Array) -> tuple[jax.Array, parts.Values]:
-        sites = rest_pose.solve_back(structure, data, transform, q)
-        after, x = layout.separation_at(structure, data, transform, q)
+        sites = transform.solve_back(structure, data, q)
+        after, x = layout.separation_at(structure, data, transform.regressions, q)
         scale = layout.friction_scale(structure, data, x)
-        slopes = layout.reduced(structure, data, transform, q)[1]
+        slopes = layout.reduced(structure, data, transform.regressions, q)[1]
         log_det = 6 * jnp.log(scale) + jnp.linalg.slogdet(slopes)[1].sum()
         bodies, approach_a = parts.bodies(x), parts.approach_of_a(x)
         log_det += inverse_log_det(after, approach_a, bodies)[2]
@@ -44,8 +44,8 @@ def test_nuts_agrees_with_importance_sampling_that_rejects_at_the_bounds(seed: i
         return jnp.where(inside, joint + log_det - jnp.log(sites["speed_b"]), -jnp.inf), sites
 
     wide, count = 1.15, 20_000
-    w = wide * np.random.default_rng(1).standard_normal((count, transform.spread.shape[1]))
-    log_weight, sites = evaluate(jnp.array(transform.centre + w @ np.asarray(transform.spread).T))
+    w = wide * np.random.default_rng(1).standard_normal((count, transform.whitening.size))
+    log_weight, sites = evaluate(jnp.array(transform.whitening.transform(w)))
     log_weight = np.asarray(log_weight) + (w**2).sum(axis=1) / (2 * wide**2)
     weight = np.exp(log_weight - log_weight.max())
     weight /= weight.sum()
@@ -93,10 +93,9 @@ def test_vehicles_close_in_where_as_measured_they_would_part(seed: int) -> None:
     structure, data = posterior.programs.structure, posterior.data
     xi = np.zeros(len(structure.uncertain))
     x = parts.from_standard(structure, data, xi)
-    sites = rest_pose.solve_back(
+    sites = posterior.in_rest_poses.solve_back(
         structure,
         data,
-        posterior.transform,
         np.concatenate([np.zeros(len(structure.rest_components)), xi]),
     )
     direction = jnp.stack([jnp.cos(sites["direction_b"]), jnp.sin(sites["direction_b"])])

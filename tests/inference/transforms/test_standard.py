@@ -19,10 +19,9 @@ from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.steps import RESOLVED
 from retrodict.inference.prior_check import reference
 from retrodict.inference.samplers import METHODS, Task
-from retrodict.inference.transforms.choice import transform_of
-from retrodict.inference.transforms.parameters import plain
-from retrodict.inference.transforms.standard import unbent
-from retrodict.scene.records import Approach, Departure, Mark, Measured, Scene
+from retrodict.inference.transforms.parameters import Affine
+from retrodict.inference.transforms.standard import Deviates, unbent
+from retrodict.scene.records import Approach, Mark, Measured, Scene
 from tests.models.test_barrier import against_wall
 from tests.models.test_rungs import agrees
 from tests.shared.scenes import DEGREE, collision
@@ -30,12 +29,16 @@ from tests.shared.scenes import DEGREE, collision
 
 def departed(**changes) -> Scene:
     """Motion after the impact in place of any rest pose, as it is under the paper's numbers."""
-    a = Departure(
-        direction=Measured(2.81, 0.05), speed=Measured(7.4, 0.3), yaw_rate=Measured(0.61, 0.2)
-    )
-    b = Departure(
-        direction=Measured(-0.83, 0.05), speed=Measured(8.0, 0.3), yaw_rate=Measured(9.9, 0.3)
-    )
+    a = {
+        "direction": Measured(2.81, 0.05),
+        "speed": Measured(7.4, 0.3),
+        "yaw_rate": Measured(0.61, 0.2),
+    }
+    b = {
+        "direction": Measured(-0.83, 0.05),
+        "speed": Measured(8.0, 0.3),
+        "yaw_rate": Measured(9.9, 0.3),
+    }
     scene = replace(collision(berm=False), rest={}, departure={"a": a, "b": b})
     return replace(scene, **changes)
 
@@ -48,8 +51,8 @@ def course_known() -> Scene:
 
 def roughly_departed() -> Scene:
     """What happened after the impact is known to so little that crashes of the prior fit it."""
-    a = Departure(direction=Measured(2.81, 0.4), speed=Measured(7.4, 2.0))
-    b = Departure(direction=Measured(-0.83, 0.4), speed=Measured(8.0, 2.0))
+    a = {"direction": Measured(2.81, 0.4), "speed": Measured(7.4, 2.0)}
+    b = {"direction": Measured(-0.83, 0.4), "speed": Measured(8.0, 2.0)}
     return departed(departure={"a": a, "b": b})
 
 
@@ -115,9 +118,8 @@ def test_log_determinant_is_that_of_the_map(posterior: Posterior) -> None:
     rng = np.random.default_rng(0)
     whitened = posterior.whitened_by(rng.normal(size=(500, posterior.size)) * 1.3 + 0.2)
     structure, data = posterior.programs.structure, posterior.data
-    kind = transform_of(structure)
     for each in (posterior, whitened):
-        located = partial(kind.forward_and_log_det, structure, data, each.transform)
+        located = partial(each.transform.transform_and_log_det, structure, data)
         for w in rng.normal(size=(3, each.size)):
             _, log_det, u = located(jnp.asarray(w))
             slopes = jax.jacfwd(located)(jnp.asarray(w))[2]
@@ -188,9 +190,8 @@ def test_steps_too_few_for_a_mark_are_seen(steps: int, few: bool) -> None:
     found = prepare(scene, "planar-moment+spin")
     peak = found.deviates(np.zeros((1, found.size)))[0]
     n = peak.size
-    transform = plain(np.zeros(n), 0.01 * np.eye(n))
-    flat = unbent(peak, np.eye(n), found.transform.flattening.bend.constant.size)
-    transform = transform._replace(flattening=flat)
+    flat = unbent(peak, np.eye(n), found.in_deviates.flattening.bend.constant.size)
+    transform = Deviates(Affine.about(np.zeros(n), 0.01 * np.eye(n)), flat)
     coarse = Posterior(programs_for(structure), data, transform, np.zeros(2), 0.0, 0.0)
     assert (unresolved(coarse) > RESOLVED) is few
 

@@ -15,10 +15,10 @@ from numpyro import handlers
 from numpyro.infer.util import log_density
 
 from retrodict.inference import own
-from retrodict.inference.transforms import layout, rest_pose
-from retrodict.inference.transforms.choice import transform_of
-from retrodict.inference.transforms.parameters import Numbers, TransformParameters
-from retrodict.inference.transforms.standard import Standard
+from retrodict.inference.transforms import layout
+from retrodict.inference.transforms.choice import Transform
+from retrodict.inference.transforms.parameters import Numbers, Regressions
+from retrodict.inference.transforms.standard import Deviates
 from retrodict.mechanics import either_side, towards_b
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
@@ -62,7 +62,7 @@ class Target:
         self.rung = RUNGS[structure.rung]
 
     def log_density(
-        self, w: Float[Array, " q"], data: Data, transform: TransformParameters
+        self, w: Float[Array, " q"], data: Data, transform: Transform
     ) -> Float[Array, ""]:
         """Log posterior density in w: the model's joint at the unknowns, times the Jacobian.
 
@@ -79,7 +79,7 @@ class Target:
         self,
         w: Float[Array, " q"],
         data: Data,
-        transform: TransformParameters,
+        transform: Transform,
         missed: Float[Array, " surrogates"] | None = None,
     ) -> Evaluated[Array]:
         """`log_density`, and the other values of `Evaluated` at a point.
@@ -87,34 +87,30 @@ class Target:
         Args:
             w: point in the sampled coordinates, shape (w,).
             data: the scene's numbers.
-            transform: parameters of the coordinates.
+            transform: the coordinates.
             missed: exact minus surrogate predictions, so that no run-out is needed, shape (surrogates,);
                 run-outs give those that are NaN, or all if None.
         """
-        kind = transform_of(self.structure)
-        if isinstance(kind, Standard):
-            _, log_det, u = kind.forward_and_log_det(self.structure, data, transform, w)
-            log_likelihood, quantities = self.crash(u, data)
-            log_prior = jax.scipy.stats.norm.logpdf(u).sum()
-            return Evaluated(log_prior + log_likelihood + log_det, quantities, u, jnp.zeros(0))
-        sites, log_det, q = kind.forward_and_log_det(self.structure, data, transform, w)
-        names = kind.surrogates(self.structure)
+        sites, log_det, q = transform.transform_and_log_det(self.structure, data, w)
+        if isinstance(transform, Deviates):
+            log_likelihood, quantities = self.crash(q, data)
+            log_prior = jax.scipy.stats.norm.logpdf(q).sum()
+            return Evaluated(log_prior + log_likelihood + log_det, quantities, q, jnp.zeros(0))
+        names = transform.surrogates(self.structure)
         off = jnp.zeros(len(names))
 
         def surrogate(name: str, after: Float[Array, " separation"], exact: Array) -> Array:
             nonlocal off
             if name not in names:
                 return exact
-            near = rest_pose.surrogate_value(
-                self.structure, data, transform, q, after.reshape(2, -1), name
-            )
+            near = transform.surrogate(self.structure, data, q, after.reshape(2, -1), name)
             i, by = names.index(name), jax.lax.stop_gradient(exact - near)
             if missed is not None:
                 by = jnp.where(jnp.isnan(missed[i]), by, missed[i])
             off = off.at[i].set(by)
             return near + by
 
-        given = {} if self.structure.in_deviates else {"surrogate": surrogate}
+        given = {"surrogate": surrogate}
         joint, trace = log_density(self.rung.model, (self.structure, data), given, sites)
         quantities = sites | _recorded(trace)
         terms = own.terms(self.structure, data, quantities)
@@ -174,7 +170,7 @@ class Target:
 
         return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))
 
-    def levels(self, data: Data, transform: TransformParameters, q: Numbers) -> tuple[Array, ...]:
+    def levels(self, data: Data, regressions: Regressions, q: Numbers) -> tuple[Array, ...]:
         """Numerators and denominators of the levels at q, and their derivatives by q.
 
         The motion at q is that of the regressions. Derivatives of the velocities over sqrt(friction) by
@@ -183,7 +179,7 @@ class Target:
         """
 
         def value(q: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-            at = layout.separation_at(self.structure, data, transform, q)
+            at = layout.separation_at(self.structure, data, regressions, q)
             both = quotients(layout.levels_of(self.structure), *at)
             return both, both
 
@@ -192,15 +188,15 @@ class Target:
         as_measured = parts.from_standard(
             self.structure, data, jnp.zeros(len(self.structure.uncertain))
         )
-        by_z = layout.reduced(self.structure, data, transform, q)[1]
+        by_z = layout.reduced(self.structure, data, regressions, q)[1]
         to = parts.bodies(as_measured)
         return *values, *slopes, by_z, jnp.where(either_side(to), towards_b(to), 0.0)
 
-    def potential(self, w: Array, data: Data, transform: TransformParameters) -> Array:
+    def potential(self, w: Array, data: Data, transform: Transform) -> Array:
         """Minus the log density."""
         return -self.log_density(w, data, transform)
 
-    def steered(self, w: Array, data: Data, transform: TransformParameters) -> Array:
+    def steered(self, w: Array, data: Data, transform: Transform) -> Array:
         """`potential`, with a gradient that is cut where it is steeper than at draws of a posterior.
 
         NUTS samples the same density under any field of forces, and diverges where these grow faster
@@ -263,7 +259,7 @@ class Target:
         return jax.vmap(one)(jnp.asarray(separation), jnp.asarray(xi))
 
     def evaluate_rows(
-        self, data: Data, transform: TransformParameters, w: Numbers, missed: Numbers
+        self, data: Data, transform: Transform, w: Numbers, missed: Numbers
     ) -> Evaluated[Array]:
         """`evaluate` at each row of w, with the row of `missed` that belongs to it."""
 

@@ -27,8 +27,10 @@ from retrodict.inference.fitting.posterior import Posterior, run_outs_of
 from retrodict.inference.fitting.search import SUFFICIENT, Counted, Peak, counted, peaks
 from retrodict.inference.fitting.steps import in_enough_steps
 from retrodict.inference.transforms import layout
-from retrodict.inference.transforms.choice import Coordinates, transform_of
-from retrodict.inference.transforms.parameters import Quadratic, plain
+from retrodict.inference.transforms.choice import Coordinates
+from retrodict.inference.transforms.parameters import Regressions
+from retrodict.inference.transforms.rest_pose import example_regressions
+from retrodict.inference.transforms.standard import Deviates
 from retrodict.models import RUNGS
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.models.impact import E_M, SLIDING
@@ -196,9 +198,7 @@ def _of_turns(
     parts = [_by_deviates(structure, data, peak, seed, bent=bent) for peak in some]
     if len(parts) > 1:
         basins = tuple(
-            Basin(peak, part.transform.flattening)
-            for peak, part in zip(some, parts, strict=True)
-            if part.transform.flattening is not None
+            Basin(peak, part.in_deviates.flattening) for peak, part in zip(some, parts, strict=True)
         )
         parts = [replace(part, basins=Basins(basins, i)) for i, part in enumerate(parts)]
     return [Prepared(part, peak, scene) for part, peak in zip(parts, some, strict=True)]
@@ -259,12 +259,10 @@ def _by_deviates(
     """The posterior in standard normal deviates about a peak, with enough integration steps."""
 
     def attempt(structure: Structure, data: Data) -> tuple[Posterior, float, int]:
-        programs, n = programs_for(structure), structure.deviates
-        transform = plain(np.zeros(n), np.eye(n))
-        found = Posterior(programs, data, transform, np.zeros(2), peak.log_evidence, 0.0, peak=peak)
-        crashes = found.crashes.in_steps(SUFFICIENT)
+        crashes = Crashes(programs_for(structure.without_transform), data).in_steps(SUFFICIENT)
         flattening = flattened(crashes, peak, seed) if bent else straight(crashes, peak)
-        found = replace(found, transform=transform._replace(flattening=flattening))
+        programs, transform = programs_for(structure), Deviates.unwhitened(flattening)
+        found = Posterior(programs, data, transform, np.zeros(2), peak.log_evidence, 0.0, peak=peak)
         found = replace(found, unresolved=unresolved(found))
         return found, found.unresolved, steps_of(structure, data)
 
@@ -276,7 +274,7 @@ class _Fitted(NamedTuple):
 
     programs: Programs
     data: Data
-    regressions: tuple[Quadratic, Quadratic]
+    regressions: Regressions
     error: np.ndarray
     unresolved: float
 
@@ -288,7 +286,7 @@ def _by_rest_pose(structure: Structure, data: Data, peak: Peak) -> Posterior:
     def fitted(structure: Structure, data: Data) -> tuple[_Fitted, float, int]:
         programs, steps = programs_for(structure), steps_of(structure, data)
         if structure.inverted == VEHICLES:
-            nothing = transform_of(structure).example(structure).regressions
+            nothing = example_regressions(structure)
             return _Fitted(programs, data, nothing, np.zeros(2), 0.0), 0.0, steps
         separation = regression.shoot(programs, data, likely)
         regressions, error, run_outs = regression.fit(programs, data, separation)
@@ -337,17 +335,16 @@ def _about_mode(posterior: Posterior) -> Posterior:
     # constraints and whitening depend on the mode, and it on them: 3 rounds suffice without responses
     for _ in range(_WHITENINGS if responding else 3):
         posterior = _with_responses(posterior)
-        transform = posterior.transform
+        transform = posterior.in_rest_poses
         mode, value = posterior.potential.minimise(np.zeros(posterior.size))
         if not np.isfinite(value):
             raise _no_mode("density")
-        constrained, centre = (
-            posterior.constrained(mode),
-            transform.centre + np.asarray(transform.spread) @ mode,
+        centre, per_w = (
+            np.asarray(transform.whitening.centre),
+            np.asarray(transform.whitening.spread),
         )
-        axes = np.asarray(transform.spread) @ spread(
-            posterior.potential.curvature(mode), _RIDGE if responding else _FLAT
-        )
+        constrained, centre = posterior.constrained(mode), centre + per_w @ mode
+        axes = per_w @ spread(posterior.potential.curvature(mode), _RIDGE if responding else _FLAT)
         if not (np.isfinite(axes).all() and np.isfinite(constrained).all()):
             raise _no_mode("curvature")
         side, kept = np.asarray(transform.constraints.side), float(transform.constraints.kept)

@@ -18,8 +18,10 @@ from retrodict.inference.fitting.optimise import Potential
 from retrodict.inference.fitting.ridge import Ridge, ridge_of
 from retrodict.inference.fitting.search import Peak
 from retrodict.inference.transforms import layout
-from retrodict.inference.transforms.choice import transform_of
-from retrodict.inference.transforms.parameters import TransformParameters, plain
+from retrodict.inference.transforms.choice import Transform
+from retrodict.inference.transforms.parameters import Affine
+from retrodict.inference.transforms.rest_pose import RestPose
+from retrodict.inference.transforms.standard import Deviates
 from retrodict.models import parts
 from retrodict.models.arrays import Data, in_steps, steps_of
 
@@ -45,7 +47,7 @@ class Posterior:
 
     programs: Programs
     data: Data
-    transform: TransformParameters
+    transform: Transform
     regression_error: np.ndarray
     log_evidence: float
     unresolved: float
@@ -55,7 +57,7 @@ class Posterior:
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.transform.spread.shape[1]
+        return self.transform.whitening.size
 
     @cached_property
     def potential(self) -> Potential:
@@ -96,25 +98,24 @@ class Posterior:
         Args:
             w: the draws, shape (any, q).
         """
-        if not self.programs.structure.in_deviates:
+        if not isinstance(self.transform, Deviates):
             return self
-        spread = np.asarray(self.transform.spread)
+        spread = np.asarray(self.transform.whitening.spread)
         # part of the former spread, so that few draws do not make it flat
         covariance = (w.shape[0] * np.cov(w.T) + _AS_DRAWS * np.eye(self.size)) / (
             w.shape[0] + _AS_DRAWS
         )
-        centre = np.asarray(self.transform.centre) + spread @ w.mean(axis=0)
-        whitened = plain(centre, spread @ np.linalg.cholesky(covariance))
-        transform = whitened._replace(flattening=self.transform.flattening)
-        return replace(self, transform=transform)
+        centre = np.asarray(self.transform.whitening.centre) + spread @ w.mean(axis=0)
+        whitened = Affine.about(centre, spread @ np.linalg.cholesky(covariance))
+        return replace(self, transform=self.transform._replace(whitening=whitened))
 
     def with_responses(self, w: np.ndarray) -> Posterior:
         """The same posterior with responses fitted to the run-outs at points; w has shape (any, q)."""
         structure, quantities = self.programs.structure, self.evaluate(w)[1]
-        on_way = transform_of(structure).surrogates(structure)[len(structure.rest_components) :]
+        on_way = RestPose.surrogates(structure)[len(structure.rest_components) :]
         predicted = {k: quantities[f"predicted/{k}"] for k in on_way}
         responses = regression.responses(structure, self.data, run_outs_of(quantities), predicted)
-        return replace(self, transform=self.transform._replace(responses=responses))
+        return replace(self, transform=self.in_rest_poses._replace(responses=responses))
 
     def converted_to(self, other: Posterior, w: np.ndarray) -> np.ndarray:
         """Points in the coordinates of the same posterior, whitened by draws or as it was before.
@@ -125,9 +126,7 @@ class Posterior:
         """
         if not self.programs.structure.in_deviates:
             return w
-        q = np.asarray(self.transform.centre) + w @ np.asarray(self.transform.spread).T
-        off = q - np.asarray(other.transform.centre)
-        return np.linalg.solve(np.asarray(other.transform.spread), off.T).T
+        return other.transform.whitening.inverse(self.transform.whitening.transform(w))
 
     def evaluate(self, w: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """`log_density`; and the model's unknowns and what follows from them, at the same points."""
@@ -145,7 +144,7 @@ class Posterior:
         if structure.in_deviates:
             return self._at_deviates(w)
         if missed is None:
-            count = len(transform_of(structure).surrogates(structure))
+            count = len(RestPose.surrogates(structure))
             missed = np.full((len(w), count), np.nan)
         elif structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
@@ -164,12 +163,21 @@ class Posterior:
             log_prior + log_likelihood + self.log_volume, quantities, u, np.zeros((len(w), 0))
         )
 
+    @property
+    def in_deviates(self) -> Deviates:
+        """The transform where deviates are coordinates."""
+        assert isinstance(self.transform, Deviates), "else rest poses are coordinates"
+        return self.transform
+
+    @property
+    def in_rest_poses(self) -> RestPose:
+        """The transform where rest poses are coordinates."""
+        assert isinstance(self.transform, RestPose), "else deviates are coordinates"
+        return self.transform
+
     def deviates(self, w: np.ndarray) -> np.ndarray:
         """Deviates at points, where these are coordinates; shape (any, n)."""
-        flattening = self.transform.flattening
-        assert flattening is not None, "parameters of deviates have one"
-        v = np.asarray(self.transform.centre) + w @ np.asarray(self.transform.spread).T
-        return flattening.deviates(v, np)
+        return self.in_deviates.transform(w)
 
     @cached_property
     def ridge(self) -> Ridge | None:
@@ -178,15 +186,12 @@ class Posterior:
 
     def at_deviates(self, u: np.ndarray) -> np.ndarray:
         """Points w at given deviates, where these are coordinates; shape (any, n)."""
-        assert self.transform.flattening is not None, "parameters of deviates have one"
-        off = self.transform.flattening.inverse(u) - np.asarray(self.transform.centre)
-        return np.linalg.solve(np.asarray(self.transform.spread), off.T).T
+        return self.in_deviates.inverse(u)
 
     @property
     def log_volume(self) -> float:
         """Log |d deviates / d w|, the same everywhere."""
-        assert self.transform.flattening is not None, "parameters of deviates have one"
-        return float(self.transform.log_volume) + float(self.transform.flattening.log_volume)
+        return self.in_deviates.log_volume
 
     @cached_property
     def crashes(self) -> Crashes:
@@ -204,7 +209,7 @@ class Posterior:
         return replace(self, programs=programs_for(fixed))
 
     @cached_property
-    def _numbers(self) -> tuple[Data, TransformParameters]:
+    def _numbers(self) -> tuple[Data, Transform]:
         """Arguments of the programs besides w, given to JAX once: that takes as long as a call."""
         return jax.device_put((self.data, self.transform))
 

@@ -15,6 +15,7 @@ from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.whitening import whitened_about
 from retrodict.inference.transforms import layout
 from retrodict.inference.transforms.parameters import REACH, Quadratic, saturated
+from retrodict.inference.transforms.standard import Deviates
 from retrodict.models.arrays import Data, Structure
 from retrodict.scene.records import VEHICLES
 
@@ -44,20 +45,18 @@ def rebased(
         unresolved=posterior.unresolved * float(np.max([1.0, *sharper])),
     )
     transform = posterior.transform
-    if not transform.regressions[0].constant.size:
+    if isinstance(transform, Deviates):
         return found
     for_a, for_b = (
         _rebased(structure, before, data, v, regression)
         for v, regression in zip(VEHICLES, transform.regressions, strict=True)
     )
-    if structure.in_deviates:
-        return replace(found, transform=transform._replace(regressions=(for_a, for_b)))
     about = whitened_about(
         posterior.programs,
         data,
         (for_a, for_b),
-        np.asarray(transform.centre),
-        np.asarray(transform.spread),
+        np.asarray(transform.whitening.centre),
+        np.asarray(transform.whitening.spread),
         posterior.constrained(np.zeros(posterior.size)) if constrained is None else constrained,
         np.asarray(transform.constraints.side),
         float(transform.constraints.kept),

@@ -16,14 +16,14 @@ from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import BATCH, INPUTS, REACHED
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.quadratic import as_quadratic, least_squares, terms
-from retrodict.inference.transforms import layout, rest_pose
+from retrodict.inference.transforms import layout
+from retrodict.inference.transforms.parameters import Regressions, ResponseSurface
 from retrodict.models.arrays import Data, Structure, in_steps, steps_of
 from retrodict.scene.records import VEHICLES
 
 _ROUNDS = 4
-_REACHES = (
-    1.0  # standard deviations of a rest pose: a run-out that misses by more does not reach it
-)
+# standard deviations of a rest pose: a run-out that misses by more does not reach it
+_REACHES = 1.0
 _STEP = 1e-4  # step of velocities in difference quotients, m/s and rad/s
 _UNIT = 1.0  # unit of velocities that replace unmeasured components, m/s and rad/s
 _NEAR = 6.0  # distance from the measured rest over which run-outs lose weight, standard deviations
@@ -56,7 +56,6 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
     V = np.where(_undetermined(programs), target, V)
     best = np.full((2,), np.inf)
     found = np.zeros((2, size))
-    weight = _TURNING[:size]
     damping = np.ones((starts, 2, 1))
     previous, cost_before = V.copy(), np.full((starts, 2), np.inf)
     for _ in range(14):
@@ -77,15 +76,7 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
         if np.all(best < 1e-6):
             break
         damping = np.where(worse[..., None], damping / 4, np.minimum(damping * 2, 1))
-        J = np.moveaxis((ends[:, 1:] - ends[:, :1]) / (_STEP * sd), 1, -1)
-        J = np.nan_to_num(J, posinf=0.0, neginf=0.0)
-        ridge = J.swapaxes(-1, -2) @ J
-        relative = 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None]
-        ridge += (relative + 1e-12) * np.eye(size)
-        step = -np.linalg.solve(ridge, J.swapaxes(-1, -2) @ np.nan_to_num(miss)[..., None])[..., 0]
-        limit = 0.3 * np.linalg.norm(V * weight, axis=-1, keepdims=True) + 0.5
-        length = np.linalg.norm(step * weight, axis=-1, keepdims=True)
-        step *= np.minimum(1, limit / np.maximum(length, 1e-12))
+        step = _newton(V, miss, (ends[:, 1:] - ends[:, :1]) / (_STEP * sd))
         # a start that got worse goes back and tries a shorter step
         V_next = np.where(worse[..., None], (V + 3 * previous) / 4, V + damping * step)
         previous = np.where(worse[..., None], previous, V)
@@ -101,11 +92,28 @@ def shoot(programs: Programs, data: Data, likely: np.ndarray) -> np.ndarray:
     return found.ravel()
 
 
+def _newton(V: np.ndarray, miss: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Newton's steps to where nothing is missed, limited in length; shape (starts, 2, v).
+
+    Args:
+        V: velocities after the impact of each start, m/s and rad/s, shape (starts, 2, v).
+        miss: misses of the rest poses, in standard deviations, shape (starts, 2, v).
+        slopes: derivatives of the misses by each velocity, shape (starts, velocity, 2, v).
+    """
+    J = np.nan_to_num(np.moveaxis(slopes, 1, -1), posinf=0.0, neginf=0.0)
+    ridge = J.swapaxes(-1, -2) @ J
+    relative = 1e-9 * np.trace(ridge, axis1=-2, axis2=-1)[..., None, None]
+    ridge += (relative + 1e-12) * np.eye(V.shape[-1])
+    step = -np.linalg.solve(ridge, J.swapaxes(-1, -2) @ np.nan_to_num(miss)[..., None])[..., 0]
+    weight = _TURNING[: V.shape[-1]]
+    limit = 0.3 * np.linalg.norm(V * weight, axis=-1, keepdims=True) + 0.5
+    length = np.linalg.norm(step * weight, axis=-1, keepdims=True)
+    return step * np.minimum(1, limit / np.maximum(length, 1e-12))
+
+
 def fit(
     programs: Programs, data: Data, separation: np.ndarray
-) -> tuple[
-    tuple[rest_pose.Quadratic, rest_pose.Quadratic], np.ndarray, tuple[np.ndarray, np.ndarray]
-]:
+) -> tuple[Regressions, np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """The quadratic regressions about a solution of `shoot`.
 
     Args:
@@ -158,7 +166,7 @@ def responses(
     data: Data,
     run_outs: tuple[np.ndarray, np.ndarray],
     predicted: dict[str, np.ndarray],
-) -> tuple[rest_pose.ResponseSurface, ...]:
+) -> tuple[ResponseSurface, ...]:
     """Response surfaces of the vehicles of `with_response_surface`, fitted to run-outs.
 
     Args:
@@ -177,7 +185,7 @@ def _response(
     run_outs: tuple[np.ndarray, np.ndarray],
     predicted: dict[str, np.ndarray],
     v: str,
-) -> rest_pose.ResponseSurface:
+) -> ResponseSurface:
     size, i = len(structure.rests), VEHICLES.index(v)
     names = structure.on_way_of(v)
     velocity, shape = run_outs[0].reshape(-1, 2, size)[:, i], run_outs[1]
@@ -194,7 +202,7 @@ def _response(
     # run-outs far from the measurements are weakly informative, but enough of them must have weight
     reach = max(_NEAR, np.sort(off)[min(2 * A.shape[1], len(off) - 1)])
     surface = least_squares(A, items, np.exp(-0.25 * (off / reach) ** 2))
-    return rest_pose.ResponseSurface(centre, unit, as_quadratic(surface, size + shape.shape[1]))
+    return ResponseSurface(centre, unit, as_quadratic(surface, size + shape.shape[1]))
 
 
 def unresolved(programs: Programs, data: Data, run_outs: tuple[np.ndarray, np.ndarray]) -> float:

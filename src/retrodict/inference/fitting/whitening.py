@@ -8,8 +8,9 @@ from scipy.special import ndtr
 
 from retrodict.inference.density.compiled import Programs
 from retrodict.inference.density.kernels import LEVELS
-from retrodict.inference.transforms import layout, rest_pose
-from retrodict.inference.transforms.parameters import Constraints, Quadratic, TransformParameters
+from retrodict.inference.transforms import layout
+from retrodict.inference.transforms.parameters import Affine, Constraints, Regressions
+from retrodict.inference.transforms.rest_pose import RestPose
 from retrodict.inference.transforms.soft_bounds import (
     raised,
     soft_lower_bound_inverse,
@@ -32,13 +33,13 @@ Spread = Float[np.ndarray, "q any"]
 def whitened_about(
     programs: Programs,
     data: Data,
-    regressions: tuple[Quadratic, Quadratic],
+    regressions: Regressions,
     centre: Point,
     spread: Spread,
     constrained: Point | None = None,
     side: Float[np.ndarray, " levels"] | None = None,
     kept: float = KEPT,
-) -> TransformParameters:
+) -> RestPose:
     """A transform about `centre`, constrained along the cheapest directions of `spread`.
 
     Args:
@@ -54,7 +55,7 @@ def whitened_about(
         kept: softness of the share of the sliding, `Constraints.kept`.
     """
     structure = programs.structure
-    held, empty = layout.held_of(structure), rest_pose.RestPose().example(structure)
+    held, empty = layout.held_of(structure), RestPose.example(structure)
     constraints = empty.constraints
     if layout.levels_of(structure):
         constrained = centre if constrained is None else constrained
@@ -64,15 +65,14 @@ def whitened_about(
     along, slope = np.asarray(constraints.along)[:held], np.asarray(constraints.slope)[:held]
     spread = _triangular(spread, slope)
     volume = np.linalg.slogdet(np.concatenate([spread, along.T], axis=1))[1]
-    return TransformParameters(
-        regressions, constraints, centre, spread, np.array(volume), empty.responses
-    )
+    whitening = Affine(centre, spread, np.array(volume))
+    return RestPose(whitening, regressions, constraints, empty.responses)
 
 
 def _wall(
     programs: Programs,
     data: Data,
-    regressions: tuple[Quadratic, Quadratic],
+    regressions: Regressions,
     centre: Point,
     spread: Spread,
     constrained: Point,
@@ -82,8 +82,9 @@ def _wall(
     """The constraints of `whitened_about`, and the spread without its part that changes held levels."""
     structure = programs.structure
     levels, held = layout.levels_of(structure), layout.held_of(structure)
-    flat = rest_pose.RestPose().example(structure)._replace(regressions=regressions)
-    over, under, *slopes, by_z, sense = map(np.asarray, programs(LEVELS, data, flat, constrained))
+    over, under, *slopes, by_z, sense = map(
+        np.asarray, programs(LEVELS, data, regressions, constrained)
+    )
     if side is None:
         # vehicles close in, each from its own side, whatever the centre says
         known = [level == E and sense != 0 for level in levels]
@@ -117,25 +118,23 @@ def _wall(
         sd = np.maximum(precision[-1, -1] ** -0.5, _NARROW)  # with those before it held
         softness[i] = softness_for(sd, margin[i])
     across = _across(structure, slope, by_z)
-    return Constraints(side, order, unbent, slope, along, across, softness, np.array(kept)), spread
+    softly = softness, np.array(kept)
+    return Constraints(centre, side, order, unbent, slope, along, across, *softly), spread
 
 
-def sliding(
-    programs: Programs, data: Data, regressions: tuple[Quadratic, Quadratic], q: Point
-) -> Point:
+def sliding(programs: Programs, data: Data, regressions: Regressions, q: Point) -> Point:
     """A point whose share of the sliding, where that is sampled, is set to that of its motion."""
     if not layout.samples_sliding(programs.structure):
         return q
     at = layout.levels_of(programs.structure).index(SLIDING)
-    flat = rest_pose.RestPose().example(programs.structure)._replace(regressions=regressions)
-    over, under = map(np.asarray, programs(LEVELS, data, flat, q)[:2])
+    over, under = map(np.asarray, programs(LEVELS, data, regressions, q)[:2])
     q = q.copy()
     q[-1] = soft_lower_bound_inverse(float(np.clip(over[at] / under[at], *_LIKELY)), KEPT) / KEPT
     return q
 
 
 def softened(
-    transform: TransformParameters, *points: Float[np.ndarray, "q *any"]
+    transform: RestPose, *points: Float[np.ndarray, "q *any"]
 ) -> tuple[float, list[Float[np.ndarray, "q *any"]]]:
     """Best softness of the share of the sliding at zero, given its mode, and points in that unit.
 

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from retrodict.inference.density.compiled import Programs
 from retrodict.inference.samplers import importance, laplace, nuts, propagation, smc
 from retrodict.inference.samplers.draws import Draws, Progress, Task
-from retrodict.inference.transforms.parameters import TransformParameters
+from retrodict.inference.transforms.choice import Transform
 from retrodict.models.arrays import Data
 
 
-def _no_kernels(
-    programs: Programs, warmup: int, data: Data, transform: TransformParameters
-) -> None:
+def _no_kernels(programs: Programs, warmup: int, data: Data, transform: Transform) -> None:
     """Compile nothing, for a method that has no kernels of its own."""
 
 
@@ -45,7 +43,7 @@ class Method:
     solves_back: bool = False
     follows: bool = False
     weighs: bool = False
-    compile_ahead: Callable[[Programs, int, Data, TransformParameters], None] = _no_kernels
+    compile_ahead: Callable[[Programs, int, Data, Transform], None] = _no_kernels
 
 
 METHODS = {

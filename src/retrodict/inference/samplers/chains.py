@@ -21,8 +21,7 @@ from retrodict.inference.density.log_density import Target
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Task
 from retrodict.inference.threads import cores
-from retrodict.inference.transforms.choice import transform_of
-from retrodict.inference.transforms.parameters import TransformParameters
+from retrodict.inference.transforms.choice import Transform
 from retrodict.models.arrays import Data
 from retrodict.storage import checkpoint
 
@@ -117,7 +116,7 @@ def kernels(
     warmup: int,
     target_accept: float,
     data: Data,
-    transform: TransformParameters,
+    transform: Transform,
 ) -> tuple[Kernel[..., HMCState], Kernel[..., tuple[HMCState, dict[str, Array]]]]:
     """Kernels of NUTS that start a chain and advance it by a block; their compilation begins here.
 
@@ -135,7 +134,7 @@ def kernels(
 
     @cache  # NumPyro's step works only once its start was traced
     def of(target: Target) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        def potential_of(data: Data, transform: TransformParameters) -> Callable[[Array], Array]:
+        def potential_of(data: Data, transform: Transform) -> Callable[[Array], Array]:
             return lambda w: target.steered(w, data, transform)
 
         return hmc(potential_fn_gen=potential_of, algo="NUTS")
@@ -155,7 +154,7 @@ def kernels(
         )
 
     def block(
-        target: Target, state: HMCState, data: Data, transform: TransformParameters
+        target: Target, state: HMCState, data: Data, transform: Transform
     ) -> tuple[HMCState, dict[str, Array]]:
         step = of(target)[1]
 
@@ -177,7 +176,7 @@ def kernels(
     advance: Kernel[..., tuple[HMCState, dict[str, Array]]] = Kernel(
         f"advance {warmup} {target_accept}", block
     )
-    n = transform_of(programs.structure).size(programs.structure)
+    n = transform.whitening.size
     nowhere = ((0, 0), np.zeros(n), 0.0, np.zeros(n), data, transform)
     programs.expect(start, *nowhere)
     programs.expect(

@@ -14,7 +14,7 @@ from retrodict.inference.samplers.chains import Chains, sample
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.importance import weighted_points
 from retrodict.inference.samplers.psis import resampled, smoothed
-from retrodict.inference.transforms.parameters import TransformParameters
+from retrodict.inference.transforms.choice import Transform
 from retrodict.models.arrays import Data, Structure
 from retrodict.storage import checkpoint
 
@@ -81,9 +81,7 @@ def refitted(posterior: Posterior, seed: int) -> Posterior:
     return posterior.refit(w[resampled(smoothed(log_weight)[0], _PILOT, rng)])
 
 
-def compile_ahead(
-    programs: Programs, warmup: int, data: Data, transform: TransformParameters
-) -> None:
+def compile_ahead(programs: Programs, warmup: int, data: Data, transform: Transform) -> None:
     """Have the first run's kernels compiled in the background, in rest-pose coordinates."""
     chains.kernels(programs, warmup, targets(programs.structure)[0], data, transform)
 

@@ -17,8 +17,9 @@ from retrodict.inference.density.log_density import Target
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.importance import disagreements
-from retrodict.inference.transforms import layout, rest_pose
-from retrodict.inference.transforms.parameters import Numbers, TransformParameters
+from retrodict.inference.transforms import layout
+from retrodict.inference.transforms.parameters import Numbers
+from retrodict.inference.transforms.rest_pose import RestPose
 from retrodict.models import parts
 from retrodict.models.arrays import Data
 
@@ -33,20 +34,16 @@ def linear(task: Task) -> Draws:
     return _compared(task, _PROPAGATE)
 
 
-def _solve_back(
-    target: Target, data: Data, transform: TransformParameters, q: Numbers
-) -> parts.Values:
+def _solve_back(target: Target, data: Data, transform: RestPose, q: Numbers) -> parts.Values:
     """The model's unknowns at each row of q, without priors or bounds."""
-    return jax.vmap(lambda q: rest_pose.solve_back(target.structure, data, transform, q))(q)
+    return jax.vmap(lambda q: transform.solve_back(target.structure, data, q))(q)
 
 
-def _propagate(
-    target: Target, data: Data, transform: TransformParameters, q: Numbers
-) -> parts.Values:
+def _propagate(target: Target, data: Data, transform: RestPose, q: Numbers) -> parts.Values:
     """The model's unknowns at each row of q, to first order about the measured values."""
 
     def exact(q: Array) -> parts.Values:
-        return rest_pose.solve_back(target.structure, data, transform, q)
+        return transform.solve_back(target.structure, data, q)
 
     def to_first_order(q: Array) -> parts.Values:
         return jax.tree.map(jnp.add, *jax.jvp(exact, (jnp.zeros_like(q),), (q,)))
@@ -58,11 +55,12 @@ SOLVE_BACK = Kernel("solve_back", _solve_back, 0)
 _PROPAGATE = Kernel("propagate", _propagate, 0)
 
 
-def _compared(task: Task, way: Kernel[[Data, TransformParameters, Numbers], parts.Values]) -> Draws:
+def _compared(task: Task, way: Kernel[[Data, RestPose, Numbers], parts.Values]) -> Draws:
     """Random measurements solved back by a kernel, and compared with the posterior."""
     posterior = task.posterior
     structure = posterior.programs.structure
-    if structure.in_deviates or structure.unmeasured:
+    transform = posterior.transform
+    if not isinstance(transform, RestPose) or structure.unmeasured:
         raise Unanswerable(
             "this method solves back from where both vehicles slid to rest, which this scene does not "
             "give: use another method"
@@ -77,7 +75,7 @@ def _compared(task: Task, way: Kernel[[Data, TransformParameters, Numbers], part
     programs, data = posterior.programs, posterior.data
 
     def follow(q: np.ndarray) -> parts.Values:
-        sites = programs(way, data, posterior.transform, q)
+        sites = programs(way, data, transform, q)
         return sites | programs(SIMULATE, data, sites)
 
     quantities = in_chunks(follow, q.reshape(-1, n))

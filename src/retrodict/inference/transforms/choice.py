@@ -1,18 +1,15 @@
-"""Choice of the coordinates that a posterior is sampled in, and of their transform."""
+"""Coordinates that a posterior is sampled in, and the two transforms to a model's unknowns."""
 
 from __future__ import annotations
 
 from enum import Enum
 
-from retrodict.inference.transforms.protocol import Transform
 from retrodict.inference.transforms.rest_pose import RestPose
-from retrodict.inference.transforms.standard import Standard
-from retrodict.models.arrays import Structure, TransformName
+from retrodict.inference.transforms.standard import Deviates
+from retrodict.models.arrays import Structure
 
-_TRANSFORMS: dict[TransformName, Transform] = {
-    "rest-pose": RestPose(),
-    "standard": Standard(),
-}
+Transform = RestPose | Deviates
+"""A bijection from sampled coordinates, in which a posterior is near a standard normal."""
 
 
 class Coordinates(Enum):
@@ -24,6 +21,7 @@ class Coordinates(Enum):
     SOLVED_BACK = "rest poses, even where they do not cover the posterior"
 
 
-def transform_of(structure: Structure) -> Transform:
-    """The transform of a structure."""
-    return _TRANSFORMS[structure.transform]
+def size_of(structure: Structure) -> int:
+    """Number of sampled coordinates of a structure."""
+    kind = Deviates if structure.in_deviates else RestPose
+    return kind.size_of(structure)

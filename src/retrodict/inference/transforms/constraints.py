@@ -22,7 +22,7 @@ from retrodict.inference.transforms.layout import (
 from retrodict.inference.transforms.parameters import (
     Constraints,
     Q,
-    TransformParameters,
+    Regressions,
     times,
 )
 from retrodict.inference.transforms.soft_bounds import soft_lower_bound
@@ -55,7 +55,7 @@ class Constrained(NamedTuple):
 
 
 def constrain(
-    structure: Structure, data: Data, transform: TransformParameters, q: Q
+    structure: Structure, data: Data, constraints: Constraints, regressions: Regressions, q: Q
 ) -> Constrained:
     """Move q, then the motion, until each margin is softly above zero, or zero where its level is held.
 
@@ -64,21 +64,16 @@ def constrain(
     so are the derivatives of the margins; all other derivatives take account of the lengths of the
     moves alone, which is cheap and accurate enough for a gradient that only steers a sampler.
     """
-    levels, constraints = (
-        levels_of(structure),
-        Constraints(*map(jnp.asarray, transform.constraints)),
-    )
-    held, count = held_of(structure), len(transform.constraints.margin)
+    levels, constraints = levels_of(structure), Constraints(*map(jnp.asarray, constraints))
+    held, count = held_of(structure), len(constraints.margin)
 
-    first, aim, share, shift = _constrained_along_q(
-        constraints, held, q - jnp.asarray(transform.centre)
-    )
+    first, aim, share, shift = _constrained_along_q(constraints, held, q - constraints.centre)
     there = q + shift @ constraints.along
 
     # then change the motion by the small remainder
     x = parts.from_standard(structure, data, split(structure, there)[1])
     scale = friction_scale(structure, data, x)
-    velocities, slopes = reduced(structure, data, transform, there)
+    velocities, slopes = reduced(structure, data, regressions, there)
 
     kept = soft_lower_bound(constraints.kept * there[-1], constraints.kept)[
         0

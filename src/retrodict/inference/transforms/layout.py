@@ -14,7 +14,7 @@ from retrodict.inference.transforms.parameters import (
     REACH,
     Numbers,
     Q,
-    TransformParameters,
+    Regressions,
     saturated,
     times,
 )
@@ -123,13 +123,13 @@ def friction_scale(structure: Structure, data: Data, x: parts.Values) -> Float[A
 
 
 def reduced(
-    structure: Structure, data: Data, transform: TransformParameters, q: Q
+    structure: Structure, data: Data, regressions: Regressions, q: Q
 ) -> tuple[Float[Array, " separation"], Float[Array, "2 v v"]]:
     """Velocities after the impact over sqrt(friction) at q, and each vehicle's slopes by its z."""
     velocities, slopes = [], []
     v = len(structure.rests)
     for name, regression, x in zip(
-        VEHICLES, transform.regressions, _regression_arguments(structure, q), strict=True
+        VEHICLES, regressions, _regression_arguments(structure, q), strict=True
     ):
         if name in structure.inverted:
             V, by_z = _inverted(structure, data, q, name)
@@ -171,11 +171,11 @@ def _regression_arguments(structure: Structure, q: Q) -> list[Float[Array, " k"]
 
 
 def separation_at(
-    structure: Structure, data: Data, transform: TransformParameters, q: Q
+    structure: Structure, data: Data, regressions: Regressions, q: Q
 ) -> tuple[Float[Array, " separation"], parts.Values]:
     """Velocities after the impact, and measured inputs, at q."""
     x = parts.from_standard(structure, data, split(structure, q)[1])
-    return friction_scale(structure, data, x) * reduced(structure, data, transform, q)[0], x
+    return friction_scale(structure, data, x) * reduced(structure, data, regressions, q)[0], x
 
 
 def over(m: Float[Array, "n n"], b: Float[Numbers, "n k"]) -> Float[Array, "n k"]:

@@ -1,4 +1,4 @@
-"""The numbers that a transform is made of: records of arrays, which programs take as arguments."""
+"""The parts of transforms: trees of arrays with their maps, which programs take as arguments."""
 
 from __future__ import annotations
 
@@ -13,6 +13,45 @@ REACH = 4.0  # saturation of the quadratic's arguments (standard deviations), so
 
 Numbers = Array | np.ndarray
 Q = Float[Array, " q"]
+Located = tuple[dict[str, Array], Float[Array, ""], Q]
+"""A value for each of the model's sample sites, the log determinant of the map there, and q."""
+
+
+class Affine(NamedTuple):
+    """The bijection w -> q: from a standard normal's coordinates to those about a mode.
+
+    Args:
+        centre: q at w = 0, shape (q,).
+        spread: q's change per w, shape (q, w); no column changes a held level, to first order.
+        log_volume: log |det| of the matrix of the spread and the directions of the held levels.
+    """
+
+    centre: Float[Numbers, " q"]
+    spread: Float[Numbers, "q w"]
+    log_volume: Float[Numbers, ""]
+
+    @classmethod
+    def about(cls, centre: Float[np.ndarray, " q"], spread: Float[np.ndarray, "q q"]) -> Affine:
+        """The bijection of a centre and a spread that holds no level."""
+        return cls(centre, spread, np.array(np.linalg.slogdet(spread)[1]))
+
+    @property
+    def size(self) -> int:
+        """Number of entries of w."""
+        return self.spread.shape[1]
+
+    def transform_and_log_det(self, w: Float[Array, " w"]) -> tuple[Q, Float[Array, ""]]:
+        """q at w, and log |d q / d w|."""
+        q = jnp.asarray(self.centre) + times(self.spread, w)
+        return q, jnp.asarray(self.log_volume)
+
+    def transform(self, w: Float[np.ndarray, "*any w"]) -> Float[np.ndarray, "*any q"]:
+        """q at points w, in NumPy."""
+        return np.asarray(self.centre) + w @ np.asarray(self.spread).T
+
+    def inverse(self, q: Float[np.ndarray, "points q"]) -> Float[np.ndarray, "points w"]:
+        """Points w at points q, where no level is held."""
+        return np.linalg.solve(np.asarray(self.spread), (q - np.asarray(self.centre)).T).T
 
 
 class Quadratic(NamedTuple):
@@ -46,10 +85,15 @@ def saturated(x: Float[Array | np.ndarray, "*any"], xp: ModuleType = jnp) -> Any
     return REACH * xp.tanh(x / REACH)
 
 
+Regressions = tuple[Quadratic, Quadratic]
+"""Velocities of A and B after the impact, over sqrt(friction), by (z, shaping inputs)."""
+
+
 class Constraints(NamedTuple):
     """Constraints that keep q within what the impact model bounds, and at what it holds.
 
     Args:
+        centre: q that margins are linear about, shape (q,).
         side: sign of each bounded level's denominator (1 for others): the branch, shape (levels,).
         order: order in which margins are constrained, as indices into `rest_pose.margins`; the arrays
             below follow it, shape (m,).
@@ -62,6 +106,7 @@ class Constraints(NamedTuple):
         kept: softness of the share of the sliding at zero, which is also the unit of its entry of q.
     """
 
+    centre: Float[Numbers, " q"]
     side: Float[Numbers, " levels"]
     order: Int[Numbers, " m"]
     margin: Float[Numbers, " m"]
@@ -126,47 +171,3 @@ class Flattening(NamedTuple):
         shift = constant + v @ linear.T + (by_s * s[..., None, :]).sum(axis=-1)
         rest = v.shape[-1] - self.bend.constant.shape[0]
         return xp.concatenate([shift, xp.zeros((*v.shape[:-1], rest))], axis=-1)
-
-
-class TransformParameters(NamedTuple):
-    """The numbers of the bijection w -> q -> the model's unknowns, and of the surrogates.
-
-    Args:
-        regressions: the quadratics for A and B.
-        constraints: constraints on the levels that the impact model bounds or holds.
-        centre: q at w = 0, shape (q,).
-        spread: q's change per w, shape (q, w); no column changes a held level, to first order.
-        log_volume: log |det| of the matrix of the spread and the directions of the held levels.
-        responses: response surface of each vehicle of `rest_pose.with_response_surface`.
-        flattening: flattening of standard normal deviates; None where these are not the coordinates.
-    """
-
-    regressions: tuple[Quadratic, Quadratic]
-    constraints: Constraints
-    centre: Float[Numbers, " q"]
-    spread: Float[Numbers, "q w"]
-    log_volume: Float[Numbers, ""]
-    responses: tuple[ResponseSurface, ...]
-    flattening: Flattening | None = None
-
-
-_NO_REGRESSIONS = (Quadratic(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))),) * 2
-_NO_CONSTRAINTS = Constraints(
-    *(np.zeros(0), np.zeros(0, int), np.zeros(0)),
-    *(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
-    *(np.zeros(0), np.ones(())),
-)
-
-
-def plain(centre: Float[np.ndarray, " q"], spread: Float[np.ndarray, "q w"]) -> TransformParameters:
-    """A transform without regressions or constraints: w counts from the centre along the spread."""
-    volume = np.array(np.linalg.slogdet(spread)[1])
-    return TransformParameters(_NO_REGRESSIONS, _NO_CONSTRAINTS, centre, spread, volume, ())
-
-
-def unwhitened(
-    parameters: TransformParameters, w: Float[Array, " w"]
-) -> tuple[Q, Float[Array, ""]]:
-    """q at w, and log |d q / d w|."""
-    q = jnp.asarray(parameters.centre) + times(parameters.spread, w)
-    return q, jnp.asarray(parameters.log_volume)

@@ -20,6 +20,8 @@ it; then the motion is changed by the small remainder, the solution of linear eq
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -40,56 +42,20 @@ from retrodict.inference.transforms.layout import (
     with_response_surface,
 )
 from retrodict.inference.transforms.parameters import (
+    Affine,
     Constraints,
+    Located,
     Q,
     Quadratic,
+    Regressions,
     ResponseSurface,
-    TransformParameters,
 )
-from retrodict.inference.transforms.protocol import Located, Transform
 from retrodict.inference.transforms.soft_bounds import soft_lower_bound
 from retrodict.models import RUNGS, parts
 from retrodict.models.arrays import Data, Structure
 from retrodict.models.impact import SLIDING, quotients
 from retrodict.scene.names import parsed
 from retrodict.scene.records import VEHICLES
-
-
-def surrogate_value(
-    structure: Structure,
-    data: Data,
-    transform: TransformParameters,
-    q: Q,
-    after: Float[Array, "2 v"],
-    name: str,
-) -> Float[Array, ""]:
-    """A run-out's prediction by its surrogate: rest poses by regressions, others by response surfaces.
-
-    Args:
-        structure: static structure of the scene.
-        data: numbers of the scene.
-        transform: parameters of the bijection.
-        q: point, shape (q,).
-        after: velocities after the impact at q, m/s and rad/s, shape (2, v).
-        name: name of a prediction that has a surrogate.
-    """
-    z, xi = split(structure, q)
-    if name in structure.rest_components:
-        return parts.rest_poses_at(structure, data, z).ravel()[
-            structure.rest_components.index(name)
-        ]
-    v = parsed(name).vehicle
-    response = transform.responses[with_response_surface(structure).index(v)]
-    shaping = np.array(shaping_inputs(structure, v), dtype=int)
-    items = response(after[VEHICLES.index(v)], xi[shaping])
-    return items[structure.on_way_of(v).index(name)]
-
-
-def solve_back(
-    structure: Structure, data: Data, transform: TransformParameters, q: Q
-) -> parts.Values:
-    """The model's unknowns at q = (z, xi) by the regressions and the closed form, without bounds."""
-    return unknowns_of(structure, data, q, *separation_at(structure, data, transform, q))[0]
 
 
 def unknowns_of(
@@ -113,7 +79,7 @@ def unknowns_of(
     return sites | {"speed_b": jnp.sqrt(v_bx**2 + v_by**2), "direction_b": direction}, log_det
 
 
-def example_regressions(structure: Structure) -> tuple[Quadratic, Quadratic]:
+def example_regressions(structure: Structure) -> Regressions:
     """Regressions of the right shapes and no meaning."""
     v = len(structure.rests)
     sizes = [v + len(shaping_inputs(structure, vehicle)) for vehicle in VEHICLES]
@@ -121,20 +87,47 @@ def example_regressions(structure: Structure) -> tuple[Quadratic, Quadratic]:
     return for_a, for_b
 
 
-class RestPose(Transform):
-    """Rest poses determine the motion: they are coordinates, with surrogates for run-outs."""
+def example_constraints(structure: Structure) -> Constraints:
+    """Constraints of the right shapes and no meaning."""
+    n, v, levels = _length(structure), len(structure.rests), levels_of(structure)
+    m = len(margins(levels, np.ones(len(levels)), *np.ones((2, len(levels)))))
+    nowhere = np.zeros((m, n))
+    across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
+    return Constraints(
+        *(np.zeros(n), side, np.arange(m), np.zeros(m), nowhere, nowhere, across),
+        *(np.ones(m), np.ones(())),
+    )
 
-    def length(self, structure: Structure) -> int:
-        """Number of entries of q."""
-        return length_for_regressions(structure) + samples_sliding(structure)
 
-    def size(self, structure: Structure) -> int:
+def _length(structure: Structure) -> int:
+    """Number of entries of q."""
+    return length_for_regressions(structure) + samples_sliding(structure)
+
+
+class RestPose(NamedTuple):
+    """Rest poses determine the motion: they are coordinates, with surrogates for run-outs.
+
+    Args:
+        whitening: bijection w -> q.
+        regressions: quadratics for A and B.
+        constraints: constraints on the levels that the impact model bounds or holds.
+        responses: response surface of each vehicle of `layout.with_response_surface`.
+    """
+
+    whitening: Affine
+    regressions: Regressions
+    constraints: Constraints
+    responses: tuple[ResponseSurface, ...]
+
+    @staticmethod
+    def size_of(structure: Structure) -> int:
         """Number of entries of w: those of q less the number of held levels."""
-        return self.length(structure) - held_of(structure)
+        return _length(structure) - held_of(structure)
 
-    def example(self, structure: Structure) -> TransformParameters:
-        """Parameters of the right shapes and no meaning."""
-        n, v = self.length(structure), len(structure.rests)
+    @classmethod
+    def example(cls, structure: Structure) -> RestPose:
+        """A transform of the right shapes and no meaning, to compile programs for."""
+        n, v = _length(structure), len(structure.rests)
         regressions = example_regressions(structure)
         responses = []
         for vehicle in with_response_surface(structure):
@@ -142,38 +135,60 @@ class RestPose(Transform):
             k = regressions[VEHICLES.index(vehicle)].linear.shape[1]
             surface = Quadratic(np.zeros(m), np.zeros((m, k)), np.zeros((m, k, k)))
             responses.append(ResponseSurface(np.zeros(v), np.ones(v), surface))
-        levels = levels_of(structure)
-        m = len(margins(levels, np.ones(len(levels)), *np.ones((2, len(levels)))))
-        nowhere = np.zeros((m, n))
-        across, side = np.zeros((m, 2 * v + 1)), np.ones(len(levels))
-        constraints = Constraints(
-            side, np.arange(m), np.zeros(m), nowhere, nowhere, across, np.ones(m), np.ones(())
-        )
-        spread = np.zeros((n, self.size(structure)))
-        return TransformParameters(
-            regressions, constraints, np.zeros(n), spread, np.zeros(()), tuple(responses)
-        )
+        whitening = Affine(np.zeros(n), np.zeros((n, cls.size_of(structure))), np.zeros(()))
+        return cls(whitening, regressions, example_constraints(structure), tuple(responses))
 
-    def surrogates(self, structure: Structure) -> tuple[str, ...]:
-        """Rest poses, then the evidence along the path to rest that has a response surface."""
+    @staticmethod
+    def surrogates(structure: Structure) -> tuple[str, ...]:
+        """Names of predictions with a surrogate: rest poses, then those of response surfaces."""
         on_way = (structure.on_way_of(v) for v in with_response_surface(structure))
         return (*structure.rest_components, *(name for names in on_way for name in names))
 
-    def from_q(
-        self,
-        structure: Structure,
-        data: Data,
-        parameters: TransformParameters,
-        q: Q,
-        log_det: Float[Array, ""],
+    def surrogate(
+        self, structure: Structure, data: Data, q: Q, after: Float[Array, "2 v"], name: str
+    ) -> Float[Array, ""]:
+        """A run-out's prediction: rest poses by the regressions, others by response surfaces.
+
+        Args:
+            structure: static structure of the scene.
+            data: numbers of the scene.
+            q: point, shape (q,).
+            after: velocities after the impact at q, m/s and rad/s, shape (2, v).
+            name: name of a prediction that has a surrogate.
+        """
+        z, xi = split(structure, q)
+        if name in structure.rest_components:
+            return parts.rest_poses_at(structure, data, z).ravel()[
+                structure.rest_components.index(name)
+            ]
+        v = parsed(name).vehicle
+        response = self.responses[with_response_surface(structure).index(v)]
+        shaping = np.array(shaping_inputs(structure, v), dtype=int)
+        items = response(after[VEHICLES.index(v)], xi[shaping])
+        return items[structure.on_way_of(v).index(name)]
+
+    def solve_back(self, structure: Structure, data: Data, q: Q) -> parts.Values:
+        """The model's unknowns at q = (z, xi) by regressions and closed form, without bounds."""
+        at = separation_at(structure, data, self.regressions, q)
+        return unknowns_of(structure, data, q, *at)[0]
+
+    def transform_and_log_det(
+        self, structure: Structure, data: Data, w: Float[Array, " w"]
     ) -> Located:
-        """The unknowns, the log determinant with the given one, and q after constraints moved it."""
+        """The unknowns at w, log |d unknowns / d w|, and q after constraints moved it.
+
+        Args:
+            structure: static structure of the scene.
+            data: numbers of the scene.
+            w: point of the sampled space, shape (w,).
+        """
+        q, log_det = self.whitening.transform_and_log_det(w)
         v = len(structure.rest_components)
         constrained = Constrained(q, jnp.zeros(v + 1), jnp.zeros(q.size), {}, jnp.zeros(()))
         if levels_of(structure):
-            constrained = constrain(structure, data, parameters, q)
-        slopes = reduced(structure, data, parameters, constrained.q)[1]
-        separation, x = separation_at(structure, data, parameters, constrained.q)
+            constrained = constrain(structure, data, self.constraints, self.regressions, q)
+        slopes = reduced(structure, data, self.regressions, constrained.q)[1]
+        separation, x = separation_at(structure, data, self.regressions, constrained.q)
         log_det += constrained.log_det + v * jnp.log(friction_scale(structure, data, x))
         log_det += log_det_of(slopes[0]) + log_det_of(slopes[1])
         x["speed_a"] += constrained.motion[v]
@@ -184,7 +199,7 @@ class RestPose(Transform):
         if samples_sliding(structure):  # sliding, held at share times divisor, moves with both
             x = parts.from_standard(structure, data, split(structure, q)[1])
             free = quotients((SLIDING,), separation + constrained.motion[:v], x)[1][0]
-            softness = jnp.asarray(parameters.constraints.kept)
+            softness = jnp.asarray(self.constraints.kept)
             log_det += (
                 jnp.log(jnp.abs(free) * softness) + soft_lower_bound(softness * q[-1], softness)[1]
             )

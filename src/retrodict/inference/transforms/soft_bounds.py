@@ -1,6 +1,6 @@
-"""Smooth maps of the real line to the values above zero, or between bounds.
+"""Smooth map of the real line to the values above zero.
 
-They are close to the identity away from the bounds. Their slope is the normal distribution function of
+It is close to the identity away from zero. Its slope is the normal distribution function of
 the distance to a bound in units of the softness, so that a density which a bound truncates falls off
 beyond it as fast as a normal one. (The logistic function's slower fall cost importance
 sampling a third of all scenes.)
@@ -49,15 +49,6 @@ def softness_for(sd: Levels, level: Levels) -> Levels:
     return sd * np.clip(1.3 - 0.3 * level / sd, 0.6, 1.25)
 
 
-def soft_interval(
-    level: Levels, softness: Levels, low: Levels, high: Levels
-) -> tuple[Array, Array]:
-    """Map of the real line into (low, high), the identity away from both; and the log of its slope."""
-    above, below = jnp.asarray((level - low) / softness), jnp.asarray((level - high) / softness)
-    rise, log_slope = _between(jnp.stack([above, below]))
-    return jnp.asarray(low + softness * rise), log_slope
-
-
 @jax.custom_jvp
 def _ramp(u: Float[Array, "*any"]) -> tuple[Array, Array]:
     """The integral of the normal distribution function up to u, and log of its slope there."""
@@ -74,21 +65,3 @@ def _(primals: tuple[Any], tangents: tuple[Any]) -> tuple[tuple[Array, Array], t
     rise, log_slope = _ramp(u)
     share = jnp.exp(-(u**2) / 2 - log_slope) / np.sqrt(2 * np.pi)
     return (rise, log_slope), (ndtr(u) * du, share * du)
-
-
-@jax.custom_jvp
-def _between(u: Float[Array, "2 *any"]) -> tuple[Array, Array]:
-    """The integral of the normal distribution function from u[1] to u[0], and log of its rise there."""
-    ramp, _ = _ramp(u)
-    # reflected to the side where the difference does not cancel
-    more, less = log_ndtr(jnp.where(u.sum(axis=0) > 0, -u[::-1], u))
-    return ramp[0] - ramp[1], more + jnp.log(-jnp.expm1(less - more))
-
-
-@_between.defjvp
-def _(primals: tuple[Any], tangents: tuple[Any]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    (u,), (du,) = primals, tangents
-    rise, log_slope = _between(u)
-    share = jnp.exp(-(u**2) / 2 - log_slope) / np.sqrt(2 * np.pi)
-    by_rise, by_log_slope = ndtr(u) * du, share * du
-    return (rise, log_slope), (by_rise[0] - by_rise[1], by_log_slope[0] - by_log_slope[1])

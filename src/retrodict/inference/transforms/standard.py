@@ -7,17 +7,12 @@ is subtracted, by a shear that preserves volume.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from jaxtyping import Array, Float
 
-from retrodict.inference.transforms.parameters import (
-    Flattening,
-    Q,
-    Quadratic,
-    TransformParameters,
-    plain,
-)
-from retrodict.inference.transforms.protocol import Located, Transform
+from retrodict.inference.transforms.parameters import Affine, Flattening, Located, Quadratic
 from retrodict.models.arrays import Data, Structure
 
 
@@ -34,31 +29,53 @@ def unbent(peak: Float[np.ndarray, " n"], axes: Float[np.ndarray, "n n"], items:
     return Flattening(peak, axes, bend, np.array(np.linalg.slogdet(axes)[1]))
 
 
-class Standard(Transform):
-    """Standard normal deviates are coordinates; q is v of a `Flattening`."""
+class Deviates(NamedTuple):
+    """Standard normal deviates are coordinates: a chain of two bijections.
 
-    def length(self, structure: Structure) -> int:
-        """Number of entries of q."""
+    Args:
+        whitening: bijection w -> v.
+        flattening: bijection of v to the deviates.
+    """
+
+    whitening: Affine
+    flattening: Flattening
+
+    @classmethod
+    def unwhitened(cls, flattening: Flattening) -> Deviates:
+        """The bijection w = v -> deviates."""
+        n = flattening.peak.size
+        return cls(Affine.about(np.zeros(n), np.eye(n)), flattening)
+
+    @staticmethod
+    def size_of(structure: Structure) -> int:
+        """Number of entries of w."""
         return structure.deviates
 
-    def example(self, structure: Structure) -> TransformParameters:
-        """Parameters of the right shapes and no meaning."""
-        n = self.length(structure)
-        flat = unbent(np.zeros(n), np.eye(n), pinned_of(structure))
-        return plain(np.zeros(n), np.eye(n))._replace(flattening=flat)
+    @classmethod
+    def example(cls, structure: Structure) -> Deviates:
+        """The prior's own deviates."""
+        n = structure.deviates
+        return cls.unwhitened(unbent(np.zeros(n), np.eye(n), pinned_of(structure)))
 
-    def from_q(
-        self,
-        structure: Structure,
-        data: Data,
-        parameters: TransformParameters,
-        q: Q,
-        log_det: Float[Array, ""],
+    @property
+    def log_volume(self) -> float:
+        """Log |d deviates / d w|, the same everywhere."""
+        return float(self.whitening.log_volume) + float(self.flattening.log_volume)
+
+    def transform_and_log_det(
+        self, structure: Structure, data: Data, w: Float[Array, " w"]
     ) -> Located:
         """No unknowns, because the model derives them; the log determinant; the deviates."""
-        assert parameters.flattening is not None, "parameters of deviates have one"
-        deviates = parameters.flattening.deviates(q)
-        return {}, log_det + parameters.flattening.log_volume, deviates
+        v, log_det = self.whitening.transform_and_log_det(w)
+        return {}, log_det + self.flattening.log_volume, self.flattening.deviates(v)
+
+    def transform(self, w: Float[np.ndarray, "points n"]) -> Float[np.ndarray, "points n"]:
+        """Deviates at points w, in NumPy."""
+        return self.flattening.deviates(self.whitening.transform(w), np)
+
+    def inverse(self, deviates: Float[np.ndarray, "points n"]) -> Float[np.ndarray, "points n"]:
+        """Points w at deviates."""
+        return self.whitening.inverse(self.flattening.inverse(deviates))
 
 
 def pinned_of(structure: Structure) -> int:

@@ -16,7 +16,7 @@ from retrodict.findings.statistics import posterior_of
 from retrodict.report.figures import drawing
 from retrodict.report.results import marked, result_rows
 from retrodict.scene.quantities import Unit, Units, unit_of
-from retrodict.scene.records import Departure, Measured
+from retrodict.scene.records import Items, Measured
 
 if TYPE_CHECKING:
     from retrodict.findings import Findings
@@ -99,7 +99,7 @@ def _frame(axes: Axes, middle: np.ndarray, side: float, unit: Unit) -> None:
     axes.set_ylabel(f"← back    delta-v along ({unit.symbol})    forward →")
 
 
-def _measured(axes: Axes, departure: Departure, unit: Unit) -> bool:
+def _measured(axes: Axes, departure: Items, unit: Unit) -> bool:
     """The bands that recorders leave; whether there are any."""
 
     def limits(m: Measured, sign: float = 1.0) -> tuple[float, float]:

@@ -114,7 +114,11 @@ def rest_outline(scene: Scene, v: str) -> np.ndarray:
 def ends_of_rotation(scene: Scene) -> list[tuple[str, float, float, Measured | None]]:
     """Vehicle, x, y and heading of each end of rotation whose coordinates were both measured."""
     ends = scene.end_of_rotation.items()
-    return [(v, e.x.value, e.y.value, e.heading) for v, e in ends if e.x and e.y]
+    return [
+        (v, end["x"].value, end["y"].value, end.get("heading"))
+        for v, end in ends
+        if {"x", "y"} <= end.keys()
+    ]
 
 
 def contact_lines(scene: Scene) -> tuple[np.ndarray, np.ndarray]:

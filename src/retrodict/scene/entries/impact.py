@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -113,6 +113,7 @@ class BarrierEntry(Table):
 class ImpactEntry(Table):
     """`[impact]`: where and along which line the vehicles touched, what was measured of the impact."""
 
+    instead: ClassVar = {"energy_lost": ("energy_lost_at_least", "energy_lost_at_most")}
     point: tuple[ImpactCoordinate, ImpactCoordinate] | None = Field(
         None, examples=['["0 ± 0.3 m", "0 ± 0.3 m"]']
     )
@@ -126,11 +127,8 @@ class ImpactEntry(Table):
     energy_lost_at_most: EnergyLost | None = None
 
     @model_validator(mode="after")
-    def _energy_is_stated_once(self) -> ImpactEntry:
+    def _bounds_of_energy_are_in_order(self) -> ImpactEntry:
         least, most = self.energy_lost_at_least, self.energy_lost_at_most
-        if self.energy_lost and (least or most):
-            fix = "the same twice; keep it, or energy_lost_at_least and energy_lost_at_most"
-            raise fault(fix, "energy_lost")
         if least and most and least.value >= most.value:
             raise fault("not above energy_lost_at_least; exchange them", "energy_lost_at_most")
         return self

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
@@ -14,7 +14,6 @@ from retrodict.scene.entries.table import FROM_ORIGIN, IS_AN_SD, Table, not_empt
 from retrodict.scene.fields import (
     APPROACH,
     DEPARTURE,
-    END_OF_ROTATION,
     FROM_IMPACT,
     POSE_AT_IMPACT,
     SKID,
@@ -200,6 +199,7 @@ class SpeedRecordEntry(Table):
 class ApproachEntry(Table):
     """`[vehicles.A.approach]`: what is known of the motion just before impact."""
 
+    instead: ClassVar = {"skid": ("skids",), "speed": ("speed_record",)}
     speed: Speed | None = None
     speed_record: SpeedRecordEntry | None = Field(
         default=None,
@@ -243,18 +243,6 @@ class ApproachEntry(Table):
         """Whether marks on the road say how it slowed down."""
         return bool(self.skid or self.skids or self.yaw_mark)
 
-    @model_validator(mode="after")
-    def _has_one_skid(self) -> ApproachEntry:
-        if self.skid and self.skids:
-            raise fault("the same twice; keep it, or skids", "skid")
-        return self
-
-    @model_validator(mode="after")
-    def _has_one_speed(self) -> ApproachEntry:
-        if self.speed and self.speed_record:
-            raise fault("the same twice; keep it, or speed_record", "speed")
-        return self
-
 
 @with_fields(DEPARTURE)
 class DepartureEntry(Table):
@@ -284,20 +272,11 @@ class MarkEntry(Table):
     course: Course | None = None
 
 
-@with_fields(END_OF_ROTATION)
-class EndOfRotationEntry(Table):
-    """`end_of_rotation` of a vehicle: where it stopped sliding sideways and began to roll."""
-
-    @model_validator(mode="after")
-    def _has_a_part(self) -> EndOfRotationEntry:
-        not_empty(self)
-        return self
-
-
 @with_fields(FROM_IMPACT)
 class RestEntry(Table):
     """`[vehicles.A.rest]`: where the vehicle came to rest, as a position or from the impact."""
 
+    instead: ClassVar = {"position": ("distance", "direction")}
     position: tuple[RestCoordinate, RestCoordinate] | None = Field(
         None, examples=['["-5.1 ± 0.15 m", "1.9 ± 0.15 m"]']
     )
@@ -308,8 +287,6 @@ class RestEntry(Table):
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> RestEntry:
-        if self.position is not None and (self.distance or self.direction):
-            raise fault("the same twice; keep it, or distance and direction", "position")
         if self.position is None and self.distance is None:
             raise fault(
                 'missing; write position = ["-5.1 m", "1.9 m"], or distance = "12 ± 0.5 m" from the '

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar
 
+import pydantic
 from pydantic import BaseModel, BeforeValidator, ConfigDict, create_model, model_validator
 
-from retrodict.scene.fields import Field
+from retrodict.scene.fields import Evidence, Field
 from retrodict.scene.kinds import fault
 from retrodict.scene.measured import Measured
 
@@ -22,6 +23,7 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     needs: ClassVar[dict[str, str]] = {}  # key -> key without which the first says nothing
+    instead: ClassVar[dict[str, tuple[str, ...]]] = {}  # key -> keys that say the same
 
     @model_validator(mode="after")
     def _nothing_stands_alone(self) -> Table:
@@ -30,6 +32,13 @@ class Table(BaseModel):
                 raise fault(
                     f"it says something of {needed} alone; leave it out, or add {needed}", key
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _nothing_stands_twice(self) -> Table:
+        for key, others in self.instead.items():
+            if getattr(self, key) and any(getattr(self, other) for other in others):
+                raise fault(f"the same twice; keep it, or {' and '.join(others)}", key)
         return self
 
 
@@ -54,6 +63,41 @@ def with_fields[T: Table](fields: Mapping[str, Field]) -> Callable[[type[T]], ty
         return whole
 
     return complete
+
+
+def with_tables[T: Table](tables: Mapping[str, Evidence]) -> Callable[[type[T]], type[T]]:
+    """A decorator that adds to a table the tables of evidence that it does not declare.
+
+    Args:
+        tables: tables of evidence, as in `fields.AFTER`.
+    """
+
+    def complete(table: type[T]) -> type[T]:
+        further: dict[str, Any] = {}
+        for own in tables.values():
+            if own.table not in table.model_fields:
+                name = "".join(map(str.capitalize, own.table.split("_"))) + "Entry"
+                what = {"__doc__": f"`{own.table}` of a vehicle: {own.what}."}
+                empty = type(name, (_SomethingWritten,), {"__module__": __name__} | what)
+                parts = (f'{key} = "{field.example}"' for key, field in own.fields.items())
+                example = f"{{ {', '.join(parts)} }}"
+                entry: Any = with_fields(own.fields)(empty)
+                further[own.table] = (entry | None, pydantic.Field(None, examples=[example]))
+        name, module = table.__name__, table.__module__
+        return create_model(
+            name, __base__=table, __doc__=table.__doc__, __module__=module, **further
+        )
+
+    return complete
+
+
+class _SomethingWritten(Table):
+    """A table in which something is written."""
+
+    @model_validator(mode="after")
+    def _has_a_part(self) -> _SomethingWritten:
+        not_empty(self)
+        return self
 
 
 def not_empty(table: Table) -> None:

@@ -19,7 +19,6 @@ from retrodict.scene.defaults import SLIDING
 from retrodict.scene.entries.motion import (
     ApproachEntry,
     DepartureEntry,
-    EndOfRotationEntry,
     ImpactPoseEntry,
     MarkEntry,
     RestEntry,
@@ -28,8 +27,15 @@ from retrodict.scene.entries.motion import Direction as Direction
 from retrodict.scene.entries.motion import RecordTime as RecordTime
 from retrodict.scene.entries.motion import RecordUncertainty as RecordUncertainty
 from retrodict.scene.entries.motion import RestHeading as RestHeading
-from retrodict.scene.entries.table import FOR_DRAWING, IS_AN_SD, Table, one_line, with_fields
-from retrodict.scene.fields import IMPACT_CENTRE, VEHICLE
+from retrodict.scene.entries.table import (
+    FOR_DRAWING,
+    IS_AN_SD,
+    Table,
+    one_line,
+    with_fields,
+    with_tables,
+)
+from retrodict.scene.fields import AFTER, IMPACT_CENTRE, VEHICLE
 from retrodict.scene.kinds import Kind, fault
 from retrodict.scene.measured import Measured
 from retrodict.scene.vehicle_library import find, near
@@ -45,7 +51,6 @@ _WHEELS = (
 )
 _REST = '{ position = ["-5.1 ± 0.15 m", "1.9 ± 0.15 m"], heading = "215 ± 3 deg" }'
 _IMPACT_CENTRE = '{ distance = "2.09 ± 0.05 m", angle = "10 ± 2 deg" }'
-_END = '{ x = "3 ± 0.5 m", y = "1 ± 0.5 m", heading = "20 ± 5 deg" }'
 
 OutlineLength = Annotated[
     Measured, Kind(units.LENGTH, 0.5, 30, "5.2 m", uncertainty="refused", advice=FOR_DRAWING)
@@ -140,6 +145,7 @@ class RunOutErrorEntry(Table):
     heading: RunOutHeading | None = None
 
 
+@with_tables(AFTER)
 @with_fields(VEHICLE)
 class VehicleEntry(Table):
     """`[vehicles.A]` and `[vehicles.B]`: a vehicle, how it stood at impact, where it went."""
@@ -171,7 +177,6 @@ class VehicleEntry(Table):
     marks: Annotated[list[MarkEntry], BeforeValidator(_few)] = Field(
         [], examples=['[{ point = ["3 m", "1 m"], of = "front_left" }]']
     )
-    end_of_rotation: EndOfRotationEntry | None = Field(None, examples=[_END])
     rest: RestEntry | None = Field(None, examples=[_REST])
 
     @model_validator(mode="before")
@@ -248,6 +253,20 @@ class VehicleEntry(Table):
         assert isinstance(self.approach.direction, Measured), "the schema sees to it"
         return self.approach.direction
 
+    def tables(self, where: str = "") -> list[Table]:
+        """The written tables of evidence after the impact.
+
+        Args:
+            where: place of the measurements, as in `fields.Evidence`; empty for any.
+        """
+        of_place = (own.table for own in AFTER.values() if where in ("", own.where))
+        return [table for key in of_place if (table := getattr(self, key))]
+
+    @property
+    def on_way(self) -> bool:
+        """Whether anything was measured between the impact and rest."""
+        return bool(self.marks or self.tables("on the way"))
+
     @property
     def unwritten(self) -> tuple[str, ...]:
         """Keys that only some of the models need, and that the file does not have."""
@@ -302,7 +321,7 @@ class VehiclesEntry(Table):
         slid = (before.skid or before.skids) and before.speed
         if self.B is None and (slid or before.yaw_mark):
             return self  # a skid up to a known speed says all, and so does a critical speed
-        if not any(v.rest or v.departure or v.marks or v.end_of_rotation for v in vehicles):
+        if not any(v.marks or v.tables() for v in vehicles):
             whose = ("either", " of one") if self.B else ("the vehicle", "")
             raise fault(
                 f"nothing is known of {whose[0]} after the impact; "
