@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from retrodict.findings import schema
 from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import scaled, scaled_interval
+from retrodict.scene.asked import Proposition
 from retrodict.studies.avoidability import Avoidability, TimeDistance
 from retrodict.studies.corners import Corner
 from retrodict.studies.fit import LEVELS
@@ -139,8 +140,13 @@ def _of_sliding(found: FitSummary) -> schema.SlidingEntry:
 def _numbers(found: Numbers | None) -> Any:
     match found:
         case Probability(proposition=asked, value=value):
-            limits = {"quantity": asked.name, "low": asked.low, "high": asked.high}
-            return _entry(schema.ProbabilityEntry, found, **limits, probability=value)
+            limits = {"low": None, "high": None}
+            quantity = ", ".join(asked.names)
+            if isinstance(asked, Proposition):
+                limits = {"low": asked.low, "high": asked.high}
+                quantity = f" {'+' if asked.sign == 1 else '-'} ".join(asked.names)
+            named = {"proposition": asked.text, "quantity": quantity, **limits}
+            return _entry(schema.ProbabilityEntry, found, **named, probability=value)
         case LikelihoodRatio():
             return _entry(
                 schema.LikelihoodRatioEntry,

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from retrodict.scene import fields
-from retrodict.scene.asked import Avoidance, Questions
+from retrodict.scene.asked import Avoidance, Proposition, Questions
 from retrodict.scene.errors import SceneError
 from retrodict.scene.load import parse_scene
 from retrodict.scene.measured import UNKNOWN
@@ -357,8 +357,12 @@ def _prior(name: str, prior: Prior) -> Iterator[str]:
 
 
 def _questions(asked: Questions) -> Iterator[str]:
-    one = [p.text for p in asked.probabilities if math.isinf(p.low) or math.isinf(p.high)]
-    both = [p.text for p in asked.probabilities if p.text not in one]
+    both = [
+        p.text
+        for p in asked.probabilities
+        if isinstance(p, Proposition) and math.isfinite(p.low) and math.isfinite(p.high)
+    ]
+    one = [p.text for p in asked.probabilities if p.text not in both]
     yield f"exceeds = [{', '.join(map(_quoted, one))}]"
     yield f"between = [{', '.join(map(_quoted, both))}]"
     pairs = (

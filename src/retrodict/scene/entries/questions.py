@@ -8,7 +8,13 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
 from retrodict.scene import units
-from retrodict.scene.asked import Proposition, read_comparison, read_proposition
+from retrodict.scene.asked import (
+    Compound,
+    Proposition,
+    Statement,
+    read_comparison,
+    read_proposition,
+)
 from retrodict.scene.entries.table import Table
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import Kind, fault
@@ -26,36 +32,45 @@ DistanceBefore = Annotated[Measured, Kind(units.LENGTH, 0.1, 1000, "40 ± 3 m", 
 Span = Annotated[Measured, Kind(units.TIME, 0.1, 60, "3 s", uncertainty="refused")]
 
 
-def _propositions(raw: object) -> tuple[Proposition, ...]:
+def _propositions(raw: object) -> tuple[Statement, ...]:
     texts = raw if isinstance(raw, list) else [raw]
     if len(texts) > _ASKED:
         raise fault(f"{len(texts)} propositions; write at most {_ASKED}")
     return tuple(_proposition(text) for text in texts)
 
 
-def _proposition(raw: object) -> Proposition:
+def _proposition(raw: object) -> Statement:
     try:
         return read_proposition(raw)
     except QuantityError as found:
         raise fault(found.fix) from None
 
 
-def _one_limit(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
+def _single(raw: object) -> Proposition:
+    found = _proposition(raw)
+    if isinstance(found, Compound):
+        raise fault(f"{shown(found.text)} is several propositions; write one")
+    return found
+
+
+def _one_limit(asked: tuple[Statement, ...]) -> tuple[Statement, ...]:
     for each in asked:
-        if math.isfinite(each.low) and math.isfinite(each.high):
+        if isinstance(each, Proposition) and math.isfinite(each.low) and math.isfinite(each.high):
             raise fault(f"{shown(each.text)} has two limits; write it under between")
     return asked
 
 
-def _two_limits(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
+def _two_limits(asked: tuple[Statement, ...]) -> tuple[Statement, ...]:
     for each in asked:
+        if isinstance(each, Compound):
+            raise fault(f"{shown(each.text)} is several propositions; write it under exceeds")
         if not (math.isfinite(each.low) and math.isfinite(each.high)):
             raise fault(f"{shown(each.text)} has one limit; write it under exceeds")
     return asked
 
 
 _ASKED = 20  # of each kind of question
-Propositions = Annotated[tuple[Proposition, ...], PlainValidator(_propositions)]
+Propositions = Annotated[tuple[Statement, ...], PlainValidator(_propositions)]
 _FIRST, _SECOND = '"speed_b at most 45 mph"', '"speed_b at least 55 mph"'
 _AVOIDABLE = (
     '[{ vehicle = "B", limit = "45 mph", reaction = "1.5 ± 0.3 s", deceleration = "0.7 ± 0.07 g", '
@@ -66,8 +81,8 @@ _AVOIDABLE = (
 class LikelihoodRatioEntry(Table):
     """An entry of `likelihood_ratio`: two propositions about one speed before the impact."""
 
-    first: Annotated[Proposition, PlainValidator(_proposition)] = Field(examples=[_FIRST])
-    second: Annotated[Proposition, PlainValidator(_proposition)] = Field(examples=[_SECOND])
+    first: Annotated[Proposition, PlainValidator(_single)] = Field(examples=[_FIRST])
+    second: Annotated[Proposition, PlainValidator(_single)] = Field(examples=[_SECOND])
 
     @model_validator(mode="after")
     def _exclude_each_other(self) -> LikelihoodRatioEntry:
