@@ -117,10 +117,12 @@ def test_any_text_is_a_proposition_or_refused_in_one_line(text):
     try:
         found = read_proposition(text)
     except QuantityError as error:
-        assert str(error).isprintable()
+        said = str(error)
     else:
         assert isinstance(found, Compound | Proposition)
         assert read_proposition(found.text) == found
+        said = found.text
+    assert said.isprintable()
 
 
 def test_every_reported_quantity_may_be_asked():
