@@ -11,7 +11,7 @@ from scipy import integrate, stats
 
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.options import RunOptions
-from retrodict.scene.asked import Comparison, read_proposition
+from retrodict.scene.asked import Comparison, Proposition, read_proposition
 from retrodict.scene.measured import Measured
 from retrodict.scene.priors import of_family, of_python
 from retrodict.scene.speed_record import SpeedRecord
@@ -145,7 +145,7 @@ def test_hardly_a_draw_makes_a_bound_and_not_a_ratio():
 
 
 def test_what_cannot_be_compared_is_refused(drawn):
-    never = read_proposition("speed_b < -1 m/s")
+    never = Proposition("speed_b", -math.inf, -1.0, "speed_b < -1 m/s")
     with pytest.raises(NotAnswered, match="excludes"):
         likelihood_ratio(drawn, Comparison(never, FAST))
     far = [read_proposition(t) for t in ("40 m/s < speed_b < 50 m/s", "speed_b > 50 m/s")]
