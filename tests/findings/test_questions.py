@@ -40,16 +40,16 @@ def test_a_compound_names_each_of_its_quantities(asked):
     made = replace(asked, scene=replace(asked.scene, questions=questions))
     (found,) = answers(made, "probability")
     assert found.title == (
-        "Probability that the impact speed of B is above 20.12 m/s (72.42 km/h; 45 mph) and (the "
-        "restitution e is below 0.2 or the impact speed of A, less the impact speed of B, is above "
-        "5 m/s (18 km/h; 11.18 mph))"
+        "Probability that the travelling speed of B before its skid is above 20.12 m/s (72.42 km/h; "
+        "45 mph) and (the restitution e is below 0.2 or the impact speed of A, less the travelling "
+        "speed of B before its skid, is above 5 m/s (18 km/h; 11.18 mph))"
     )
     summary = next(
         each["numbers"] for each in summarise(found_of(made))["questions"]
         if each["kind"] == "probability"
     )  # fmt: skip
     assert (summary["proposition"], summary["low"]) == (text, None)
-    assert summary["quantity"] == "speed_b, e, speed_a"
+    assert summary["quantity"] == "travelling_speed_b, e, speed_a"
 
 
 def test_the_speed_of_a_car_that_skidded_is_asked_before_its_skid_unless_by_name(sparse):
