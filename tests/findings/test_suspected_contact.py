@@ -73,7 +73,7 @@ def test_where_e_m_is_near_one_nothing_is_suspected(outcome) -> None:
 
 
 def test_the_sentence_says_what_is_not_modelled() -> None:
-    said = SuspectedContact(0.8, 0.95, 0.7, 0.31).sentence
+    said = SuspectedContact(0.8, 0.95, 0.75, 0.31).sentence
     assert said.startswith("In 95% of the draws one impact explains what was measured by a moment")
     assert "80% of the motions, about 0.3 s after the impact" in said
 

@@ -138,10 +138,17 @@ def test_questions_are_answered_as_by_hand(name: str) -> None:
     near(answers(rd.load_scene(written(name)))[quantity], exact)
 
 
-def test_a_head_on_in_which_both_stop_where_they_met() -> None:
+STOPPED = 'departure = { speed = "0 mph" }'
+
+
+@pytest.mark.parametrize("after", ["{rest}", STOPPED, "{rest}\n" + STOPPED])
+def test_a_head_on_in_which_both_stop_where_they_met(after: str) -> None:
+    """Written as rest poses at the impact, as speeds of 0 after it, or as both."""
     exact = 2 * 20 * 0.3048
     assert exact == pytest.approx(12.19, abs=0.01)
-    near(answers(rd.load_scene(written("dead-stop")))["speed_b"], exact)
+    text = written("dead-stop").read_text("utf-8")
+    text = re.sub(r"^rest = .*$", lambda rest: after.replace("{rest}", rest[0]), text, flags=re.M)
+    near(answers(text)["speed_b"], exact)
 
 
 def test_a_restitution_that_the_problem_gives() -> None:

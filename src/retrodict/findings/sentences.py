@@ -212,7 +212,7 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
         )
     if again := second_contact(outcome):
         found.append(again.sentence)
-    elif hidden := suspected_contact(outcome):
+    if hidden := suspected_contact(outcome):
         found.append(hidden.sentence)
     return tuple(found)
 

@@ -16,10 +16,11 @@ from retrodict.studies.draws import draws_of
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
 
-# Constants by simulated crashes with two impacts and with one (tests/shared/side_slaps.py).
+# By simulated crashes (tests/shared/side_slaps.py): of 50 with a side slap 46 are said to be suspected,
+# and none of 22 without; those that are not close at 1.6 to 4.3 m/s and leave e_m near 0.85.
 _SLAPS_WITHIN = 0.8  # s after the impact
-_SMALL = 0.7  # e_m: crashes of one impact seldom need so much of a moment impulse
-_WORTH_SAYING = 0.1  # of the product of both shares
+_SMALL = 0.75  # e_m
+_WORTH_SAYING = 0.2  # of the product of both shares
 
 
 @dataclass(frozen=True, slots=True)
