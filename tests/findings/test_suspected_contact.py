@@ -69,7 +69,7 @@ def test_where_e_m_is_near_one_nothing_is_suspected(outcome) -> None:
     tree["posterior"] = tree["posterior"].to_dataset().assign(
         e_m=lambda known: 0 * known["e_m"] + 0.95
     )  # fmt: skip
-    assert suspected_contact(replace(outcome, idata=tree)) is None
+    assert suspected_contact(replace(outcome, idata=tree), None) is None
 
 
 def test_the_sentence_says_what_is_not_modelled() -> None:
@@ -80,5 +80,5 @@ def test_the_sentence_says_what_is_not_modelled() -> None:
 
 def test_a_barrier_has_no_second_contact(outcome) -> None:
     alone = replace(outcome.scene, vehicles={"a": outcome.scene.vehicles["a"]})
-    assert suspected_contact(replace(outcome, scene=alone)) is None
+    assert suspected_contact(replace(outcome, scene=alone), None) is None
     assert simplifications(outcome)

@@ -212,7 +212,7 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
         )
     if again := second_contact(outcome):
         found.append(again.sentence)
-    if hidden := suspected_contact(outcome):
+    if hidden := suspected_contact(outcome, again):
         found.append(hidden.sentence)
     return tuple(found)
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from retrodict.findings.run_outs import Motion, motions, place_of
-from retrodict.findings.second_contact import second_contact, touched_again
+from retrodict.findings.second_contact import SecondContact, touched_again
 from retrodict.scene.records import VEHICLES
 from retrodict.studies.draws import draws_of
 
@@ -53,7 +53,7 @@ class SuspectedContact:
         )
 
 
-def suspected_contact(outcome: Outcome) -> SuspectedContact | None:
+def suspected_contact(outcome: Outcome, again: SecondContact | None) -> SuspectedContact | None:
     """A second contact that the model would explain by a moment impulse; None where it is not likely.
 
     The impulse of a side slap brakes the vehicles' rotation, as a moment impulse of the first contact
@@ -61,6 +61,7 @@ def suspected_contact(outcome: Outcome) -> SuspectedContact | None:
 
     Args:
         outcome: the reconstruction.
+        again: second contacts in the motions as they are, from `second_contact`; None without any.
     """
     if set(outcome.scene.vehicles) != set(VEHICLES):
         return None
@@ -84,7 +85,6 @@ def suspected_contact(outcome: Outcome) -> SuspectedContact | None:
         if again is not None:
             times.append(again[0])
     share = len(times) / len(every)
-    again = second_contact(outcome)  # which is said already
     if (share - (again.share if again else 0.0)) * small < _WORTH_SAYING:
         return None
     return SuspectedContact(share, small, _SMALL, float(np.median(times)))
