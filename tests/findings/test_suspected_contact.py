@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from retrodict.findings import suspected_contact as module
 from retrodict.findings.run_outs import Motion
+from retrodict.findings.second_contact import SecondContact
 from retrodict.findings.sentences import simplifications
 from retrodict.findings.suspected_contact import (
     SuspectedContact,
@@ -70,6 +72,23 @@ def test_where_e_m_is_near_one_nothing_is_suspected(outcome) -> None:
         e_m=lambda known: 0 * known["e_m"] + 0.95
     )  # fmt: skip
     assert suspected_contact(replace(outcome, idata=tree), None) is None
+
+
+def test_it_is_suspected_where_the_moment_impulse_alone_keeps_the_outlines_apart(
+    outcome, monkeypatch
+) -> None:
+    """With e_m of 0.2 and yaw rates by which the rears swing together, unless that is said already."""
+    tree = outcome.idata.copy()
+    tree["posterior"] = tree["posterior"].to_dataset().assign(
+        e_m=lambda known: 0 * known["e_m"] + 0.2
+    )  # fmt: skip
+    made = replace(outcome, idata=tree)
+    monkeypatch.setattr(module, "touched_again", lambda *_: (0.3, 5.0, (0.0, 0.0)))
+    found = suspected_contact(made, None)
+    assert found is not None
+    assert (found.share, found.small, found.after) == (1.0, 1.0, 0.3)
+    said = SecondContact(0.9, 60, 0.3, 0.4, 5.0)
+    assert suspected_contact(made, said) is None
 
 
 def test_the_sentence_says_what_is_not_modelled() -> None:

@@ -79,11 +79,9 @@ def suspected_contact(outcome: Outcome, again: SecondContact | None) -> Suspecte
         place = place_of(outcome, motion)
         if place is None:
             continue
-        again = touched_again(
-            outcome.scene, _turned(motion, {v: gained[v][place] for v in VEHICLES})
-        )
-        if again is not None:
-            times.append(again[0])
+        turned = _turned(motion, {v: gained[v][place] for v in VEHICLES})
+        if (touched := touched_again(outcome.scene, turned)) is not None:
+            times.append(touched[0])
     share = len(times) / len(every)
     if (share - (again.share if again else 0.0)) * small < _WORTH_SAYING:
         return None
