@@ -77,12 +77,13 @@ def test_where_e_m_is_near_one_nothing_is_suspected(outcome) -> None:
 def test_it_is_suspected_where_the_moment_impulse_alone_keeps_the_outlines_apart(
     outcome, monkeypatch
 ) -> None:
-    """With e_m of 0.2 and yaw rates by which the rears swing together, unless that is said already."""
+    """With e_m of 0.2 in all draws, unless nearly all motions touch again as they are."""
     tree = outcome.idata.copy()
     tree["posterior"] = tree["posterior"].to_dataset().assign(
         e_m=lambda known: 0 * known["e_m"] + 0.2
     )  # fmt: skip
     made = replace(outcome, idata=tree)
+    monkeypatch.setattr(module, "place_of", lambda *_: (0, 0))  # motions are made up, not of draws
     monkeypatch.setattr(module, "touched_again", lambda *_: (0.3, 5.0, (0.0, 0.0)))
     found = suspected_contact(made, None)
     assert found is not None
