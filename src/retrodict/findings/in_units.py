@@ -8,21 +8,20 @@ from typing import TYPE_CHECKING
 
 from retrodict.findings.rounding import format_value, format_with_sd
 from retrodict.inference.digits import decimals_of
-from retrodict.scene.asked import Compound
 from retrodict.scene.quantities import Unit, Units, describe, unit_of
 
 if TYPE_CHECKING:
-    from retrodict.scene.asked import Proposition, Statement
+    from retrodict.scene.asked import Proposition
     from retrodict.scene.measured import Measured
     from retrodict.studies.avoidability import Share
     from retrodict.studies.probability import Probability
 
 
-def clause(statement: Statement, units: Units) -> str:
+def clause(statement: Proposition, units: Units) -> str:
     """A proposition as a clause with its article, or several joined; limits in SI and US units."""
-    if isinstance(statement, Compound):
+    if statement.joined:
         parts = [
-            f"({clause(each, units)})" if isinstance(each, Compound) else clause(each, units)
+            f"({clause(each, units)})" if each.joined else clause(each, units)
             for each in statement.parts
         ]
         return f" {statement.joined} ".join(parts)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from retrodict.findings.statistics import Quantity
     from retrodict.inference.outcome import Outcome
     from retrodict.inference.points import Estimate
-    from retrodict.scene.asked import Avoidance, Questions, Statement
+    from retrodict.scene.asked import Avoidance, Proposition, Questions
     from retrodict.studies.conflict import LeftOut
 
 WITHHELD = "Withheld, because checks of the draws failed."
@@ -145,7 +145,7 @@ def _follows(outcome: Outcome, name: str) -> bool:
 
 
 def probability_of(
-    outcome: Outcome, quantities: dict[str, Quantity], proposition: Statement
+    outcome: Outcome, quantities: dict[str, Quantity], proposition: Proposition
 ) -> Answered:
     """How probable a proposition is, in words.
 
@@ -167,12 +167,12 @@ def probability_of(
     return _with_impact_speed(found, proposition, probability(outcome, proposition))
 
 
-def _asks_before(proposition: Statement, meant: Statement) -> bool:
+def _asks_before(proposition: Proposition, meant: Proposition) -> bool:
     """Whether a name that may be of the speed before the skid or at the impact means the former."""
     return len(meant.names) == 1 and meant.names[0] == f"travelling_{proposition.names[0]}"
 
 
-def _with_impact_speed(asked: Answered, proposition: Statement, found: Probability) -> Answered:
+def _with_impact_speed(asked: Answered, proposition: Proposition, found: Probability) -> Answered:
     """The answer on the speed before the skid, and that on the impact speed: speed_a may mean either."""
     v = proposition.names[0][-1]
     remark = (
@@ -184,7 +184,7 @@ def _with_impact_speed(asked: Answered, proposition: Statement, found: Probabili
     )
 
 
-def _of_probability(meant: Statement) -> dict[Units, Answered]:
+def _of_probability(meant: Proposition) -> dict[Units, Answered]:
     """A question about a proposition, without its answer."""
     return {
         units: Answered(
@@ -196,7 +196,7 @@ def _of_probability(meant: Statement) -> dict[Units, Answered]:
     }
 
 
-def probability_by_points(estimate: Estimate, proposition: Statement) -> Answered:
+def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answered:
     """How probable a proposition is by the weighted points of a session, in words.
 
     Args:
@@ -227,7 +227,7 @@ def probability_by_points(estimate: Estimate, proposition: Statement) -> Answere
     return _with_impact_speed(answered, proposition, _share_of_points(estimate, proposition))
 
 
-def _share_of_points(estimate: Estimate, proposition: Statement) -> Probability:
+def _share_of_points(estimate: Estimate, proposition: Proposition) -> Probability:
     holds = proposition.holds_for(estimate.quantities.__getitem__).astype(float)
     value, error = estimate.weighted.mean(holds)
     effective = value * (1 - value) / error**2 if error > 0 else estimate.checks.min_ess_bulk

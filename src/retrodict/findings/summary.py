@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from retrodict.findings import schema
 from retrodict.findings.sentences import NOT_TO_BE_RELIED_ON
 from retrodict.findings.statistics import scaled, scaled_interval
-from retrodict.scene.asked import Proposition
 from retrodict.studies.avoidability import Avoidability, TimeDistance
 from retrodict.studies.corners import Corner
 from retrodict.studies.fit import LEVELS
@@ -142,7 +141,7 @@ def _numbers(found: Numbers | None) -> Any:
         case Probability(proposition=asked, value=value):
             limits = {"low": None, "high": None}
             quantity = ", ".join(asked.names)
-            if isinstance(asked, Proposition):
+            if not asked.joined:
                 limits = {"low": asked.low, "high": asked.high}
                 quantity = f" {'+' if asked.sign == 1 else '-'} ".join(asked.names)
             named = {"proposition": asked.text, "quantity": quantity, **limits}

@@ -49,15 +49,19 @@ _NEVER_NEGATIVE = (*BEFORE, "delta_v_a", "delta_v_b")
 
 @dataclass(frozen=True, slots=True)
 class Proposition:
-    """Proposition that a quantity lies between two limits (SI units, radians), one maybe infinite.
+    """Proposition that a quantity lies between two limits (SI units, radians), or several joined.
+
+    One record for both, because stored results lose infinite limits within a union of types.
 
     Args:
         name: flat name of the quantity, as written; `meant` replaces it by the one that it stands for.
-        low: lower limit, exclusive.
-        high: upper limit, exclusive.
+        low: lower limit, exclusive, maybe infinite.
+        high: upper limit, exclusive, maybe infinite.
         text: proposition as it was written.
         other: flat name of a quantity that is added to the first or subtracted from it; empty for none.
         sign: sign of the other quantity, 1 or -1.
+        joined: "and" where all of `parts` have to hold, "or" where one has to; empty for a single one.
+        parts: propositions that are joined, in the place of a quantity and limits of its own.
     """
 
     name: str
@@ -66,14 +70,18 @@ class Proposition:
     text: str
     other: str = ""
     sign: Literal[1, -1] = -1
+    joined: Literal["", "and", "or"] = ""
+    parts: tuple[Proposition, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Flat names of its quantities."""
+        """Flat names of all quantities, each once."""
+        if self.joined:
+            return tuple(dict.fromkeys(name for each in self.parts for name in each.names))
         return (self.name, self.other) if self.other else (self.name,)
 
     def meant(self, skidded: Collection[str]) -> Proposition:
-        """The same proposition about the quantity that its name stands for in a scene.
+        """The same proposition about the quantities that its names stand for in a scene.
 
         A speed limit concerns the speed at which a vehicle travelled. For a vehicle that skidded up to
         the impact, that is the speed before the skid, unless the impact speed is asked for by name.
@@ -82,58 +90,28 @@ class Proposition:
             skidded: vehicles with a measured skid up to the impact.
         """
         name, other = (_meant(each, skidded) for each in (self.name, self.other))
-        return replace(self, name=name, other=other)
+        parts = tuple(each.meant(skidded) for each in self.parts)
+        return replace(self, name=name, other=other, parts=parts)
 
     def compared(self, values: Callable[[str], np.ndarray]) -> tuple[np.ndarray, ...]:
         """Draws that are compared with limits; `values` gives those of a quantity by its flat name."""
+        if self.joined:
+            return tuple(draws for each in self.parts for draws in each.compared(values))
         own = values(self.name)
         return (own + self.sign * values(self.other) if self.other else own,)
 
     def holds(self, draws: np.ndarray) -> np.ndarray:
-        """Mask of the draws for which the proposition holds; False for a draw that is not a number."""
+        """Mask of the draws between the limits; False for a draw that is not a number."""
         return (draws > self.low) & (draws < self.high)
 
     def holds_for(self, values: Callable[[str], np.ndarray]) -> np.ndarray:
-        """Mask of the draws for which it holds; `values` as of `compared`."""
-        return self.holds(*self.compared(values))
-
-
-@dataclass(frozen=True, slots=True)
-class Compound:
-    """Propositions of which all hold ("and"), or at least one ("or").
-
-    Args:
-        joined: "and" or "or".
-        parts: propositions, or compounds of the other kind.
-        text: compound as it was written.
-    """
-
-    joined: Literal["and", "or"]
-    parts: tuple[Proposition | Compound, ...]
-    text: str
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Flat names of all quantities, each once."""
-        return tuple(dict.fromkeys(name for each in self.parts for name in each.names))
-
-    def meant(self, skidded: Collection[str]) -> Compound:
-        """The same compound of the quantities that its names stand for; see `Proposition.meant`."""
-        return replace(self, parts=tuple(each.meant(skidded) for each in self.parts))
-
-    def compared(self, values: Callable[[str], np.ndarray]) -> tuple[np.ndarray, ...]:
-        """Draws that are compared with limits, of each proposition; see `Proposition.compared`."""
-        return tuple(draws for each in self.parts for draws in each.compared(values))
-
-    def holds_for(self, values: Callable[[str], np.ndarray]) -> np.ndarray:
-        """Mask of the draws for which it holds; see `Proposition.holds_for`."""
+        """Mask of the draws for which the proposition holds; `values` as of `compared`."""
+        if not self.joined:
+            return self.holds(*self.compared(values))
         first, *others = (each.holds_for(values) for each in self.parts)
         for mask in others:
             first = first & mask if self.joined == "and" else first | mask
         return first
-
-
-Statement = Proposition | Compound
 
 
 def _meant(name: str, skidded: Collection[str]) -> str:
@@ -198,7 +176,7 @@ class Questions:
         checks: whether the named checks of the field are asked.
     """
 
-    probabilities: tuple[Statement, ...] = ()
+    probabilities: tuple[Proposition, ...] = ()
     comparisons: tuple[Comparison, ...] = ()
     avoidance: tuple[Avoidance, ...] = ()
     time_distance: float | None = None
@@ -207,7 +185,7 @@ class Questions:
     checks: bool = True
 
 
-def read_proposition(text: object) -> Statement:
+def read_proposition(text: object) -> Proposition:
     """A proposition as people write it, or several joined by "and" and "or".
 
     The grammar, "and" binding closer than "or":
@@ -262,22 +240,22 @@ class _Reader:
         self._place += 1
         return word
 
-    def any_of(self) -> Statement:
+    def any_of(self) -> Proposition:
         """Propositions joined by "or"."""
         return _joined("or", self._each("or", self._all_of))
 
-    def _all_of(self) -> Statement:
+    def _all_of(self) -> Proposition:
         return _joined("and", self._each("and", self._one))
 
     def _each(
-        self, between: Literal["and", "or"], part: Callable[[], Statement]
-    ) -> Iterator[Statement]:
+        self, between: Literal["and", "or"], part: Callable[[], Proposition]
+    ) -> Iterator[Proposition]:
         yield part()
         while self.next == between:
             self._take()
             yield part()
 
-    def _one(self) -> Statement:
+    def _one(self) -> Proposition:
         word = self._take()
         if word == "(":
             self._depth += 1
@@ -298,15 +276,15 @@ class _Reader:
         return _simple(word)
 
 
-def _joined(by: Literal["and", "or"], parts: Iterator[Statement]) -> Statement:
+def _joined(by: Literal["and", "or"], parts: Iterator[Proposition]) -> Proposition:
     """One proposition as it is, several as a compound; those of the same kind become one."""
-    found: list[Statement] = []
+    found: list[Proposition] = []
     for each in parts:
-        same = isinstance(each, Compound) and each.joined == by
-        found += each.parts if isinstance(each, Compound) and same else [each]
+        found += each.parts if each.joined == by else [each]
     if len(found) == 1:
         return found[0]
-    return Compound(by, tuple(found), f" {by} ".join(each.text for each in found))
+    text = f" {by} ".join(each.text for each in found)
+    return Proposition("", -math.inf, math.inf, text, joined=by, parts=tuple(found))
 
 
 def _simple(plain: str) -> Proposition:
@@ -335,7 +313,7 @@ def _simple(plain: str) -> Proposition:
     return Proposition(name, low, high, plain, other or "", 1 if sign == "+" else -1)
 
 
-def read_comparison(first: Statement, second: Statement) -> Comparison:
+def read_comparison(first: Proposition, second: Proposition) -> Comparison:
     """Two propositions about one speed before the impact that exclude each other.
 
     Raises:
@@ -344,8 +322,8 @@ def read_comparison(first: Statement, second: Statement) -> Comparison:
     example = 'write them like "speed_b at most 45 mph" and "speed_b at least 55 mph"'
     names = ", ".join(BEFORE)
     if (
-        isinstance(first, Compound)
-        or isinstance(second, Compound)
+        first.joined
+        or second.joined
         or first.names != second.names
         or first.names[0] not in BEFORE
         or first.other

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from retrodict.scene import fields
-from retrodict.scene.asked import Avoidance, Proposition, Questions
+from retrodict.scene.asked import Avoidance, Questions
 from retrodict.scene.errors import SceneError
 from retrodict.scene.load import parse_scene
 from retrodict.scene.measured import UNKNOWN
@@ -360,7 +360,7 @@ def _questions(asked: Questions) -> Iterator[str]:
     both = [
         p.text
         for p in asked.probabilities
-        if isinstance(p, Proposition) and math.isfinite(p.low) and math.isfinite(p.high)
+        if not p.joined and math.isfinite(p.low) and math.isfinite(p.high)
     ]
     one = [p.text for p in asked.probabilities if p.text not in both]
     yield f"exceeds = [{', '.join(map(_quoted, one))}]"

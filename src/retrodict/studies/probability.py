@@ -15,7 +15,7 @@ from retrodict.studies.draws import NotAnswered, draws_of, effective_draws, erro
 
 if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
-    from retrodict.scene.asked import Comparison, Proposition, Statement
+    from retrodict.scene.asked import Comparison, Proposition
     from retrodict.scene.priors import Prior
     from retrodict.scene.speed_record import SpeedRecord
 
@@ -38,7 +38,7 @@ class Probability:
         pareto_k: Pareto k of the importance weights; None for a method without weights.
     """
 
-    proposition: Statement
+    proposition: Proposition
     value: float
     error: float | None
     at_least: float
@@ -75,7 +75,7 @@ class LikelihoodRatio:
     bound: Literal["", "at least", "at most"]
 
 
-def probability(outcome: Outcome, proposition: Statement) -> Probability:
+def probability(outcome: Outcome, proposition: Proposition) -> Probability:
     """How probable a proposition is, given the evidence.
 
     Args:
@@ -94,7 +94,7 @@ def probability(outcome: Outcome, proposition: Statement) -> Probability:
 
 
 def _probability(
-    outcome: Outcome, proposition: Statement, values: Callable[[str], np.ndarray]
+    outcome: Outcome, proposition: Proposition, values: Callable[[str], np.ndarray]
 ) -> Probability:
     holds = proposition.holds_for(values).astype(float)
     value, error = float(holds.mean()), None
@@ -115,7 +115,7 @@ def _effective(draws: np.ndarray) -> float:
 
 
 def bounded(
-    proposition: Statement,
+    proposition: Proposition,
     value: float,
     error: float | None,
     effective: float,

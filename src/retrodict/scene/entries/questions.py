@@ -9,9 +9,7 @@ from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
 from retrodict.scene import units
 from retrodict.scene.asked import (
-    Compound,
     Proposition,
-    Statement,
     read_comparison,
     read_proposition,
 )
@@ -32,14 +30,14 @@ DistanceBefore = Annotated[Measured, Kind(units.LENGTH, 0.1, 1000, "40 ± 3 m", 
 Span = Annotated[Measured, Kind(units.TIME, 0.1, 60, "3 s", uncertainty="refused")]
 
 
-def _propositions(raw: object) -> tuple[Statement, ...]:
+def _propositions(raw: object) -> tuple[Proposition, ...]:
     texts = raw if isinstance(raw, list) else [raw]
     if len(texts) > _ASKED:
         raise fault(f"{len(texts)} propositions; write at most {_ASKED}")
     return tuple(_proposition(text) for text in texts)
 
 
-def _proposition(raw: object) -> Statement:
+def _proposition(raw: object) -> Proposition:
     try:
         return read_proposition(raw)
     except QuantityError as found:
@@ -48,21 +46,21 @@ def _proposition(raw: object) -> Statement:
 
 def _single(raw: object) -> Proposition:
     found = _proposition(raw)
-    if isinstance(found, Compound):
+    if found.joined:
         raise fault(f"{shown(found.text)} is several propositions; write one")
     return found
 
 
-def _one_limit(asked: tuple[Statement, ...]) -> tuple[Statement, ...]:
+def _one_limit(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
     for each in asked:
-        if isinstance(each, Proposition) and math.isfinite(each.low) and math.isfinite(each.high):
+        if not each.joined and math.isfinite(each.low) and math.isfinite(each.high):
             raise fault(f"{shown(each.text)} has two limits; write it under between")
     return asked
 
 
-def _two_limits(asked: tuple[Statement, ...]) -> tuple[Statement, ...]:
+def _two_limits(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
     for each in asked:
-        if isinstance(each, Compound):
+        if each.joined:
             raise fault(f"{shown(each.text)} is several propositions; write it under exceeds")
         if not (math.isfinite(each.low) and math.isfinite(each.high)):
             raise fault(f"{shown(each.text)} has one limit; write it under exceeds")
@@ -70,7 +68,7 @@ def _two_limits(asked: tuple[Statement, ...]) -> tuple[Statement, ...]:
 
 
 _ASKED = 20  # of each kind of question
-Propositions = Annotated[tuple[Statement, ...], PlainValidator(_propositions)]
+Propositions = Annotated[tuple[Proposition, ...], PlainValidator(_propositions)]
 _FIRST, _SECOND = '"speed_b at most 45 mph"', '"speed_b at least 55 mph"'
 _AVOIDABLE = (
     '[{ vehicle = "B", limit = "45 mph", reaction = "1.5 ± 0.3 s", deceleration = "0.7 ± 0.07 g", '
