@@ -216,7 +216,7 @@ def test_questions_survive_being_written_anew():
     scene = replace(parse_scene(SCENE, "example"), questions=asked)
     assert parse_scene(scene_toml(scene), "example").questions == asked
     assert scene_text(scene).as_written  # a question changes nothing that was measured
-    record = TypedDict("record", {"questions": Questions})
+    record = TypedDict("record", {"questions": Questions})  # noqa: UP013 - it takes a configuration
     record.__pydantic_config__ = ConfigDict(ser_json_inf_nan="strings")  # as results are stored
     stored = TypeAdapter(record)
     assert stored.validate_json(stored.dump_json({"questions": asked})) == {"questions": asked}
