@@ -9,6 +9,7 @@ import pytest
 
 from retrodict.findings.answers import ENFSI_SOURCE, verbal
 from retrodict.findings.questions import WITHHELD, probability_by_points
+from retrodict.findings.summary import summarise
 from retrodict.result import Result
 from retrodict.scene.asked import Comparison, Questions, read_proposition
 from retrodict.scene.case import Case
@@ -31,6 +32,24 @@ def test_a_probability_is_printed_to_its_error(asked):
     assert value == pytest.approx(100 * share, abs=error)
     assert error == pytest.approx(100 * first.numbers.error, rel=0.5)
     assert "the probability is below" in never.sentences[0]
+
+
+def test_a_compound_names_each_of_its_quantities(asked):
+    text = "speed_b > 45 mph and (e < 0.2 or speed_a - speed_b > 5 m/s)"
+    questions = Questions(probabilities=(read_proposition(text),))
+    made = replace(asked, scene=replace(asked.scene, questions=questions))
+    (found,) = answers(made, "probability")
+    assert found.title == (
+        "Probability that the travelling speed of B before its skid is above 20.12 m/s (72.42 km/h; "
+        "45 mph) and (the restitution e is below 0.2 or the impact speed of A, less the travelling "
+        "speed of B before its skid, is above 5 m/s (18 km/h; 11.18 mph))"
+    )
+    summary = next(
+        each["numbers"] for each in summarise(found_of(made))["questions"]
+        if each["kind"] == "probability"
+    )  # fmt: skip
+    assert (summary["proposition"], summary["low"]) == (text, None)
+    assert summary["quantity"] == "travelling_speed_b, e, speed_a"
 
 
 def test_the_speed_of_a_car_that_skidded_is_asked_before_its_skid_unless_by_name(sparse):

@@ -98,9 +98,9 @@ def toml(value: Any) -> str:
 
 
 @st.composite
-def rewritten(draw: st.DrawFn) -> str:
+def rewritten(draw: st.DrawFn, example: dict[str, Any] = DOCUMENT) -> str:
     """The example with any values under any keys."""
-    document = copy.deepcopy(DOCUMENT)
+    document = copy.deepcopy(example)
     for _ in range(draw(st.integers(1, 2))):
         *path, last = draw(st.sampled_from(places(document)))
         table: Any = document
@@ -117,10 +117,10 @@ def rewritten(draw: st.DrawFn) -> str:
 
 
 @st.composite
-def mistyped(draw: st.DrawFn) -> str:
+def mistyped(draw: st.DrawFn, example: str = SCENE) -> str:
     """The example with any change of its text."""
-    start, length = draw(st.integers(0, len(SCENE))), draw(st.integers(0, 20))
-    return SCENE[:start] + draw(quantities | st.text(max_size=20)) + SCENE[start + length :]
+    start, length = draw(st.integers(0, len(example))), draw(st.integers(0, 20))
+    return example[:start] + draw(quantities | st.text(max_size=20)) + example[start + length :]
 
 
 texts = rewritten() | mistyped()

@@ -75,7 +75,10 @@ class Crash:
 
 
 def crossing(rng: np.random.Generator) -> Crash | None:
-    """A crossing in which A's front strikes B's left side ahead of its centre of gravity.
+    """A crossing in which A's right front corner strikes B's left side by the front wheel.
+
+    Both turn fast, in opposite senses, and about half of these pairs strike each other again with their
+    rear sides.
 
     Args:
         rng: random numbers.
@@ -83,9 +86,10 @@ def crossing(rng: np.random.Generator) -> Crash | None:
     Returns:
         The crash; None where the cars do not close in, or do not come to rest.
     """
-    headings = np.array([rng.normal(0.0, 0.1), rng.normal(1.5, 0.15)])
-    speeds = rng.uniform(9, 17), rng.uniform(9, 17)
-    along_b, aside_a = rng.uniform(0.2, 1.7), rng.uniform(-0.7, 0.7)
+    headings = np.array([rng.normal(0.0, 0.1), rng.normal(rng.uniform(1.0, 1.9), 0.05)])
+    of_a = rng.uniform(9, 17)
+    speeds = of_a, of_a * rng.uniform(0.5, 1.1)
+    along_b, aside_a = rng.uniform(0.8, 2.2), rng.uniform(-0.85, -0.4)
     crush = rng.uniform(0.15, 0.35)
     a, b = CARS
     point = np.zeros(2)
@@ -98,7 +102,7 @@ def crossing(rng: np.random.Generator) -> Crash | None:
         [[v * math.cos(h), v * math.sin(h), 0.0] for v, h in zip(speeds, headings, strict=True)]
     )
     normal = headings[1] + math.pi / 2  # out of B's left side
-    e, mu = rng.uniform(0.0, 0.2), rng.uniform(0.3, 0.6)
+    e, mu = rng.uniform(0.0, 0.2), rng.uniform(0.4, 1.2)
     after, closing = impact(poses, before, point, normal, e, mu)
     if closing < 3.0:
         return None
@@ -178,7 +182,7 @@ def impact(
 def _to_rest(
     poses: Array, velocity: Array, friction: float, rng: np.random.Generator
 ) -> tuple[Array, tuple[tuple[float, float], ...]] | None:
-    """Rest poses, and the later impacts on the way there; None where there are too many."""
+    """Rest poses, and the later impacts; None where there are too many, or the cars never part."""
     slaps: list[tuple[float, float]] = []
     clock, parted = 0.0, False
     for _ in range(_MOST):
@@ -198,6 +202,8 @@ def _to_rest(
                     clock += float(time)
                     break
         if touching is None:
+            if not (parted or slaps):
+                return None  # the outlines go through each other: no crash
             return run.y[:, -1].reshape(2, 6)[:, :3], tuple(slaps)
         poses, velocity = touching
         parted = False

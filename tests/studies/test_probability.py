@@ -11,7 +11,7 @@ from scipy import integrate, stats
 
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.options import RunOptions
-from retrodict.scene.asked import Comparison, read_proposition
+from retrodict.scene.asked import Comparison, Proposition, read_proposition
 from retrodict.scene.measured import Measured
 from retrodict.scene.priors import of_family, of_python
 from retrodict.scene.speed_record import SpeedRecord
@@ -54,6 +54,33 @@ def test_a_probability_is_that_of_quadrature(drawn, text):
     exact = evidence(asked.low, asked.high) / evidence(0, math.inf)
     assert found.value == pytest.approx(exact, abs=4 * found.error)
     assert found.error == pytest.approx(math.sqrt(exact * (1 - exact) / 200_000), rel=0.1)
+
+
+def test_a_compound_is_the_share_of_its_draws_and_the_law_in_closed_form():
+    """Two correlated normal speeds: the difference is normal, "and" is an orthant's probability."""
+    rng = np.random.default_rng(5)
+    a, b = rng.multivariate_normal([20, 18], [[4, 1.2], [1.2, 1]], (4, 20_000)).transpose(2, 0, 1)
+    made = outcome(speed_a=a, speed_b=b)
+    law = stats.multivariate_normal([20, 18], [[4, 1.2], [1.2, 1]])
+    both = law.cdf([19, 17])
+    sides = stats.norm(20, 2).cdf(19), stats.norm(18, 1).cdf(17)
+    exact = {
+        "speed_a - speed_b > 3 m/s": stats.norm(2, math.sqrt(5 - 2.4)).sf(3),
+        "speed_a + speed_b < 36 m/s": stats.norm(38, math.sqrt(5 + 2.4)).cdf(36),
+        "speed_a < 19 m/s and speed_b < 17 m/s": both,
+        "speed_a < 19 m/s or speed_b < 17 m/s": sum(sides) - both,
+    }
+    for text, wanted in exact.items():
+        found = probability(made, read_proposition(text))
+        assert found.value == pytest.approx(wanted, abs=4 * found.error)
+    counted = np.mean((a < 19) & ((b < 17) | (a - b > 3)))
+    asked = "speed_a < 19 m/s and (speed_b < 17 m/s or speed_a - speed_b > 3 m/s)"
+    assert probability(made, read_proposition(asked)).value == counted
+    never = probability(made, read_proposition("speed_a > 60 m/s and speed_b > 60 m/s"))
+    assert (never.value, never.error) == (0, None)
+    assert 0 < never.at_most < 0.001
+    with pytest.raises(NotAnswered, match="has no e_m"):
+        probability(made, read_proposition("speed_a > 3 m/s or e_m > 0.5"))
 
 
 def test_a_likelihood_ratio_is_that_of_quadrature(drawn):
@@ -120,7 +147,7 @@ def test_hardly_a_draw_makes_a_bound_and_not_a_ratio():
 
 
 def test_what_cannot_be_compared_is_refused(drawn):
-    never = read_proposition("speed_b < -1 m/s")
+    never = Proposition("speed_b", -math.inf, -1.0, "speed_b < -1 m/s")
     with pytest.raises(NotAnswered, match="excludes"):
         likelihood_ratio(drawn, Comparison(never, FAST))
     far = [read_proposition(t) for t in ("40 m/s < speed_b < 50 m/s", "speed_b > 50 m/s")]

@@ -17,9 +17,24 @@ if TYPE_CHECKING:
     from retrodict.studies.probability import Probability
 
 
+def clause(statement: Proposition, units: Units) -> str:
+    """A proposition as a clause with its article, or several joined; limits in SI and US units."""
+    if statement.joined:
+        parts = [
+            f"({clause(each, units)})" if each.joined else clause(each, units)
+            for each in statement.parts
+        ]
+        return f" {statement.joined} ".join(parts)
+    return f"the {proposition_in_words(statement, units)}"
+
+
 def proposition_in_words(proposition: Proposition, units: Units) -> str:
-    """A proposition as a clause, limits in SI and US units."""
-    return f"{describe(proposition.name)[0]} is {range_in_words(proposition, units)}"
+    """A proposition as a clause without its article, limits in SI and US units."""
+    label = describe(proposition.name)[0]
+    if proposition.other:
+        sign = "plus" if proposition.sign == 1 else "less"
+        label += f", {sign} the {describe(proposition.other)[0]},"
+    return f"{label} is {range_in_words(proposition, units)}"
 
 
 def range_in_words(proposition: Proposition, units: Units) -> str:

@@ -22,7 +22,7 @@ from retrodict.findings.answers import (
     share_in_words,
     with_sentences,
 )
-from retrodict.findings.in_units import exact, proposition_in_words
+from retrodict.findings.in_units import clause, exact
 from retrodict.scene.quantities import SPEEDS, SYSTEMS, Units, describe
 from retrodict.studies.avoidability import avoidability, time_distance
 from retrodict.studies.corners import corners
@@ -152,23 +152,29 @@ def probability_of(
     Args:
         outcome: the reconstruction.
         quantities: reported and derived quantities, by name.
-        proposition: proposition about a quantity that the outcome has draws of.
+        proposition: proposition about quantities that the outcome has draws of.
 
     Returns:
         The answer, or why there is none; `numbers` is a `Probability`.
     """
     meant = proposition.meant(outcome.scene.travelled)
     study = partial(probability, outcome, meant)
-    found = _answer(outcome, quantities, _of_probability(meant), study, answer_probability)
-    asks_before = meant.name == f"travelling_{proposition.name}"
-    if found.numbers is None or not asks_before or outcome.scene.alone:
+    found = _answer(
+        outcome, quantities, _of_probability(meant), study, answer_probability, meant.names
+    )
+    if found.numbers is None or not _asks_before(proposition, meant) or outcome.scene.alone:
         return found
     return _with_impact_speed(found, proposition, probability(outcome, proposition))
 
 
+def _asks_before(proposition: Proposition, meant: Proposition) -> bool:
+    """Whether a name that may be of the speed before the skid or at the impact means the former."""
+    return len(meant.names) == 1 and meant.names[0] == f"travelling_{proposition.names[0]}"
+
+
 def _with_impact_speed(asked: Answered, proposition: Proposition, found: Probability) -> Answered:
     """The answer on the speed before the skid, and that on the impact speed: speed_a may mean either."""
-    v = proposition.name[-1]
+    v = proposition.names[0][-1]
     remark = (
         f"This is the speed at which {v.upper()} travelled before it skidded, which a speed limit is "
         f"about. Of its impact speed (impact_speed_{v}) {share_in_words(found)}."
@@ -183,8 +189,8 @@ def _of_probability(meant: Proposition) -> dict[Units, Answered]:
     return {
         units: Answered(
             "probability",
-            f"Probability that the {proposition_in_words(meant, units)}",
-            quantity=meant.name,
+            f"Probability that {clause(meant, units)}",
+            quantity=meant.names[0] if len(meant.names) == 1 else None,
         )
         for units in SYSTEMS
     }
@@ -195,7 +201,7 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
 
     Args:
         estimate: the weighted points.
-        proposition: proposition about a quantity that the points have.
+        proposition: proposition about quantities that the points have.
 
     Returns:
         The answer, as from `probability_of`.
@@ -204,8 +210,8 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
     blanks = _of_probability(meant)
     if not estimate.checks.passed:
         return in_both_units(blanks, lambda blank, _: with_sentences(blank, WITHHELD))
-    if meant.name not in estimate.quantities:
-        reason = f"Not answered: the model has no {meant.name}."
+    if missing := [name for name in meant.names if name not in estimate.quantities]:
+        reason = f"Not answered: the model has no {missing[0]}."
         return in_both_units(blanks, lambda blank, _: with_sentences(blank, reason))
     found = _share_of_points(estimate, meant)
     said = f"Given the model and the inputs, {share_in_words(found)}."
@@ -213,8 +219,8 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
         blanks, lambda blank, _: replace(with_sentences(blank, said), numbers=found)
     )
     if (
-        meant.name != f"travelling_{proposition.name}"
-        or proposition.name not in estimate.quantities
+        not _asks_before(proposition, meant)
+        or proposition.names[0] not in estimate.quantities
         or estimate.scene.alone
     ):
         return answered
@@ -222,7 +228,7 @@ def probability_by_points(estimate: Estimate, proposition: Proposition) -> Answe
 
 
 def _share_of_points(estimate: Estimate, proposition: Proposition) -> Probability:
-    holds = proposition.holds(estimate.quantities[proposition.name]).astype(float)
+    holds = proposition.holds_for(estimate.quantities.__getitem__).astype(float)
     value, error = estimate.weighted.mean(holds)
     effective = value * (1 - value) / error**2 if error > 0 else estimate.checks.min_ess_bulk
     known_error = error if error > 0 else None
@@ -235,6 +241,7 @@ def _answer(
     blanks: Mapping[Units, Answered],
     study: Callable[[], Numbers],
     words: Callable[..., Answered],
+    names: tuple[str, ...] = (),
 ) -> Answered:
     """A question with its answer; withheld where checks failed, or with the reason for none.
 
@@ -245,6 +252,7 @@ def _answer(
         study: function that computes the numbers.
         words: function of the numbers, the question and the units; returns the question with its
             answer.
+        names: flat names of the quantities asked about; without any, that of the question.
     """
 
     def without(reason: str) -> Answered:
@@ -252,8 +260,10 @@ def _answer(
             blanks, lambda blank, _: replace(with_sentences(blank, reason), figure=None)
         )
 
-    found = quantities.get(blanks["si"].quantity or "")
-    if not outcome.checks.passed or (found is not None and found.withheld):
+    asked = names or (blanks["si"].quantity or "",)
+    if not outcome.checks.passed or any(
+        quantities[name].withheld for name in asked if name in quantities
+    ):
         return without(WITHHELD)
     try:
         numbers = study()

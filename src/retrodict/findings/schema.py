@@ -131,10 +131,13 @@ class LeftOutEntry(TypedDict):
 class ProbabilityEntry(TypedDict):
     """How probable it is that a quantity lies between two values; null is no limit.
 
-    error: Monte Carlo standard error, null where no draw or every draw holds it; at_least, at_most:
-    bounds, each of 95 % confidence; effective: number of independent draws.
+    proposition: as it was written; quantity: name, sum or difference of names, or the names of several
+    propositions, whose limits are in `proposition` only; error: Monte Carlo standard error, null where
+    no draw or every draw holds it; at_least, at_most: bounds, each of 95 % confidence; effective: number
+    of independent draws.
     """
 
+    proposition: str
     quantity: str
     low: Number
     high: Number

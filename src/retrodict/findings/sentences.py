@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from retrodict.findings.rounding import format_value
 from retrodict.findings.second_contact import second_contact
 from retrodict.findings.statistics import Quantity, scaled
+from retrodict.findings.suspected_contact import suspected_contact
 from retrodict.inference.digits import decimals_of, rhat_text
 from retrodict.inference.misfit import UNEXPLAINED, UNSUPPORTED
 from retrodict.scene.defaults import DEFAULTS
@@ -211,6 +212,8 @@ def simplifications(outcome: Outcome) -> tuple[str, ...]:
         )
     if again := second_contact(outcome):
         found.append(again.sentence)
+    if hidden := suspected_contact(outcome, again):
+        found.append(hidden.sentence)
     return tuple(found)
 
 

@@ -139,8 +139,13 @@ def _of_sliding(found: FitSummary) -> schema.SlidingEntry:
 def _numbers(found: Numbers | None) -> Any:
     match found:
         case Probability(proposition=asked, value=value):
-            limits = {"quantity": asked.name, "low": asked.low, "high": asked.high}
-            return _entry(schema.ProbabilityEntry, found, **limits, probability=value)
+            limits = {"low": None, "high": None}
+            quantity = ", ".join(asked.names)
+            if not asked.joined:
+                limits = {"low": asked.low, "high": asked.high}
+                quantity = f" {'+' if asked.sign == 1 else '-'} ".join(asked.names)
+            named = {"proposition": asked.text, "quantity": quantity, **limits}
+            return _entry(schema.ProbabilityEntry, found, **named, probability=value)
         case LikelihoodRatio():
             return _entry(
                 schema.LikelihoodRatioEntry,

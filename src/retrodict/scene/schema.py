@@ -118,7 +118,7 @@ class SceneEntry(Table):
             ("between", asked.between),
             ("likelihood_ratio", [each.first for each in asked.likelihood_ratio]),
         ):
-            if any(vehicle_of(each.name) == "b" for each in propositions):
+            if any(vehicle_of(name) == "b" for each in propositions for name in each.names):
                 raise fault(f"{still}; ask it of A, as in speed_a", f"questions.{key}")
         if any(each.vehicle == "B" for each in asked.avoidable):
             raise fault(f'{still}; write vehicle = "A"', "questions.avoidable")

@@ -360,8 +360,12 @@ def _prior(name: str, prior: Prior) -> Iterator[str]:
 
 
 def _questions(asked: Questions) -> Iterator[str]:
-    one = [p.text for p in asked.probabilities if math.isinf(p.low) or math.isinf(p.high)]
-    both = [p.text for p in asked.probabilities if p.text not in one]
+    both = [
+        p.text
+        for p in asked.probabilities
+        if not p.joined and math.isfinite(p.low) and math.isfinite(p.high)
+    ]
+    one = [p.text for p in asked.probabilities if p.text not in both]
     yield f"exceeds = [{', '.join(map(_quoted, one))}]"
     yield f"between = [{', '.join(map(_quoted, both))}]"
     pairs = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -28,7 +29,7 @@ class Probability:
     """How probable a proposition is (SI units).
 
     Args:
-        proposition: the proposition.
+        proposition: the proposition, or the compound of several.
         value: share of the posterior draws in which it holds.
         error: Monte Carlo standard error; None where it holds in none of the draws, or in all.
         at_least, at_most: lower and upper bound, each of confidence `CONFIDENCE`, by the effective
@@ -79,7 +80,7 @@ def probability(outcome: Outcome, proposition: Proposition) -> Probability:
 
     Args:
         outcome: the reconstruction.
-        proposition: proposition about a quantity that the outcome has draws of.
+        proposition: proposition about quantities that the outcome has draws of.
 
     Returns:
         The share of the draws in which it holds. Its error is that of a mean of correlated draws
@@ -89,23 +90,28 @@ def probability(outcome: Outcome, proposition: Proposition) -> Probability:
     Raises:
         NotAnswered: the model has no such quantity.
     """
-    draws = draws_of(outcome, proposition.name)
-    return _probability(outcome, proposition, draws)
+    return _probability(outcome, proposition, partial(draws_of, outcome))
 
 
-def _probability(outcome: Outcome, proposition: Proposition, draws: np.ndarray) -> Probability:
-    holds = proposition.holds(draws).astype(float)
+def _probability(
+    outcome: Outcome, proposition: Proposition, values: Callable[[str], np.ndarray]
+) -> Probability:
+    holds = proposition.holds_for(values).astype(float)
     value, error = float(holds.mean()), None
     if min(holds.sum(), (1 - holds).sum()) >= _FEW:
         error = error_of_mean(holds)
         effective = value * (1 - value) / error**2
     else:  # too few to tell how they are correlated
-        effective = effective_draws(draws)
-        if not math.isfinite(effective):  # of a quantity that is exact
-            effective = math.inf
+        effective = min(_effective(draws) for draws in proposition.compared(values))
         if 0 < value < 1:
             error = math.sqrt(value * (1 - value) / effective)
     return bounded(proposition, value, error, effective, outcome.checks.pareto_k)
+
+
+def _effective(draws: np.ndarray) -> float:
+    """Effective draws of a quantity; infinite for one that is exact."""
+    found = effective_draws(draws)
+    return found if math.isfinite(found) else math.inf
 
 
 def bounded(
@@ -147,11 +153,10 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
     """
     name = comparison.first.name
     draws = draws_of(outcome, name)
-    first, second = (
-        _probability(outcome, each, draws) for each in (comparison.first, comparison.second)
-    )
+    both = (comparison.first, comparison.second)
+    first, second = (_probability(outcome, each, lambda _: draws) for each in both)
     prior, words = _prior(outcome, name)
-    priors = [prior(each) for each in (comparison.first, comparison.second)]
+    priors = [prior(each) for each in both]
     for each, share in zip((first, second), priors, strict=True):
         if not share > 0:
             raise NotAnswered(
@@ -174,7 +179,8 @@ def likelihood_ratio(outcome: Outcome, comparison: Comparison) -> LikelihoodRati
     else:
         value = first.value / second.value
         holds = [
-            each.proposition.holds(draws) / each.value - 1 for each in (first, second)
+            each.holds(draws) / found.value - 1
+            for each, found in zip(both, (first, second), strict=True)
         ]  # to first order, what a draw adds to the logarithm of each share
         error = error_of_mean(holds[0] - holds[1])
     return LikelihoodRatio(first, second, priors[0], priors[1], words, value / odds, error, bound)

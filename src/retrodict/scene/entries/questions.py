@@ -8,7 +8,11 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
 from retrodict.scene import units
-from retrodict.scene.asked import Proposition, read_comparison, read_proposition
+from retrodict.scene.asked import (
+    Proposition,
+    read_comparison,
+    read_proposition,
+)
 from retrodict.scene.entries.table import Table
 from retrodict.scene.errors import shown
 from retrodict.scene.kinds import Kind, fault
@@ -40,15 +44,24 @@ def _proposition(raw: object) -> Proposition:
         raise fault(found.fix) from None
 
 
+def _single(raw: object) -> Proposition:
+    found = _proposition(raw)
+    if found.joined:
+        raise fault(f"{shown(found.text)} is several propositions; write one")
+    return found
+
+
 def _one_limit(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
     for each in asked:
-        if math.isfinite(each.low) and math.isfinite(each.high):
+        if not each.joined and math.isfinite(each.low) and math.isfinite(each.high):
             raise fault(f"{shown(each.text)} has two limits; write it under between")
     return asked
 
 
 def _two_limits(asked: tuple[Proposition, ...]) -> tuple[Proposition, ...]:
     for each in asked:
+        if each.joined:
+            raise fault(f"{shown(each.text)} is several propositions; write it under exceeds")
         if not (math.isfinite(each.low) and math.isfinite(each.high)):
             raise fault(f"{shown(each.text)} has one limit; write it under exceeds")
     return asked
@@ -66,8 +79,8 @@ _AVOIDABLE = (
 class LikelihoodRatioEntry(Table):
     """An entry of `likelihood_ratio`: two propositions about one speed before the impact."""
 
-    first: Annotated[Proposition, PlainValidator(_proposition)] = Field(examples=[_FIRST])
-    second: Annotated[Proposition, PlainValidator(_proposition)] = Field(examples=[_SECOND])
+    first: Annotated[Proposition, PlainValidator(_single)] = Field(examples=[_FIRST])
+    second: Annotated[Proposition, PlainValidator(_single)] = Field(examples=[_SECOND])
 
     @model_validator(mode="after")
     def _exclude_each_other(self) -> LikelihoodRatioEntry:
