@@ -139,7 +139,7 @@ def _of_sliding(found: FitSummary) -> schema.SlidingEntry:
 def _numbers(found: Numbers | None) -> Any:
     match found:
         case Probability(proposition=asked, value=value):
-            limits = {"low": None, "high": None}
+            limits: dict[str, float | None] = {"low": None, "high": None}
             quantity = ", ".join(asked.names)
             if not asked.joined:
                 limits = {"low": asked.low, "high": asked.high}
