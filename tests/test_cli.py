@@ -353,6 +353,7 @@ def test_names_do_not_steer_the_terminal(tmp_path: Path) -> None:
     assert r"\x1b[2Jscene.toml" in done.stderr
 
 
+@pytest.mark.slow
 def test_an_encoding_that_lacks_a_character_and_a_wrong_platform_are_survived() -> None:
     poor = ENVIRONMENT | {"PYTHONIOENCODING": "ascii", "JAX_PLATFORMS": "abacus"}
     asked = {"capture_output": True, "text": True, "env": poor, "cwd": ROOT, "check": False}
@@ -447,6 +448,7 @@ def test_validate_scores_a_case_and_reports_faulty_files(tmp_path: Path) -> None
     assert abs(of_good["error"] / of_good["answer"]["sd"] + 0.05) < 0.1
 
 
+@pytest.mark.slow
 def test_validate_refuses_a_folder_without_cases(tmp_path: Path) -> None:
     done = run("validate", tmp_path)
     assert done.returncode == 2
@@ -547,8 +549,16 @@ def test_an_interrupted_export_is_one_line_and_writes_nothing(
     [
         (["nowhere/*.toml"], "nowhere/*.toml: no scene file is there"),
         ([SCENE, "--workers", 2, "--scheduler", "tcp://127.0.0.1:9"], "choose one of them"),
-        ([SCENE, "--model", "momentum"], "--model momentum: choose auto or one of "),
-        ([SCENE, "--device", "gpu"], "--device gpu: JAX finds no GPU here: install jax[cuda13]"),
+        pytest.param(
+            [SCENE, "--model", "momentum"],
+            "--model momentum: choose auto or one of ",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            [SCENE, "--device", "gpu"],
+            "--device gpu: JAX finds no GPU here: install jax[cuda13]",
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             [SCENE, "--scheduler", "tcp://127.0.0.1:9"],
             "--scheduler tcp://127.0.0.1:9: nothing ans",

@@ -31,6 +31,7 @@ def test_an_answer_is_that_of_a_session() -> None:
         assert abs(mean - sure) < 4 * np.hypot(error, other), name
 
 
+@pytest.mark.slow
 def test_an_answer_depends_on_its_scene_and_seed_alone() -> None:
     first = answer(SCENE, DEFAULT_RUNG)
     answer(

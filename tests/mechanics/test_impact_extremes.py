@@ -119,6 +119,7 @@ def test_zero_closing_speed() -> None:
     assert problem.value.trade_off == ("e", "mu", "e_m")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e_m", [-1.0, 0.0, 0.7, 1.0])
 def test_single_precision(e_m: float) -> None:
     """Within 1e-5 of double precision, and single throughout."""

@@ -34,6 +34,7 @@ def same(one, other) -> None:
         np.testing.assert_array_equal(a, b)
 
 
+@pytest.mark.slow
 def test_an_impact_of_lists_is_that_of_arrays():
     array, headings = np.array(APPROACH, float), [3.1, -0.2]
     same(separation(APPROACH, BODIES, COEFFICIENTS), separation(array, BODIES, COEFFICIENTS))

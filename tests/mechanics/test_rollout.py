@@ -77,6 +77,7 @@ def test_speed_dependent_friction_is_summed_as_the_slide_is_integrated() -> None
     assert np.sqrt(2 * G * float(taken.drag) * length) == pytest.approx(V, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_the_measured_way_is_followed_by_the_velocity_of_its_length_and_course() -> None:
     """A polyline; speed, course and yaw rate by the laws it states; then a quarter slower, turned."""
     start = jnp.array([2.0, 1.0, 0.3])

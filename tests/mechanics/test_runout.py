@@ -522,6 +522,7 @@ def test_wheel_paths_are_those_of_a_rigid_body() -> None:
     np.testing.assert_allclose(weight @ wheels, path.pose[:, :2], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_followed_is_not_a_number() -> None:
     """A wheel that rolls freely takes nothing from W: the clock stands still."""
     free = rolling([0.0] * 4, [0.0] * 4)
@@ -564,22 +565,14 @@ def test_a_rolling_car_stops_by_its_drag() -> None:
     np.testing.assert_allclose(end, [far, 0, 0], atol=1e-6 * far)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drag", "steer", "velocity"),
     [
         ([0.5, 0.5, 0.5, 0.5], [0.0, 0.0, 0.0, 0.0], [12.0, 3.0, 2.0]),
-        pytest.param(
-            *([1.0, 0.15, 0.15, 0.15], [0.2, 0.0, 0.0, 0.0], [9.0, -4.0, 6.0]),
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            *([0.1, 0.1, 0.1, 0.1], [0.1, 0.1, 0.0, 0.0], [14.0, 1.0, 0.5]),
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            *([0.2, 1.0, 0.3, 0.1], [-0.1, 0.15, 0.0, 0.0], [-5.0, 7.0, -4.0]),
-            marks=pytest.mark.slow,
-        ),
+        ([1.0, 0.15, 0.15, 0.15], [0.2, 0.0, 0.0, 0.0], [9.0, -4.0, 6.0]),
+        ([0.1, 0.1, 0.1, 0.1], [0.1, 0.1, 0.0, 0.0], [14.0, 1.0, 0.5]),
+        ([0.2, 1.0, 0.3, 0.1], [-0.1, 0.15, 0.0, 0.0], [-5.0, 7.0, -4.0]),
     ],
 )
 def test_rolling_and_braked_wheels_agree_with_scipy(
@@ -592,9 +585,8 @@ def test_rolling_and_braked_wheels_agree_with_scipy(
     np.testing.assert_allclose(_rest(*scene, steps=1500), expected, atol=2e-3)
 
 
-@pytest.mark.parametrize(
-    "drag", [[1.0] * 4, pytest.param([1.0, 0.15, 0.15, 0.15], marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("drag", [[1.0] * 4, [1.0, 0.15, 0.15, 0.15]])
 def test_load_transfer_agrees_with_scipy(drag: list[float]) -> None:
     car = rolling(drag, [0.1, 0.1, 0.0, 0.0])
     pose, velocity = np.array([0.0, 0.0, 0.2]), np.array([12.0, 3.0, 4.0])

@@ -119,6 +119,7 @@ def test_reversal_of_sliding_is_flagged(r: float, reverses: bool) -> None:
     assert bool(reverses_sliding(before, bodies, c)) == reverses
 
 
+@pytest.mark.slow
 def test_a_batch_is_one_call() -> None:
     before = jnp.array([[20.0, 0, 0, -10, 0, 0], [10.0, 0, 0, 0, 0, 0]])
     c = Coefficients(jnp.array([0.0, 1.0]), jnp.zeros(2), jnp.ones(2))

@@ -60,7 +60,8 @@ def test_departures_are_what_velocities_after_the_impact_say() -> None:
         assert abs(direction - 5.0) <= np.pi  # the representative nearest to what was measured
 
 
-@pytest.mark.parametrize("of", ["centre", pytest.param("rear_left", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("of", ["centre", "rear_left"])
 def test_a_mark_is_as_far_as_the_nearest_of_many_points_of_the_path(of: str) -> None:
     point = Mark(3.0, -4.0, 0.2, of)
     scene = replace(collision(share=0.0, berm=False), marks={"b": (point,)})
@@ -106,11 +107,9 @@ STEADY = {  # braking over g, of a car that moves straight ahead on a road of fr
 }
 
 
-@pytest.mark.parametrize(
-    "model",
-    [m if m == "momentum+wheels" else pytest.param(m, marks=pytest.mark.slow) for m in STEADY],
-)
-@pytest.mark.parametrize("of", [pytest.param("centre", marks=pytest.mark.slow), "rear_left"])
+@pytest.mark.slow
+@pytest.mark.parametrize("model", STEADY)
+@pytest.mark.parametrize("of", ["centre", "rear_left"])
 def test_speed_at_a_mark_is_what_the_way_there_left_of_it(model: str, of: str) -> None:
     """v² = v0² − 2 a s, and the course is the heading, of a car that moves straight ahead."""
     heading, start, v0 = -22 * DEGREE, -LEVER_B, 12.0

@@ -37,6 +37,7 @@ def test_without_a_height_loads_are_static() -> None:
     assert not [name for name in data.inputs if name.startswith("cg_height")]
 
 
+@pytest.mark.slow
 def test_a_height_moves_the_loads_of_its_vehicle_alone() -> None:
     (structure, data), (static, as_before) = map(RUNG.of_scene, (high(SCENE, 0.55), SCENE))
     assert set(structure.uncertain) - set(static.uncertain) == {("cg_height_a", "lognormal")}

@@ -36,6 +36,7 @@ def test_without_one_the_ground_is_level() -> None:
     assert not {"grade", "uphill"} & data.inputs.keys()
 
 
+@pytest.mark.slow
 def test_it_is_two_inputs_of_the_run_outs() -> None:
     (structure, data), (level, _) = RUNG.of_scene(ON_SLOPE), RUNG.of_scene(SCENE)
     assert set(structure.uncertain) - set(level.uncertain) == {

@@ -55,6 +55,7 @@ def test_the_speed_is_that_of_the_closed_form(taxi):
     assert speed.std() == pytest.approx(exact.std(), rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_model_is_the_simplest_that_there_is(taxi):
     assert "joined+slide" in repr(taxi)
 

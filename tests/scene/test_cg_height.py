@@ -48,6 +48,7 @@ def test_a_wheel_that_may_lift_is_a_warning() -> None:
     assert line.startswith("vehicles.A.cg_height: above 1.31 m a wheel of it may lift")
 
 
+@pytest.mark.slow
 def test_above_that_height_one_does_at_some_angle() -> None:
     """It slides without spin on locked wheels, at every angle."""
     car = Car(1.8, 1.35, 1.50, 1.54)

@@ -36,6 +36,7 @@ def test_a_measured_coefficient_is_evidence_and_is_written_again() -> None:
     assert not parse_scene(SCENE, "bend").coefficients
 
 
+@pytest.mark.slow
 def test_rungs_that_have_a_coefficient_explain_it_and_no_others() -> None:
     lines = ('e = "0.1 ± 0.05"', 'e_m = "0.8 ± 0.1"', 'mu = "0.5 ± 0.1"')
     scene = parse_scene(stated(*lines), "bend")

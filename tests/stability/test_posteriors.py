@@ -43,6 +43,7 @@ def ordinary() -> Ordinary:
     return posterior, sites(posterior, long), long.w.reshape(-1, long.w.shape[-1])
 
 
+@pytest.mark.slow
 def test_the_truth_is_inside_where_nothing_is_wrong() -> None:
     scene, truth = made()
     said, outcome = verdict_of(scene, "importance")
@@ -131,6 +132,7 @@ def test_contradictory_evidence_is_named() -> None:
     assert "what was measured lies" in said
 
 
+@pytest.mark.slow
 def test_turns_that_are_not_written_down_are_found() -> None:
     """Where one number of turns fits; tests/inference/test_reconstruct.py has a scene of two."""
     scene, _ = made()

@@ -23,6 +23,7 @@ from tests.shared.edges import (
 _rest = jax.jit(rest)
 
 
+@pytest.mark.slow
 def test_a_wheel_at_the_instant_centre() -> None:
     velocity = [3.0, 6.0, 4.0]
     truth = by_reference(velocity, 0.7)

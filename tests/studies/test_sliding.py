@@ -86,6 +86,7 @@ def test_where_the_evidence_excludes_one_of_them_nothing_is_said() -> None:
         assert by_sliding(one_of_them, "speed_b") == ()
 
 
+@pytest.mark.slow
 def test_it_is_for_the_default_prior_of_a_free_friction_that_does_not_reverse() -> None:
     without = _outcome()  # a model that decides on μ samples none
     del without.idata["log_prior"]

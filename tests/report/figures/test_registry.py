@@ -189,6 +189,7 @@ def test_evidence_far_from_what_is_predicted_stays_in_the_picture(outcome):
     assert high - low < 30
 
 
+@pytest.mark.slow
 def test_constant_draws_do_not_break_a_figure(outcome):
     tree = outcome.idata.copy()
     tree["posterior"]["e"] = tree["posterior"]["e"] * 0 + 0.1
