@@ -20,6 +20,8 @@ ADDED = {
     ),
     "src/retrodict/scene/records.py": (
         ("    cg_height: Measured | None = None", "    reach: Measured | None = None"),
+    ),
+    "src/retrodict/scene/place_records.py": (
         ("    interlocked: bool = False", "    depth: Measured | None = None"),
         ("    outline: Outline | None = None", "    layer: Measured | None = None"),
     ),

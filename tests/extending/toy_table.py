@@ -19,7 +19,7 @@ KERB: dict[str, Field] = {
     ),
 }"""
 _TABLE = """    "kerb": Evidence(
-        what="how it struck a kerb", table="kerb", fields=KERB, prefix="kerb_", where="on the way",
+        what="how it struck a kerb", table="kerb", fields=KERB, prefix="kerb_", where="after the impact",
     ),"""
 _PREDICTIONS = """    "kerb_speed": Prediction(lambda motion: jnp.hypot(*motion.after[:2])),
     "kerb_course": Prediction(

@@ -191,7 +191,7 @@ def rungs(monkeypatch):
     }
     monkeypatch.setattr(ladders, "RUNGS", made)
     monkeypatch.setattr(ladders, "rungs_for", lambda _: made)
-    monkeypatch.setattr(ladders, "_unknowns", lambda _: 25)
+    monkeypatch.setattr(ladders, "size_of", lambda _: 25)
     return made
 
 

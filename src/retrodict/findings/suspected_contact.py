@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 # 22 without; the others close at 1.6 to 6 m/s, and leave e_m near 0.85 or touch again as they are.
 _SLAPS_WITHIN = 0.8  # s after the impact
 _SMALL = 0.75  # e_m
-_WORTH_SAYING = (
-    0.15  # of the share of motions that only the moment impulse keeps apart, times that of e_m
-)
+# Of the share of motions that only the moment impulse keeps apart, times that of e_m.
+_WORTH_SAYING = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,7 @@ class SuspectedContact:
     Args:
         share: share of the recorded motions.
         small: share of the posterior draws in which e_m is below `limit`.
-        limit: that limit.
+        limit: value of e_m.
         after: median time after the impact at which they would touch again, s.
     """
 

@@ -276,15 +276,15 @@ class _Reader:
         return _simple(word)
 
 
-def _joined(by: Literal["and", "or"], parts: Iterator[Proposition]) -> Proposition:
+def _joined(word: Literal["and", "or"], parts: Iterator[Proposition]) -> Proposition:
     """One proposition as it is, several as a compound; those of the same kind become one."""
     found: list[Proposition] = []
     for each in parts:
-        found += each.parts if each.joined == by else [each]
+        found += each.parts if each.joined == word else [each]
     if len(found) == 1:
         return found[0]
-    text = f" {by} ".join(each.text for each in found)
-    return Proposition("", -math.inf, math.inf, text, joined=by, parts=tuple(found))
+    text = f" {word} ".join(each.text for each in found)
+    return Proposition("", -math.inf, math.inf, text, joined=word, parts=tuple(found))
 
 
 def _simple(plain: str) -> Proposition:
