@@ -48,7 +48,7 @@ _THEN_MOST, _THEN_PILOT = 16, 2048
 _AS_GOOD_AS = 1000.0
 # Points of each scrambling at first, and the largest multiple of them, where each is solved for.
 _NESTED_FIRST, _NESTED_MOST = 128, 64
-_HEAVY_MOST = 16  # the same where weights are too uneven: a Pareto k that is high stays so
+_HEAVY_MOST = 16  # the same where weights are too uneven, though they shape the proposal each time
 _MEANLESS = 1.0  # Pareto k above which weights have no mean, however many they are
 TAILS = 2  # coordinates of the unit cube that make the tails of a proposal about a mode
 _SHORT = 1 / 3  # share of the draws that are enough, below which first points shape the proposal
