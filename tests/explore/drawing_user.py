@@ -40,6 +40,16 @@ def served(
             server.wait(60)
 
 
+@contextmanager
+def stopped(server: subprocess.Popen[str]) -> Iterator[None]:
+    """The time in which a server does nothing, after which all that it was sent arrives at once."""
+    server.send_signal(signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        server.send_signal(signal.SIGCONT)
+
+
 class User:
     """A page of the board, and somebody at it.
 

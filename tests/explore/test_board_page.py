@@ -7,7 +7,9 @@ import math
 import random
 import re
 import signal
+import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -17,7 +19,7 @@ from playwright.sync_api import Browser, expect, sync_playwright
 from retrodict.explore.board.board import Board
 from retrodict.live import session
 from retrodict.scene import Scene, load_scene
-from tests.explore.drawing_user import User, served
+from tests.explore.drawing_user import User, served, stopped
 from tests.explore.made_up import BRACH
 from tests.explore.photographs import png
 from tests.explore.test_page import BROWSER
@@ -403,24 +405,34 @@ def test_what_is_typed_on_while_the_server_is_late_stays(browser: Browser, tmp_p
         user.page.close()
 
 
-def test_a_refusal_stays_beside_what_was_refused_however_late_the_server_is(
+@contextmanager
+def at_the_panel_of_a(
     browser: Browser, tmp_path: Path
-) -> None:
+) -> Iterator[tuple[User, subprocess.Popen[str], Path]]:
+    """Somebody at the paper's collision, which is answered, their server and the scene file."""
     path = tmp_path / "scene.toml"
     path.write_bytes(BRACH.read_bytes())
     with served(path) as (address, server):
         user = opened(browser, address)
         expect(user.page.locator("[data-answer]")).to_be_visible()
         user.tab("A")
+        yield user, server, path
+        assert not user.complaints
+        user.page.close()
+
+
+def test_a_refusal_stays_beside_what_was_refused_however_late_the_server_is(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with at_the_panel_of_a(browser, tmp_path) as (user, server, path):
         row = user.row("vehicles.A.approach.speed")
         # both arrive at once: the second is refused before the first is shown
-        server.send_signal(signal.SIGSTOP)
-        row.fill("40 ± 2 mph")
-        row.press("Enter")
-        row.press("End")
-        row.press_sequentially(" and")
-        row.press("Enter")
-        server.send_signal(signal.SIGCONT)
+        with stopped(server):
+            row.fill("40 ± 2 mph")
+            row.press("Enter")
+            row.press("End")
+            row.press_sequentially(" and")
+            row.press("Enter")
         fault = user.page.locator('[data-key="vehicles.A.approach.speed"] .fault')
         expect(fault).to_contain_text("unknown unit")
         expect(user.title).to_contain_text("(not saved)")
@@ -433,27 +445,19 @@ def test_a_refusal_stays_beside_what_was_refused_however_late_the_server_is(
         row.press("Enter")
         user.press("Control+s")
         expect(user.page.get_by_text("Saved:")).to_be_visible()
-        assert not user.complaints
-        user.page.close()
     assert "41 ± 2 mph" in path.read_text("utf-8")
 
 
 def test_what_is_typed_on_is_not_overwritten_by_how_the_board_writes_it(
     browser: Browser, tmp_path: Path
 ) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_bytes(BRACH.read_bytes())
-    with served(path) as (address, server):
-        user = opened(browser, address)
-        expect(user.page.locator("[data-answer]")).to_be_visible()
-        user.tab("A")
+    with at_the_panel_of_a(browser, tmp_path) as (user, server, path):
         row = user.row("A.impact.x")
-        server.send_signal(signal.SIGSTOP)
-        row.fill("2.1 m")
-        row.press("Enter")
-        for key in ("End", "ArrowLeft", "ArrowLeft", "5"):
-            row.press(key)
-        server.send_signal(signal.SIGCONT)
+        with stopped(server):
+            row.fill("2.1 m")
+            row.press("Enter")
+            for key in ("End", "ArrowLeft", "ArrowLeft", "5"):
+                row.press(key)
         expect(user.title).to_contain_text("(not saved)")
         user.page.wait_for_timeout(500)
         expect(row).to_have_value("2.15 m")
@@ -464,8 +468,6 @@ def test_what_is_typed_on_is_not_overwritten_by_how_the_board_writes_it(
         row.press("Control+s")
         expect(user.page.get_by_text("Saved:")).to_be_visible()
         expect(row).to_have_value("2.200 m")
-        assert not user.complaints
-        user.page.close()
     assert math.isclose(load_scene(path).at_impact("a")[0], 2.2, abs_tol=1e-3)
 
 
