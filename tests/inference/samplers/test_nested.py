@@ -12,7 +12,13 @@ from scipy import stats
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.samplers.importance import adapted, evaluated
-from retrodict.inference.samplers.nested import _PRIOR, Nested, _Free, nested
+from retrodict.inference.samplers.nested import (
+    _PRIOR,
+    Nested,
+    _corrected,
+    _Free,
+    nested,
+)
 from retrodict.inference.samplers.proposal import Proposal
 from retrodict.inference.samplers.psis import effective, log_mean, smoothed
 from retrodict.inference.transforms.choice import Coordinates
@@ -117,8 +123,35 @@ def test_fitted_slopes_lead_to_the_modes_and_few_draws_need_their_own(monkeypatc
     )
     mode, _ = proposal._solved(x)
     assert sum(asked) < 5 * len(x)  # slopes of their own take one for each pinned direction more
-    _, _, step = proposal._by_newton(x, mode)
+    _, step = proposal._stepped(mode, x, *proposal._linearised(mode, x))
     assert np.quantile(np.linalg.norm(step, axis=1), 0.95) < 0.3
+
+
+def test_corrected_slopes_agree_with_the_change_along_a_step() -> None:
+    """Broyden's condition, and nothing else changes: directions across the step keep their slopes."""
+    chance = np.random.default_rng(10)
+    slopes, moved, change = (chance.normal(size=shape) for shape in ((5, 3, 7), (5, 3), (5, 7)))
+    change[0] = np.nan  # no crash at the end of the step
+    found = _corrected(slopes, moved, change)
+    np.testing.assert_array_equal(found[0], slopes[0])
+    np.testing.assert_allclose(np.einsum("kij,ki->kj", found, moved)[1:], change[1:])
+    across = np.cross(moved, chance.normal(size=(5, 3)))
+    kept = np.einsum("kij,ki->kj", found - slopes, across)
+    np.testing.assert_allclose(kept, 0, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_draws_of_the_fit_show_the_middle_of_the_free_directions() -> None:
+    """It is nearer to the posterior's mean than the peak is."""
+    posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.UNBENT)
+    proposal = nested(posterior)
+    assert proposal is not None
+    w, log_density = proposal.sampled(POINTS, np.random.default_rng(11))
+    log_weight = evaluated(posterior, w)[0] - log_density
+    known = proposal.moved(w, log_weight).shown
+    assert known is not None
+    off = proposal._sheet.middle - known[0]
+    assert np.square(off).sum() < np.square(known[0]).sum() / 2
 
 
 @pytest.mark.slow

@@ -64,6 +64,17 @@ def test_a_mean_is_surer_than_by_as_many_independent_draws() -> None:
     assert np.var(means) < independent / 10
 
 
+def test_no_error_is_above_that_of_independent_draws() -> None:
+    """Of a probability in a tail, that eight scramblings would often show twice as large."""
+    for seed in range(50):
+        x = _normal(seed, 20)
+        log_weight = -(x[:, 1] ** 2) / 4
+        weighted = _weighted(log_weight)
+        below = x[:, 0] <= stats.norm.ppf(0.025)
+        alone = np.sqrt(np.sum((weighted.weights * (below - weighted.weights @ below)) ** 2))
+        assert weighted.mean(below.astype(float))[1] <= alone * (1 + 1e-9)
+
+
 def test_quantiles_of_equal_weights_are_those_of_the_draws() -> None:
     x = np.random.default_rng(0).normal(size=1000)
     weighted = Weighted(np.full(1000, 1e-3), SCRAMBLINGS)

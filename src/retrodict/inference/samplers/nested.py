@@ -7,9 +7,9 @@ mode and the covariance of the pinned ones are found by some steps of Gauss and 
 Then 35 to 60 % of the draws are effective (measured on simulated crashes of unknown approach).
 
 The steps begin at modes, and go by slopes, that are fitted once to a few hundred draws solved for by
-slopes of their own. Where that does not arrive, in 5 % of the draws of an ordinary crash and nearly all
-of one whose sheet bends much, slopes of their own follow. That is a third of the density evaluations of
-slopes of their own everywhere, for the same effective draws (measured likewise).
+slopes of their own. Each step corrects the slopes by how residuals changed along it (Broyden 1965);
+what three such steps do not bring to its mode goes on by slopes of its own. The draws of the fit also
+show, by Laplace's approximation, where the free directions are.
 
 A fifth of each free direction is drawn from its prior: without, the tails of priors with bounds were
 missed where nothing else held them (Pareto k 0.8 in `tests/models/test_priors.py`, and an error of 0.04
@@ -19,7 +19,7 @@ for, they left more scenes with weights too uneven.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,10 +38,9 @@ _PINNED = 4.0  # change of the residuals per deviate above which a direction is 
 _TAILS = 0.3, 8.0
 # Free directions: sd over that at the peak where evidence outweighs the prior; share of the prior.
 _WIDE, _PRIOR = 1.15, 0.2
-# Steps by fitted slopes, which need no derivatives; length of the last one above which slopes of their
-# own follow; most steps by these, and length of the last one.
-_CHORDS, _FAR = 2, 0.3
-_NEWTON, _ARRIVED = 3, 0.1
+# Steps at most: by fitted slopes, corrected by the change that each step brings; then by slopes of their
+# own, which take a crash for each pinned direction; length of the last step.
+_CORRECTED, _OWN, _ARRIVED = 3, 3, 0.15
 # Draws that modes and slopes are fitted to: at least, and for each coefficient; steps by the slopes at
 # the peak before those by slopes of their own.
 _LEAST, _EACH, _FIRST_CHORDS = 256, 2, 3
@@ -49,6 +48,9 @@ _STRIDE = 4.0  # longest step
 _STEP = 1e-3  # step of a deviate in difference quotients
 
 Points = Float[np.ndarray, "points n"]
+Moments = tuple[Float[np.ndarray, " free"], Float[np.ndarray, " free"]]
+"""Mean and standard deviation of the free directions, in standard deviations about the peak."""
+
 EXTRA = 2  # coordinates of the unit cube beyond those of a point: tails of the pinned directions
 
 
@@ -95,12 +97,14 @@ class _Sheet:
     """Modes of the pinned directions, and slopes there, as quadratics of the free ones.
 
     Args:
+        middle: mean of the free directions by the draws of the fit, shape (free,).
         mode: coefficients of the modes, shape (terms, pinned).
         slopes: coefficients of the slopes, less those at the peak, shape (terms, pinned items).
         at_peak: slopes at the peak, shape (pinned, items).
         reach: largest distance of each free direction in the fit, shape (free,).
     """
 
+    middle: Float[np.ndarray, " free"]
     mode: Float[np.ndarray, "terms pinned"]
     slopes: Float[np.ndarray, "terms pinned_items"]
     at_peak: Float[np.ndarray, "pinned items"]
@@ -122,15 +126,14 @@ class Nested:
     Args:
         posterior: posterior in deviates, of which this is a proposal.
         peak: peak that the proposal is about.
-        shown: mean and standard deviation of the free directions as draws have shown them, in standard
-            deviations about the peak, each of shape (free,); None before any.
+        shown: moments of the free directions as draws have shown them; None before any.
         about: proposal for the pinned directions about their modes, in standard deviations there, as
             draws have shown them; None before any.
     """
 
     posterior: Posterior
     peak: Peak
-    shown: tuple[np.ndarray, np.ndarray] | None = None
+    shown: Moments | None = None
     about: Proposal | None = None
 
     @property
@@ -152,7 +155,7 @@ class Nested:
             The draws in the posterior's coordinates w, shape (any, q), and their log densities.
         """
         pinned = self._pinned
-        free = self._of_free.size
+        free = self._about_peak.size
         x = self._of_free.at(points[:, :free])
         z = self._of_pinned.at(points[:, free:]) if pinned else np.zeros((len(x), 0))
         mode, root = self._solved(x)
@@ -175,24 +178,22 @@ class Nested:
             return self
         weights, _ = smoothed(log_weight)
         counts = weights > 0  # elsewhere may be no crash
-        weights, worth = weights[counts], effective(weights)
+        weights = weights[counts]
         v = np.linalg.solve(self._axes, (self.posterior.deviates(w[counts]) - self.peak.u).T).T
         x, about = v[:, self._pinned :], self._of_pinned
-        mean = weights @ x
-        variance = weights @ (x - mean) ** 2
-        share = worth / (worth + mean.size)
-        shown = share * mean, np.sqrt(share * variance + 1 - share)
+        shown = _moments(x, weights)
         if self._pinned:
             mode, root = self._solved(x)
             z = np.linalg.solve(root, (v[:, : self._pinned] - mode)[..., None])[..., 0]
             mean = weights @ z
-            about = about.moved(mean, (z - mean).T @ (weights[:, None] * (z - mean)), worth)
+            covariance = (z - mean).T @ (weights[:, None] * (z - mean))
+            about = about.moved(mean, covariance, effective(weights))
         return Nested(self.posterior, self.peak, shown, about)
 
     @property
     def evaluations(self) -> int:
         """Density evaluations of a draw before its own, where no slopes of its own are asked for."""
-        return _CHORDS
+        return 1
 
     @cached_property
     def _svd(self) -> tuple[np.ndarray, np.ndarray]:
@@ -213,12 +214,21 @@ class Nested:
         return directions * sd
 
     @cached_property
-    def _of_free(self) -> _Free:
+    def _about_peak(self) -> _Free:
+        """The free directions before any draws."""
         axes = self._axes[:, self._pinned :]
         deviates = np.linalg.norm(axes, axis=0)  # of one sd about the peak
-        mean, sd = self.shown or (np.zeros(len(deviates)), np.ones(len(deviates)))
         wide = 1 + (_WIDE - 1) * (1 - deviates**2)
-        return _Free(-(self.peak.u @ axes) / deviates**2, 1 / deviates, mean, sd * wide)
+        return _Free(-(self.peak.u @ axes) / deviates**2, 1 / deviates, np.zeros(len(wide)), wide)
+
+    @cached_property
+    def _of_free(self) -> _Free:
+        """The free directions as draws have shown them, those of the sheet's fit if no others."""
+        free = self._about_peak
+        if self.shown is None:
+            return replace(free, mean=self._sheet.middle) if self._pinned else free
+        mean, sd = self.shown
+        return replace(free, mean=mean, sd=sd * free.sd)
 
     @cached_property
     def _of_pinned(self) -> Proposal:
@@ -242,13 +252,17 @@ class Nested:
     @cached_property
     def _sheet(self) -> _Sheet:
         """The sheet as some draws show it; the slopes at the peak where too few can be solved for."""
-        free, at_peak = self._of_free.size, self._at_peak
+        free, at_peak = self._about_peak.size, self._at_peak
         count = max(_LEAST, _EACH * (1 + free) * (2 + free) // 2)
-        x = self._of_free.at(np.random.default_rng(0).random((count, free)))
+        x = self._about_peak.at(np.random.default_rng(0).random((count, free)))
         mode, slopes = np.zeros((count, self._pinned)), np.tile(at_peak, (count, 1, 1))
         for _ in range(_FIRST_CHORDS):
-            mode, _ = self._by_chord(x, mode, slopes)
-        mode, slopes, step = self._by_newton(x, mode)
+            residuals = self._crashes.residuals(self._deviates(mode, x))
+            mode, _ = self._stepped(mode, x, residuals, slopes)
+        u = self._deviates(mode, x)
+        residuals, slopes = self._linearised(mode, x)
+        potential = (np.square(u).sum(axis=1) + np.square(residuals).sum(axis=1)) / 2
+        mode, step = self._stepped(mode, x, residuals, slopes)
         length = np.linalg.norm(step, axis=1)
         found = (length > 0) & (length < _STRIDE)  # no step: no crash
         of_x = terms(x)
@@ -256,7 +270,14 @@ class Nested:
         wanted = np.concatenate([mode, (slopes - at_peak).reshape(count, -1)], axis=1)
         fitted = least_squares(of_x, wanted, weight)
         reach = np.abs(x).max(axis=0)
-        return _Sheet(fitted[:, : self._pinned], fitted[:, self._pinned :], at_peak, reach)
+        # the posterior of the free directions, the pinned ones integrated by Laplace's approximation
+        precision = self._precision(slopes)
+        potential -= np.einsum("ki,kij,kj->k", step, precision, step) / 2
+        height = -potential - np.linalg.slogdet(precision)[1] / 2
+        log_weight = np.where(found, height - self._about_peak.log_density(x), -np.inf)
+        # too few draws to tell a standard deviation better than the slopes at the peak do
+        middle = _moments(x, smoothed(log_weight)[0])[0] if found.any() else np.zeros(free)
+        return _Sheet(middle, fitted[:, : self._pinned], fitted[:, self._pinned :], at_peak, reach)
 
     def _solved(
         self, x: Float[np.ndarray, "points free"]
@@ -268,45 +289,44 @@ class Nested:
         if not self._pinned:
             return np.zeros((len(x), 0)), np.zeros((len(x), 0, 0))
         mode, slopes = self._sheet.at(x)
-        for _ in range(_CHORDS):
-            mode, step = self._by_chord(x, mode, slopes)
-        far = np.flatnonzero(np.linalg.norm(step, axis=1) > _FAR)
-        for _ in range(_NEWTON):
-            if not far.size:
+        far, before, moved = np.arange(len(x)), None, None
+        for done in range(_CORRECTED + _OWN):
+            at = mode[far]
+            if done >= _CORRECTED:
+                residuals, slopes[far] = self._linearised(at, x[far])
+            else:
+                residuals = self._crashes.residuals(self._deviates(at, x[far]))
+                if before is not None:
+                    slopes[far] = _corrected(slopes[far], moved, residuals - before)
+            mode[far], step = self._stepped(at, x[far], residuals, slopes[far])
+            on = np.linalg.norm(step, axis=1) > _ARRIVED
+            if not on.any():
                 break
-            mode[far], slopes[far], step = self._by_newton(x[far], mode[far])
-            far = far[np.linalg.norm(step, axis=1) > _ARRIVED]
+            before, moved, far = residuals[on], (mode[far] - at)[on], far[on]
         return mode, np.linalg.cholesky(np.linalg.inv(self._precision(slopes)))
 
-    def _by_chord(
-        self, x: np.ndarray, mode: np.ndarray, slopes: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Modes after a step by given slopes, and the step; none where there is no crash."""
-        u = self._deviates(mode, x)
-        return self._stepped(mode, u, self._crashes.residuals(u), slopes)
-
-    def _by_newton(
-        self, x: np.ndarray, mode: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Modes after a step by slopes of their own, these slopes, and the step.
-
-        Where there is no crash there is no step, and the slopes are those at the peak.
-        """
+    def _linearised(
+        self, mode: np.ndarray, x: np.ndarray
+    ) -> tuple[Float[np.ndarray, "points items"], Float[np.ndarray, "points pinned items"]]:
+        """Residuals and slopes along the pinned directions; at the peak where there is no crash."""
         u = self._deviates(mode, x)
         ends = np.concatenate([u[:, None], u[:, None] + _STEP * self._across.T], axis=1)
         residuals = self._crashes.residuals(ends.reshape(-1, u.shape[1]))
         residuals = residuals.reshape(len(x), self._pinned + 1, -1)
         slopes = np.nan_to_num((residuals[:, 1:] - residuals[:, :1]) / _STEP)
         slopes[~np.isfinite(residuals[:, 0]).all(axis=1)] = self._at_peak
-        mode, step = self._stepped(mode, u, residuals[:, 0], slopes)
-        return mode, slopes, step
+        return residuals[:, 0], slopes
 
     def _stepped(
-        self, mode: np.ndarray, u: np.ndarray, residuals: np.ndarray, slopes: np.ndarray
+        self, mode: np.ndarray, x: np.ndarray, residuals: np.ndarray, slopes: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Modes after a step of Gauss and Newton, and the step before it was shortened."""
+        """Modes after a step of Gauss and Newton, and the step before it was shortened.
+
+        Where there is no crash there is no step.
+        """
         there = np.isfinite(residuals).all(axis=1, keepdims=True)
-        uphill = (slopes @ np.nan_to_num(residuals)[..., None])[..., 0] + u @ self._across
+        across = self._deviates(mode, x) @ self._across
+        uphill = (slopes @ np.nan_to_num(residuals)[..., None])[..., 0] + across
         step = np.linalg.solve(self._precision(slopes), -uphill[..., None])[..., 0]
         step = np.where(there, step, 0.0)
         return mode + _shortened(step), step
@@ -325,6 +345,26 @@ def nested(posterior: Posterior) -> Nested | None:
     if posterior.peak is None or not posterior.programs.structure.in_deviates:
         return None
     return Nested(posterior, posterior.peak)
+
+
+def _moments(x: Float[np.ndarray, "draws free"], weights: Float[np.ndarray, " draws"]) -> Moments:
+    """Mean and standard deviation of weighted draws, nearer to 0 and 1 the fewer are effective."""
+    mean = weights @ x
+    variance = weights @ (x - mean) ** 2
+    worth = effective(weights)
+    share = worth / (worth + mean.size)
+    return share * mean, np.sqrt(share * variance + 1 - share)
+
+
+def _corrected(
+    slopes: Float[np.ndarray, "points pinned items"],
+    moved: Float[np.ndarray, "points pinned"],
+    change: Float[np.ndarray, "points items"],
+) -> Float[np.ndarray, "points pinned items"]:
+    """Slopes that agree with how residuals changed along a step (Broyden 1965); as before where NaN."""
+    missed = np.nan_to_num(change - np.einsum("kij,ki->kj", slopes, moved))
+    squared = np.maximum(np.square(moved).sum(axis=1), 1e-300)
+    return slopes + moved[:, :, None] * (missed / squared[:, None])[:, None, :]
 
 
 def _shortened(step: Float[np.ndarray, "points pinned"]) -> Float[np.ndarray, "points pinned"]:

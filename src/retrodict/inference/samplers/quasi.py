@@ -1,7 +1,9 @@
 """Randomised quasi-Monte Carlo: scrambled Sobol points, and the errors that scramblings show.
 
 Points that fill space evenly leave means of smooth functions with less error than independent draws
-(Owen 1997). Each scrambling is unbiased by itself, and their spread is the error of their mean.
+(Owen 1997). Each scrambling is unbiased by itself, and their spread is the error of their mean, but no
+more than independent draws of the same weights would leave: the spread of a few scramblings is off by
+chance, and the largest of many quantities by a lot.
 """
 
 from __future__ import annotations
@@ -78,5 +80,6 @@ class Weighted:
         mean = float(self.weights @ values)
         # a ratio of two means, each off by chance: to first order (Owen 2013, section 9.2)
         off = (own * (values - mean).reshape(own.shape)).sum(axis=1)
-        error = np.sqrt(self.scramblings / (self.scramblings - 1) * np.sum((off - off.mean()) ** 2))
-        return mean, float(error / sums.sum())
+        spread = self.scramblings / (self.scramblings - 1) * np.sum((off - off.mean()) ** 2)
+        alone = np.sum((self.weights * (values - mean)) ** 2)  # by independent draws
+        return mean, float(np.sqrt(min(spread, alone)) / sums.sum())
