@@ -10,6 +10,7 @@ import sys
 import time
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,7 @@ def test_a_gpus_scenes_are_answered_together_and_what_is_left_one_by_one(monkeyp
 
     monkeypatch.setattr(study, "_by_points", fails_at_times)
     monkeypatch.setattr(study, "_ready", lambda _: None)
-    monkeypatch.setattr(study, "calls_of", lambda _: Calls(256, 256))
+    monkeypatch.setattr(study, "Calls", partial(Calls, 256, 256))
     monkeypatch.setattr(study, "answer", made_up)
     found = study._answer_all(Asked(QUICK, device="gpu"), tuple(scenes.items()))
     assert sorted(tried) == [

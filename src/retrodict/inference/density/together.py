@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from retrodict.inference.density.compiled import Programs
-from retrodict.inference.density.kernels import ROWS, Kernel
+from retrodict.inference.density.kernels import Kernel
 from retrodict.inference.density.log_density import Target
 from retrodict.models.arrays import Data, Structure, steps_of
 from retrodict.models.standard_normal import TRACING
@@ -34,7 +34,7 @@ _ANSWERED = 0.5  # share of the scenes under way whose requests a call waits for
 
 @dataclass(frozen=True)
 class Calls:
-    """Sizes of the calls of a device, and how many were made.
+    """Sizes of the calls of a device, by default such that they fill a GPU, and how many were made.
 
     Args:
         rows: crashes of a call.
@@ -43,15 +43,10 @@ class Calls:
         crashes: number of crashes asked for so far, a single entry.
     """
 
-    rows: int
-    block: int
+    rows: int = 32_768
+    block: int = 32_768
     made: list[int] = field(default_factory=lambda: [0])
     crashes: list[int] = field(default_factory=lambda: [0])
-
-
-def calls_of(device: str) -> Calls:
-    """Sizes of calls that suit a device: blocks that fit a processor's cache, or fill a GPU."""
-    return Calls(4 * ROWS, ROWS) if device == "cpu" else Calls(32_768, 32_768)
 
 
 @dataclass

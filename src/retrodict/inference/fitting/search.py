@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.deviates import Crashes, Quantities, Turns
@@ -40,6 +40,8 @@ class Search:
         still: decrease of the potential by a step at which a search has arrived.
         after: steps after which searches that are far behind are given up.
         behind: potential above the lowest that counts as far behind.
+        met: distance, in standard deviations of the posterior, at which a search has met another, and the
+            one of lower potential goes on alone.
         apart: distance between modes, in standard deviations of the posterior about one of them.
         improbable: log evidence by which another mode may be lower and still count.
         few_turned: log evidence by which a mode may be lower and have neighbouring turns searched.
@@ -55,6 +57,7 @@ class Search:
     still: float = 1e-4
     after: int = 10
     behind: float = 60.0
+    met: float = 1.0
     apart: float = 2.0
     improbable: float = 12.0
     few_turned: float = 9.0
@@ -275,10 +278,25 @@ def descended(
         # upper bound of the step's decrease if the surface were the local quadratic
         small = np.einsum("ki,ki->k", downhill, step) < settings.still
         arrived[under_way] |= small | (damping[under_way] >= 1e10)
+        if turns is None and held is None:
+            met = _met(u, potential, slopes, settings.met)
+            potential[met], arrived[met] = np.inf, True
         if done >= settings.after:
             arrived |= potential > potential.min() + settings.behind
     kept = potential <= potential.min() + settings.behind
     return Ends(np.flatnonzero(kept), u[kept], residuals[kept], slopes[kept])
+
+
+def _met(
+    u: Float[np.ndarray, "searches n"],
+    potential: Float[np.ndarray, " searches"],
+    slopes: Float[np.ndarray, "searches items n"],
+    distance: float,
+) -> Bool[np.ndarray, " searches"]:
+    """Searches that are within a distance of one whose potential is lower."""
+    off = u[:, None] - u
+    squared = np.square(off).sum(axis=2) + np.square(off @ slopes.swapaxes(1, 2)).sum(axis=2)
+    return ((squared < distance**2) & (potential < potential[:, None])).any(axis=1)
 
 
 def _potential(
