@@ -9,7 +9,7 @@ from scipy import stats
 from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.about_peak import crashes_of
 from retrodict.inference.fitting.deviates import Crashes
-from retrodict.inference.fitting.search import Peak, peaks
+from retrodict.inference.fitting.search import Peak, Search, peaks
 from retrodict.options import DEFAULT_RUNG
 from tests.inference.test_modes import turned_scene
 from tests.shared.scenes import collision
@@ -75,6 +75,24 @@ def test_the_true_numbers_of_turns_are_found_where_none_was_counted() -> None:
     found = peaks(crashes_of(turned_scene(), DEFAULT_RUNG), seed=0)
     assert found[0].turns == {"b": 2}
     assert {"b": 3} in [peak.turns for peak in found]
+
+
+def test_searches_that_meet_find_the_modes_that_all_of_them_do(monkeypatch) -> None:
+    asked: dict[float, int] = dict.fromkeys((0.0, Search().met), 0)
+    every, at, met = crashes_of(turned_scene(), DEFAULT_RUNG), Crashes.at, 0.0
+
+    def counted(self, u, *names):
+        asked[met] += len(u)
+        return at(self, u, *names)
+
+    monkeypatch.setattr(Crashes, "at", counted)
+    found = {}
+    for met in asked:
+        found[met] = peaks(every, 0, Search(met=met))
+    alone, together = found.values()
+    assert [peak.turns for peak in together] == [peak.turns for peak in alone]
+    assert max(one.distance(other) for one, other in zip(together, alone, strict=True)) < 0.1
+    assert asked[Search().met] < asked[0.0]
 
 
 def test_turns_of_two_vehicles_are_sought_together() -> None:
