@@ -40,8 +40,8 @@ class Search:
         still: decrease of the potential by a step at which a search has arrived.
         after: steps after which searches that are far behind are given up.
         behind: potential above the lowest that counts as far behind.
-        met: distance, in standard deviations of the posterior, at which a search has met another; the one
-            of lower potential goes on alone.
+        met: distance, in standard deviations of the posterior, at which a search has met another: only
+            that of the lower potential goes on.
         apart: distance between modes, in standard deviations of the posterior about one of them.
         improbable: log evidence by which another mode may be lower and still count.
         few_turned: log evidence by which a mode may be lower and have neighbouring turns searched.

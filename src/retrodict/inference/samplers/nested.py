@@ -289,14 +289,15 @@ class Nested:
         if not self._pinned:
             return np.zeros((len(x), 0)), np.zeros((len(x), 0, 0))
         mode, slopes = self._sheet.at(x)
-        far, before, moved = np.arange(len(x)), None, None
+        far = np.arange(len(x))
+        before = moved = np.zeros(0)
         for done in range(_CORRECTED + _OWN):
             at = mode[far]
             if done >= _CORRECTED:
                 residuals, slopes[far] = self._linearised(at, x[far])
             else:
                 residuals = self._crashes.residuals(self._deviates(at, x[far]))
-                if before is not None:
+                if done:
                     slopes[far] = _corrected(slopes[far], moved, residuals - before)
             mode[far], step = self._stepped(at, x[far], residuals, slopes[far])
             on = np.linalg.norm(step, axis=1) > _ARRIVED
