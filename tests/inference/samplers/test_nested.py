@@ -12,13 +12,7 @@ from scipy import stats
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.samplers.importance import adapted, evaluated
-from retrodict.inference.samplers.nested import (
-    _PRIOR,
-    Nested,
-    _corrected,
-    _Free,
-    nested,
-)
+from retrodict.inference.samplers.nested import _PRIOR, Nested, _corrected, _Free, nested
 from retrodict.inference.samplers.proposal import Proposal
 from retrodict.inference.samplers.psis import effective, log_mean, smoothed
 from retrodict.inference.transforms.choice import Coordinates

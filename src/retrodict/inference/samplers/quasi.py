@@ -75,11 +75,10 @@ class Weighted:
         return found, np.array([self._with_error(values <= limit)[1] for limit in found])
 
     def _with_error(self, values: np.ndarray) -> tuple[float, float]:
-        own = self.weights.reshape(self.scramblings, -1)
-        sums = own.sum(axis=1)
         mean = float(self.weights @ values)
         # a ratio of two means, each off by chance: to first order (Owen 2013, section 9.2)
-        off = (own * (values - mean).reshape(own.shape)).sum(axis=1)
+        terms = self.weights * (values - mean)
+        off = terms.reshape(self.scramblings, -1).sum(axis=1)
         spread = self.scramblings / (self.scramblings - 1) * np.sum((off - off.mean()) ** 2)
-        alone = np.sum((self.weights * (values - mean)) ** 2)  # by independent draws
-        return mean, float(np.sqrt(min(spread, alone)) / sums.sum())
+        alone = np.sum(terms**2)  # by independent draws
+        return mean, float(np.sqrt(min(spread, alone)) / self.weights.sum())
