@@ -71,6 +71,7 @@ def test_where_there_is_no_density_no_draw_lies() -> None:
 def test_a_posterior_far_from_where_it_was_sought_is_a_fault() -> None:
     found = drawn(lambda w: stats.norm.logpdf(w, 6.0, 0.3).sum(axis=1))
     assert any("from where it was sought" in fault for fault in found.faults)
+    assert found.more is None
 
 
 def test_more_draws_are_those_of_the_same_populations_moved_on() -> None:
