@@ -159,7 +159,9 @@ class Flattening(NamedTuple):
     def inverse(self, deviates: Float[np.ndarray, "*any n"]) -> Float[np.ndarray, "*any n"]:
         """Points v at deviates."""
         off = np.asarray(deviates) - np.asarray(self.peak)
-        sheared = np.linalg.solve(np.asarray(self.axes), off[..., None])[..., 0]
+        # points as columns, for one factorisation: with an axis of their own each would have its own
+        columns = np.linalg.solve(np.asarray(self.axes), off.reshape(-1, off.shape[-1]).T)
+        sheared = columns.T.reshape(off.shape)
         return sheared - self._shift(sheared, np)
 
     def _shift(self, v: Float[Any, "*any n"], xp: ModuleType) -> Float[Any, "*any n"]:
