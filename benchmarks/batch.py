@@ -117,7 +117,7 @@ def mixed(folder: Path, charts: Path) -> None:
         f"answered; {run.memory_early:.0f} MB at first, {run.memory_late:.0f} at last"
     )
     if charts == DOCS / "charts":
-        page.refresh(DOCS / "batch.md", {"mixed": [said]})
+        page.refresh(DOCS / "batch.md", {"mixed": [said]}, whole=False)
     print(said)
 
 
@@ -241,7 +241,7 @@ def main(counts: tuple[int, ...] = COUNTS, charts: Path = DOCS / "charts") -> No
     draw(runs, charts / "batch.png")
     found = parts(runs, covered(last, truths))
     if charts == DOCS / "charts":
-        page.refresh(DOCS / "batch.md", found)
+        page.refresh(DOCS / "batch.md", found, whole=False)
     print("\n".join(line for lines in found.values() for line in [*lines, ""]))
 
 

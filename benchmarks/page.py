@@ -132,10 +132,12 @@ def of_atlas(charts: Path) -> Parts:
     return parts
 
 
-def refresh(page: Path, parts: Parts) -> None:
-    """Rewrite what stands between the page's markers."""
+def refresh(page: Path, parts: Parts, *, whole: bool = True) -> None:
+    """Rewrite what stands between the page's markers; parts not given are emptied if it is `whole`."""
 
     def fill(found: re.Match[str]) -> str:
+        if found[1] not in parts and not whole:
+            return found[0]
         body = "\n".join(parts.get(found[1], ["- none"]))
         return f"<!-- {found[1]} -->\n\n{body}\n\n<!-- end -->"
 
