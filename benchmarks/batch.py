@@ -10,14 +10,14 @@ docs/charts/batch.csv, batch.png and the numbers of docs/batch.md; a folder, for
 alone.
 
 `mixed` in place of the counts: the same crashes as twelve users would write them, who leave out
-different things, by two workers, with compiled programs. Writes its own lines of the page.
+different things, by two workers, with compiled programs. `same`: are a batch's means those of
+`reconstruct` by importance sampling? Each writes its own lines of the page.
 """
 
 from __future__ import annotations
 
 import csv
 import os
-import shutil
 import sys
 import tempfile
 import time
@@ -37,9 +37,11 @@ from benchmarks import page
 from benchmarks.__main__ import DOCS
 from benchmarks.machine import machine
 from retrodict.inference.density.compiled import programs_for
-from retrodict.options import DEFAULT_RUNG
+from retrodict.inference.reconstruct import reconstruct
+from retrodict.options import DEFAULT_RUNG, RunOptions
 from retrodict.report.batch import PASSED
-from retrodict.studies import calibration
+from retrodict.studies import batch, calibration
+from retrodict.studies.short import of_draws
 
 COUNTS = (10, 100, 1000)
 WORKERS = (1, 2)
@@ -49,6 +51,7 @@ END = 100  # scenes at either end whose memory is compared
 MB = 2**20
 USERS = 12  # who write the mixed crashes
 MIXED = 20 * USERS
+SAME = 300  # crashes that are answered both ways
 UNKNOWNS = ("speed_b", "e", "e_m", "mu")
 
 
@@ -101,16 +104,17 @@ def as_written_by(user: int, text: str) -> str:
     return "\n".join(kept)
 
 
-def mixed(folder: Path, charts: Path) -> None:
+def mixed(charts: Path) -> None:
     """Answer crashes of many structures; write what it took."""
     files, structures = [], set()
-    for i, (scene, _) in enumerate(scenes(MIXED)):
-        files.append(folder / f"{i:05}.toml")
-        files[-1].write_text(as_written_by(i % USERS, scene.to_toml()), "utf-8")
-        structures.add(RUNGS[DEFAULT_RUNG].of_scene(rd.load_scene(files[-1]))[0])
-    rd.batch(files[:USERS], workers=1)  # compiles
-    run, _ = measured(files, max(WORKERS), folder / "mixed")
-    print(run)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for i, (scene, _) in enumerate(scenes(MIXED)):
+            files.append(folder / f"{i:05}.toml")
+            files[-1].write_text(as_written_by(i % USERS, scene.to_toml()), "utf-8")
+            structures.add(RUNGS[DEFAULT_RUNG].of_scene(rd.load_scene(files[-1]))[0])
+        rd.batch(files[:USERS], workers=1)  # compiles
+        run, _ = measured(files, max(WORKERS), folder / "mixed")
     said = (
         f"- {run.scenes} scenes as {USERS} users would write them, of {len(structures)} structures, by "
         f"{run.workers} workers: {run.seconds:.0f} s, {run.a_minute:.0f} a minute; {run.answered} "
@@ -119,6 +123,38 @@ def mixed(folder: Path, charts: Path) -> None:
     if charts == DOCS / "charts":
         page.refresh(DOCS / "batch.md", {"mixed": [said]}, whole=False)
     print(said)
+
+
+def same(charts: Path) -> None:
+    """Compare means with those of `reconstruct`; write how far apart they are."""
+    apart = {name: list[float]() for name in UNKNOWNS}  # Monte Carlo errors
+    shifts, one_only = [], 0
+    for i, (scene, _) in enumerate(scenes(SAME)):
+        one = batch.answer(scene, DEFAULT_RUNG, 0)
+        options = RunOptions(model=DEFAULT_RUNG, method="importance", seed=1)
+        draws = reconstruct(scene, options, pictured=False)
+        if one.reason or draws.checks.reasons:
+            one_only += bool(one.reason) != bool(draws.checks.reasons)
+            continue
+        other = of_draws(draws)
+        for name in UNKNOWNS:
+            mine, its = one.numbers[name], other[name]
+            shift = mine["mean"] - its["mean"]
+            apart[name].append(shift / np.hypot(mine["mcse_mean"], its["mcse_mean"]))
+            shifts.append(abs(shift) / its["sd"])
+        print(i, {name: f"{each[-1]:+.1f}" for name, each in apart.items()}, flush=True)
+    said = [
+        f"- `{name}`: {np.mean(np.abs(each) < 1.96):.0%} within 1.96 Monte Carlo errors of both, the "
+        f"farthest {np.abs(each).max():.1f}"
+        for name, each in apart.items()
+    ]
+    said.append(
+        f"- the farthest mean of all is {max(shifts):.2f} posterior sds off; of {SAME} crashes "
+        f"{len(apart['e'])} are answered both ways, {one_only} one way only"
+    )
+    if charts == DOCS / "charts":
+        page.refresh(DOCS / "batch.md", {"same": said}, whole=False)
+    print("\n".join(said))
 
 
 def measured(files: list[Path], workers: int, out: Path) -> tuple[Run, pd.DataFrame]:
@@ -210,17 +246,11 @@ def parts(runs: list[Run], held: dict[str, float]) -> page.Parts:
 
 
 def main(counts: tuple[int, ...] = COUNTS, charts: Path = DOCS / "charts") -> None:
-    """Measure, draw and write the page; the mixed crashes where there are no counts."""
-    # a worker has one core, and so has this process where it is the only one
-    os.environ["NPROC"] = "1"
+    """Measure, draw and write the page."""
     charts.mkdir(parents=True, exist_ok=True)
-    folder = Path(tempfile.mkdtemp())
     runs: list[Run] = []
-    try:
-        if not counts:
-            mixed(folder, charts)
-            return
-        files, truths = [], []
+    with tempfile.TemporaryDirectory() as name:
+        folder, files, truths = Path(name), [], []
         for i, (scene, truth) in enumerate(scenes(max(counts))):
             truths.append(truth)
             files.append(folder / f"{i:05}.toml")
@@ -236,8 +266,6 @@ def main(counts: tuple[int, ...] = COUNTS, charts: Path = DOCS / "charts") -> No
                     table.writerow(runs[-1])
                     file.flush()
                     print(runs[-1], flush=True)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
     draw(runs, charts / "batch.png")
     found = parts(runs, covered(last, truths))
     if charts == DOCS / "charts":
@@ -246,6 +274,13 @@ def main(counts: tuple[int, ...] = COUNTS, charts: Path = DOCS / "charts") -> No
 
 
 if __name__ == "__main__":
-    asked = sys.argv[1] if sys.argv[1:] else ",".join(map(str, COUNTS))
-    given = () if asked == "mixed" else tuple(map(int, asked.split(",")))
-    main(given, *map(Path, sys.argv[2:3]))
+    # a worker has one core, and so has this process where it is the only one
+    os.environ["NPROC"] = "1"
+    what, *given = sys.argv[1:] or [",".join(map(str, COUNTS))]
+    into = Path(given[0]) if given else DOCS / "charts"
+    if what == "same":
+        same(into)
+    elif what == "mixed":
+        mixed(into)
+    else:
+        main(tuple(map(int, what.split(","))), into)
