@@ -31,6 +31,11 @@ BLOCK = 50  # iterations between which progress is reported and an interrupt is 
 # the one they were made for: better a run that ends soon and fails its checks than one that does not.
 _MAX_TREE_DEPTH = 6
 
+# Share of full trees, and way of a draw in standard deviations, beyond which a chain gets nowhere: all
+# leapfrogs of a tree do not take it across the posterior. Chains that mix go three to five, with full
+# trees too; of random crashes those that went less did not mix, and took minutes for it (measured).
+_FULL, _LEAST_WAY = 0.9, 1.0
+
 
 @dataclass(frozen=True)
 class Chains:
@@ -40,6 +45,7 @@ class Chains:
         w: draws in the sampled coordinates, shape (chains, draws, q).
         stats: statistics of the draws, each of shape (chains, draws): diverging, n_steps, energy, …
         complete: False when interrupted; then all chains are cut to the shortest.
+        stuck: whether a chain gets nowhere; the others were not drawn to the end either.
         states: last state of each chain, from which it can be continued.
         records: arrays of every block of every chain, including warm-up and the ends cut from `w`.
     """
@@ -47,6 +53,7 @@ class Chains:
     w: np.ndarray
     stats: dict[str, np.ndarray]
     complete: bool
+    stuck: bool
     states: list[Any] = field(repr=False)
     records: list[list[dict[str, np.ndarray]]] = field(repr=False)
 
@@ -85,14 +92,17 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
     def all_have() -> int:
         return min(len(r) for r in records) * BLOCK
 
+    stuck, first = False, -(-warmup // BLOCK)  # block after the warm-up
     with ThreadPoolExecutor(min(chains, cores())) as pool:
         running: dict[Future[None], int] = {}
         ready = list(range(chains))
         try:
             while ready or running:
                 # a block at a time, in turn, so that an interrupt finds chains nearly as far
+                if all(len(r) > first for r in records):
+                    stuck = any(gets_nowhere(r[first]) for r in records)
                 for chain in ready:
-                    if len(records[chain]) * BLOCK < total:
+                    if len(records[chain]) * BLOCK < total and not stuck:
                         running[pool.submit(run_block, chain)] = chain
                 done = wait(running, timeout=0.1, return_when=FIRST_COMPLETED).done
                 for future in done:
@@ -108,7 +118,18 @@ def sample(task: Task, target_accept: float, after: Chains | None = None) -> Cha
         k: np.stack([np.concatenate([b[k] for b in r])[warmup:end] for r in records])
         for k in (records[0][0] if kept else ())
     }
-    return Chains(joined.pop("w", np.empty((chains, 0, n))), joined, end == total, states, records)
+    w = joined.pop("w", np.empty((chains, 0, n)))
+    return Chains(w, joined, end == total or stuck, stuck, states, records)
+
+
+def gets_nowhere(block: dict[str, np.ndarray]) -> bool:
+    """Whether a block of a chain shows full trees that do not cross the posterior.
+
+    Args:
+        block: records of the block's iterations, by name: `n_steps`, `step_size`.
+    """
+    full = np.mean(block["n_steps"] >= 2**_MAX_TREE_DEPTH - 1) > _FULL
+    return bool(full and np.mean(block["n_steps"] * block["step_size"]) < _LEAST_WAY)
 
 
 def kernels(

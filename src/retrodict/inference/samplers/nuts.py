@@ -28,6 +28,7 @@ _SECOND_TRY = 0.8
 # (measured).
 # Where one is left all the same, shorter steps still help.
 _CURVED, _STEADY = 0.95, 0.99
+_STUCK = "a chain gets nowhere: its steps became too short to cross the posterior"
 _PILOT = 2000  # importance draws by which such a posterior is whitened, or responses are fitted
 _FEW = 0.05  # share of divergent draws up to which shorter steps may help
 
@@ -46,7 +47,7 @@ def draw(task: Task) -> Draws:
     notes: tuple[str, ...] = ()
     divergences = int(found.stats["diverging"].sum()) if found.stats else 0
     few = 0 < divergences <= _FEW * found.w.shape[0] * found.w.shape[1]
-    if found.complete and few:
+    if found.complete and few and not found.stuck:
         notes = (
             f"a first run had {divergences} divergent transitions; the run reported here took shorter "
             f"steps (target acceptance {second}) and twice the warm-up",
@@ -57,6 +58,8 @@ def draw(task: Task) -> Draws:
     if found.w.shape[1] < 4:
         raise Interrupted("stopped before any draws were kept")
     drawn = _draws_of(found, task, original, target_accept, notes)
+    if found.stuck:
+        return replace(drawn, faults=(_STUCK,))
 
     def more() -> Draws:
         longer = replace(task, draws=2 * task.draws, resume=None)
