@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.samplers import Draws, Task, smc
+from retrodict.inference.samplers.proposal import Proposal
 
 SIZE = 6
 
@@ -68,10 +69,29 @@ def test_where_there_is_no_density_no_draw_lies() -> None:
     assert found.attributes["log_evidence"] == pytest.approx(np.log(0.5), abs=0.15)
 
 
-def test_a_posterior_far_from_where_it_was_sought_is_a_fault() -> None:
-    found = drawn(lambda w: stats.norm.logpdf(w, 6.0, 0.3).sum(axis=1))
+def far(distance: float) -> Callable[[np.ndarray], np.ndarray]:
+    """The log density of a narrow normal at a distance along each coordinate."""
+    return lambda w: stats.norm.logpdf(w, distance, 0.3).sum(axis=1)
+
+
+def test_a_posterior_far_from_where_it_was_sought_is_sought_again_where_it_lies() -> None:
+    found = drawn(far(6.0))
+    assert not found.faults
+    assert found.attributes["log_evidence"] == pytest.approx(0, abs=0.15)
+    assert found.w.mean(axis=(0, 1)) == pytest.approx(np.full(SIZE, 6.0), abs=0.05)
+    assert found.w.std(axis=(0, 1)) == pytest.approx(np.full(SIZE, 0.3), rel=0.1)
+
+
+def test_a_posterior_that_is_not_where_it_was_found_either_is_a_fault(monkeypatch) -> None:
+    monkeypatch.setattr(smc._Populations, "about", lambda self: Proposal.first(SIZE))
+    found = drawn(far(6.0))
     assert any("from where it was sought" in fault for fault in found.faults)
     assert found.more is None
+
+
+def test_populations_too_small_to_agree_on_the_evidence_are_a_fault() -> None:
+    found = drawn(far(3.0), draws=8)
+    assert any("disagree on the log evidence" in fault for fault in found.faults)
 
 
 def test_more_draws_are_those_of_the_same_populations_moved_on() -> None:

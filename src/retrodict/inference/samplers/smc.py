@@ -40,7 +40,10 @@ _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # factor of a coordinate that a step ke
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
 _WIDER = 1.15  # scale of the steps over the particles' spread: they need the heavier tails
 _WIDE = 1.25  # sd of the start over that of the posterior at its mode
-_ASTRAY = 4.5  # standard deviations at the mode: a posterior farther off is not one that was sought
+# Standard deviations of what was expected: a posterior whose mean lies farther off is not one that was
+# sought. It is sought again, once, about where it was found.
+_ASTRAY = 4.5
+_UNSURE = 0.5  # standard error of the log evidence: 0.1 is usual
 _LEAST = 1e-12  # variance added, so that none is zero
 _NOWHERE = -1e12  # log density where there is none
 
@@ -58,17 +61,22 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    return _tempered(task, _Populations.spread(task, min(_PARTICLES, task.draws)))
+    found = _tempered(task, Proposal.first(task.posterior.size))
+    if found.astray <= _ASTRAY or _error(found.log_evidence) > _UNSURE:
+        return _kept(task, found, 1)
+    again = _tempered(task, found.about(), found.evaluations)
+    return _kept(task, again, 1)
 
 
-def _tempered(task: Task, populations: _Populations) -> Draws:
-    """The first draws, once the populations have come from their start to the posterior."""
+def _tempered(task: Task, expected: Proposal, evaluations: int = 0) -> _Populations:
+    """Populations that have come to the posterior from where it is expected."""
     try:
         with one_blas_thread():
+            populations = _Populations.spread(task, expected, evaluations)
             populations.temper()
     except KeyboardInterrupt:
         raise Interrupted("stopped before any draws were kept") from None
-    return _kept(task, populations, 1)
+    return populations
 
 
 def _kept(task: Task, populations: _Populations, times: int) -> Draws:
@@ -88,11 +96,15 @@ def _kept(task: Task, populations: _Populations, times: int) -> Draws:
             f"{populations.temperature:.2g} of its density"
         )
     w = populations.draws(min(times, 2) * task.draws)
-    astray = np.max(np.abs(w.mean(axis=(0, 1))))
-    if astray > _ASTRAY:
+    if populations.astray > _ASTRAY:
         faults.append(
-            f"the posterior lies {astray:.1f} standard deviations from where it was sought, more than "
-            f"{_ASTRAY:g}: parts of it may be missing"
+            f"the posterior lies {populations.astray:.1f} standard deviations from where it was sought, "
+            f"more than {_ASTRAY:g}: parts of it may be missing"
+        )
+    if (unsure := _error(populations.log_evidence)) > _UNSURE:
+        faults.append(
+            f"the populations disagree on the log evidence, of which {unsure:.1f} is the standard error, "
+            f"more than {_UNSURE:g}: some found what others miss"
         )
     # no number of draws mends a fault: of six times as many, a mean moved from 5.2 to 4.9
     nearly = complete and not faults and times < _MOST and _apart(populations.w) < _ASUNDER
@@ -133,6 +145,7 @@ class _Populations:
 
     Args:
         posterior: posterior to draw from, in coordinates about its mode.
+        expected: where the posterior is expected.
         start: distribution that the particles are first drawn from.
         rng: generator of all random numbers.
         progress: callback that is called with (done, of all) as the work goes on.
@@ -147,6 +160,7 @@ class _Populations:
     """
 
     posterior: Posterior
+    expected: Proposal
     start: WithRidge
     rng: np.random.Generator
     progress: Progress
@@ -159,17 +173,24 @@ class _Populations:
     kept: list[Points] = field(default_factory=list)
 
     @classmethod
-    def spread(cls, task: Task, count: int) -> _Populations:
-        """Populations of `count` particles, drawn from the start."""
-        rng = np.random.default_rng([task.seed, task.chains, count])
-        n = task.posterior.size
-        wide = replace(Proposal.first(n), sd=np.full(n, _WIDE))
+    def spread(cls, task: Task, expected: Proposal, evaluations: int = 0) -> _Populations:
+        """Populations drawn from a start wider than where the posterior is expected.
+
+        Args:
+            task: posterior, numbers of chains and draws, seed and callback.
+            expected: where the posterior is expected.
+            evaluations: number of density evaluations before.
+        """
+        count, n = min(_PARTICLES, task.draws), task.posterior.size
+        rng = np.random.default_rng([task.seed, task.chains, count, evaluations])
+        wide = replace(expected, sd=_WIDE * expected.sd)
         start = WithRidge(wide, task.posterior)
         w = start.draw(task.chains * count, rng).reshape(task.chains, count, n)
         transform, none = _Whitened(np.zeros(n), np.eye(n)), np.zeros(task.chains)
         self = cls(
-            task.posterior, start, rng, task.progress, w, np.zeros(w.shape[:2]), none, transform
-        )
+            task.posterior, expected, start, rng, task.progress, w, np.zeros(w.shape[:2]), none,
+            transform, evaluations=evaluations
+        )  # fmt: skip
         self.height = self._density(w)
         return self
 
@@ -181,6 +202,20 @@ class _Populations:
                 return
             self._move()
             self._tell(0.8 * self.temperature**0.25)
+
+    @property
+    def astray(self) -> float:
+        """Distance of the particles' mean from where it is expected, in standard deviations there."""
+        off = self.w.mean(axis=(0, 1)) - self.expected.middle
+        return float(np.abs(off @ self.expected.axes / self.expected.sd).max())
+
+    def about(self) -> Proposal:
+        """The posterior as the particles are spread."""
+        w = self.w.reshape(-1, self.w.shape[2])
+        variances, axes = np.linalg.eigh(np.cov(w.T) + _LEAST * np.eye(w.shape[1]))
+        return replace(
+            Proposal.first(w.shape[1]), middle=w.mean(axis=0), axes=axes, sd=np.sqrt(variances)
+        )
 
     def keep(self, count: int) -> None:
         """Move the particles until `count` draws of each chain are kept in all."""
