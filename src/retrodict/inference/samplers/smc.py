@@ -103,8 +103,8 @@ def _kept(task: Task, populations: _Populations, times: int) -> Draws:
         )
     if (unsure := _error(populations.log_evidence)) > _UNSURE:
         faults.append(
-            f"the populations disagree on the log evidence, of which {unsure:.1f} is the standard error, "
-            f"more than {_UNSURE:g}: some found what others miss"
+            f"the populations disagree on the log evidence: its standard error is {unsure:.1f}, more than "
+            f"{_UNSURE:g}, so that some found what others miss"
         )
     # no number of draws mends a fault: of six times as many, a mean moved from 5.2 to 4.9
     nearly = complete and not faults and times < _MOST and _apart(populations.w) < _ASUNDER
