@@ -103,10 +103,10 @@ def _kept(task: Task, populations: _Populations, times: int) -> Draws:
         )
     if (unsure := _error(populations.log_evidence)) > _UNSURE:
         faults.append(
-            f"the populations disagree on the log evidence: its standard error is {unsure:.1f}, more than "
-            f"{_UNSURE:g}, so that some found what others miss"
+            f"the populations disagree on the log evidence: its standard error is {unsure:.1f}, more "
+            f"than {_UNSURE:g}, so that some found what others miss"
         )
-    # no number of draws mends a fault: of six times as many, a mean moved from 5.2 to 4.9
+    # no number of draws removes a fault: of six times as many, a mean moved from 5.2 to 4.9
     nearly = complete and not faults and times < _MOST and _apart(populations.w) < _ASUNDER
     evidence = populations.log_evidence
     return Draws(
