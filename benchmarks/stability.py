@@ -23,7 +23,7 @@ from benchmarks.atlas import Row
 from benchmarks.tables import Remark
 
 CHARTS = Path(__file__).resolve().parents[1] / "docs" / "charts"
-IMPACTS, LOCKED, ROLLING, FILES, CRASHES = 10_000, 10_000, 10_000, 10_000, 100
+IMPACTS, LOCKED, ROLLING, FILES, CRASHES = 10_000, 10_000, 10_000, 10_000, 50
 FIXED_STEPS, COARSE = (12, 48, 192), 0.01  # COARSE: m
 AGAINST_SCIPY = 20  # run-outs of each kind
 

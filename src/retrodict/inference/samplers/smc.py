@@ -145,7 +145,7 @@ class _Populations:
 
     Args:
         posterior: posterior to draw from, in coordinates about its mode.
-        expected: where the posterior is expected.
+        expected: normal about where the posterior should lie, as wide as it should be.
         start: distribution that the particles are first drawn from.
         rng: generator of all random numbers.
         progress: callback that is called with (done, of all) as the work goes on.
@@ -178,7 +178,7 @@ class _Populations:
 
         Args:
             task: posterior, numbers of chains and draws, seed and callback.
-            expected: where the posterior is expected.
+            expected: normal about where the posterior should lie, as wide as it should be.
             evaluations: number of density evaluations before.
         """
         count, n = min(_PARTICLES, task.draws), task.posterior.size
