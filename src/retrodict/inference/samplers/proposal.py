@@ -97,12 +97,15 @@ class Proposal:
         """The proposal moved towards a mean and a covariance, further for more effective draws."""
         share = effective / (effective + self.worth)
         scale = share * spread + (1 - share) * (self.axes * self.sd**2) @ self.axes.T
-        variances, axes = np.linalg.eigh(scale)
         share = effective / (effective + 2 * self.sd.size)
         middle = share * mean + (1 - share) * self.middle
-        widest = slice(None, None, -1)
-        sd, axes = np.sqrt(variances[widest]), axes[:, widest]
-        return Proposal(middle, axes, sd, *_LATER, self.worth)
+        return Proposal(middle, *principal_axes(scale), *_LATER, self.worth)
+
+
+def principal_axes(covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Principal axes of a covariance, as columns, the widest first, and the sd along each."""
+    variances, axes = np.linalg.eigh(covariance)
+    return axes[:, ::-1], np.sqrt(variances[::-1])
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from scipy.special import logsumexp, softmax
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Progress, Task
-from retrodict.inference.samplers.proposal import Proposal, WithRidge
+from retrodict.inference.samplers.proposal import Proposal, WithRidge, principal_axes
 from retrodict.inference.samplers.psis import effective, resampled
 from retrodict.inference.threads import one_blas_thread
 
@@ -212,10 +212,8 @@ class _Populations:
     def about(self) -> Proposal:
         """The posterior as the particles are spread."""
         w = self.w.reshape(-1, self.w.shape[2])
-        variances, axes = np.linalg.eigh(np.cov(w.T) + _LEAST * np.eye(w.shape[1]))
-        return replace(
-            Proposal.first(w.shape[1]), middle=w.mean(axis=0), axes=axes, sd=np.sqrt(variances)
-        )
+        axes, sd = principal_axes(np.cov(w.T) + _LEAST * np.eye(w.shape[1]))
+        return replace(Proposal.first(w.shape[1]), middle=w.mean(axis=0), axes=axes, sd=sd)
 
     def keep(self, count: int) -> None:
         """Move the particles until `count` draws of each chain are kept in all."""
