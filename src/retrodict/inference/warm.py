@@ -20,7 +20,7 @@ from retrodict.inference.modes import Solution, solutions
 from retrodict.inference.plan import kept_warm
 from retrodict.inference.points import TAILS, USELESS, Estimate, Part, Points, more_points
 from retrodict.inference.samplers.importance import adapted
-from retrodict.inference.samplers.proposal import Proposal
+from retrodict.inference.samplers.proposal import LIGHT, Proposal
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.samplers.quasi import scrambled
 from retrodict.inference.threads import one_blas_thread
@@ -113,7 +113,7 @@ def _fitted(solution: Solution, seed: int) -> tuple[Fitted, float]:
     """A solution with the proposal that its draws suggest, and its log evidence."""
     posterior = solution.posterior
     points = scrambled(posterior.size + 2, _FITTED, 1, seed + 2)
-    found = adapted(posterior, Proposal.first(posterior.size), lambda at: at.at(points))
+    found = adapted(posterior, Proposal.first(posterior.size, LIGHT), lambda at: at.at(points))
     constrained = posterior.constrained(np.zeros(posterior.size))
     proposal = replace(found.next, worth=_WORTH)
     return Fitted(solution, constrained, proposal), log_mean(found.log_weight)[0]

@@ -13,7 +13,7 @@ from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.samplers.importance import adapted, evaluated
 from retrodict.inference.samplers.nested import _PRIOR, Nested, _corrected, _Free, nested
-from retrodict.inference.samplers.proposal import Proposal
+from retrodict.inference.samplers.proposal import HEAVY, Proposal
 from retrodict.inference.samplers.psis import effective, log_mean, smoothed
 from retrodict.inference.transforms.choice import Coordinates
 from retrodict.options import DEFAULT_RUNG
@@ -30,7 +30,7 @@ def test_the_evidence_is_that_by_another_proposal() -> None:
     proposal = nested(posterior)
     assert proposal is not None
     about_mode = adapted(
-        posterior, Proposal.first(posterior.size), lambda at: at.draw(2048, chance)
+        posterior, Proposal.first(posterior.size, HEAVY), lambda at: at.draw(2048, chance)
     ).next
     found, shares = [], []
     for each, count in ((proposal, POINTS), (about_mode, 10 * POINTS)):

@@ -11,7 +11,7 @@ from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.outcome import Outcome
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import METHODS, Draws, Task, importance, psis
-from retrodict.inference.samplers.proposal import Proposal
+from retrodict.inference.samplers.proposal import HEAVY, LIGHT, Proposal, Tails
 from retrodict.options import DEFAULT_RUNG, RunOptions
 from tests.shared.scenes import collision
 
@@ -135,19 +135,20 @@ def test_resampling_takes_each_draw_as_often_as_its_weight_asks() -> None:
 
 
 @pytest.mark.parametrize("of_cube", [False, True])
-@pytest.mark.parametrize("share", [0.2, 1.0])
-def test_proposals_have_the_density_that_they_are_drawn_from(share: float, of_cube: bool) -> None:
+@pytest.mark.parametrize("tails", [LIGHT, HEAVY])
+def test_proposals_have_the_density_that_they_are_drawn_from(tails: Tails, of_cube: bool) -> None:
     """Against SciPy's; and weighted by it, draws find the volume and the moments of a normal."""
     middle, root = np.array([1.0, -2.0, 0.5]), np.array([[2.0, 0, 0], [0.5, 1, 0], [-1, 0.3, 0.4]])
     _, sd, axes = np.linalg.svd(root.T)
-    proposal = Proposal(middle, axes.T, sd, share, 4.0, 100.0)
+    proposal = Proposal(middle, axes.T, sd, tails, 100.0)
     rng = np.random.default_rng(0)
     w = proposal.at(rng.random((20_000, 5))) if of_cube else proposal.draw(20_000, rng)
     normal = stats.multivariate_normal(middle, root @ root.T)
     wide = sd * np.clip(np.sqrt(sd), 1, 1.25)  # wider than the posterior where it is wide
     z = (w - middle) @ axes.T / wide
-    tails = stats.multivariate_t(np.zeros(3), np.eye(3), df=4).pdf(z)
-    density = ((1 - share) * stats.norm.pdf(z).prod(axis=1) + share * tails) / wide.prod()
+    share, freedom = tails
+    student = stats.multivariate_t(np.zeros(3), np.eye(3), df=freedom).pdf(z)
+    density = ((1 - share) * stats.norm.pdf(z).prod(axis=1) + share * student) / wide.prod()
     np.testing.assert_allclose(proposal.log_density(w), np.log(density), rtol=1e-9, atol=1e-9)
     weight = normal.pdf(w) / density
     error = weight.std() / np.sqrt(weight.size)

@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.samplers import Draws, Task, smc
-from retrodict.inference.samplers.proposal import Proposal
+from retrodict.inference.samplers.proposal import LIGHT, Proposal
 
 SIZE = 6
 
@@ -83,7 +83,7 @@ def test_a_posterior_far_from_where_it_was_sought_is_sought_again_where_it_lies(
 
 
 def test_a_posterior_that_is_not_where_it_was_found_either_is_a_fault(monkeypatch) -> None:
-    monkeypatch.setattr(smc._Populations, "about", lambda self: Proposal.first(SIZE))
+    monkeypatch.setattr(smc._Populations, "about", lambda self: Proposal.first(SIZE, LIGHT))
     found = drawn(far(6.0))
     assert any("from where it was sought" in fault for fault in found.faults)
     assert found.more is None

@@ -21,7 +21,7 @@ from scipy.special import logsumexp
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Task
 from retrodict.inference.samplers.nested import Nested, nested
-from retrodict.inference.samplers.proposal import Proposal
+from retrodict.inference.samplers.proposal import HEAVY, Proposal
 from retrodict.inference.samplers.psis import (
     MAX_PARETO_K,
     effective,
@@ -87,7 +87,7 @@ def _proposal(
     """The proposal for a posterior, and the density evaluations that it took."""
     if (found := nested(posterior)) is not None:
         return found, 0
-    first = Proposal.first(posterior.size)
+    first = Proposal.first(posterior.size, HEAVY)
     pilot = adapted(posterior, first, lambda at: at.draw(_PILOT, rng), rounds)
     return pilot.next, pilot.evaluations
 

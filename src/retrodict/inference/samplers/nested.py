@@ -30,12 +30,12 @@ from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.fitting.quadratic import least_squares, terms
 from retrodict.inference.fitting.search import SUFFICIENT, Peak
-from retrodict.inference.samplers.proposal import Proposal
+from retrodict.inference.samplers.proposal import HEAVY, Proposal, Tails
 from retrodict.inference.samplers.psis import effective, smoothed
 
 _PINNED = 4.0  # change of the residuals per deviate above which a direction is solved for
-# Share of the pinned directions' draws in tails, and their degrees of freedom.
-_TAILS = 0.3, 8.0
+# Tails of the pinned directions, before draws have shown that they need heavier ones.
+_TAILS = Tails(0.3, 8.0)
 # Free directions: sd over that at the peak where evidence outweighs the prior; share of the prior.
 _WIDE, _PRIOR = 1.15, 0.2
 # Steps at most: by fitted slopes, corrected by the change that each step brings; then by slopes of their
@@ -187,7 +187,7 @@ class Nested:
             z = np.linalg.solve(root, (v[:, : self._pinned] - mode)[..., None])[..., 0]
             mean = weights @ z
             covariance = (z - mean).T @ (weights[:, None] * (z - mean))
-            about = about.moved(mean, covariance, effective(weights))
+            about = replace(about, tails=HEAVY).moved(mean, covariance, effective(weights))
         return Nested(self.posterior, self.peak, shown, about)
 
     @property
@@ -233,7 +233,7 @@ class Nested:
     @cached_property
     def _of_pinned(self) -> Proposal:
         n = self._pinned
-        return self.about or Proposal(np.zeros(n), np.eye(n), np.ones(n), *_TAILS, 2.0 * n)
+        return self.about or Proposal.first(n, _TAILS)
 
     @cached_property
     def _crashes(self) -> Crashes:

@@ -21,7 +21,7 @@ from scipy.special import logsumexp, softmax
 from retrodict.inference.errors import Interrupted
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers.draws import Draws, Progress, Task
-from retrodict.inference.samplers.proposal import Proposal, WithRidge, principal_axes
+from retrodict.inference.samplers.proposal import LIGHT, Proposal, WithRidge, principal_axes
 from retrodict.inference.samplers.psis import effective, resampled
 from retrodict.inference.threads import one_blas_thread
 
@@ -61,7 +61,7 @@ def draw(task: Task) -> Draws:
     Raises:
         Interrupted: stopped before any draws were kept.
     """
-    found = _tempered(task, Proposal.first(task.posterior.size))
+    found = _tempered(task, Proposal.first(task.posterior.size, LIGHT))
     if found.astray <= _ASTRAY or _error(found.log_evidence) > _UNSURE:
         return _kept(task, found, 1)
     again = _tempered(task, found.about(), found.evaluations)
@@ -213,7 +213,7 @@ class _Populations:
         """The posterior as the particles are spread."""
         w = self.w.reshape(-1, self.w.shape[2])
         axes, sd = principal_axes(np.cov(w.T) + _LEAST * np.eye(w.shape[1]))
-        return replace(Proposal.first(w.shape[1]), middle=w.mean(axis=0), axes=axes, sd=sd)
+        return replace(Proposal.first(w.shape[1], LIGHT), middle=w.mean(axis=0), axes=axes, sd=sd)
 
     def keep(self, count: int) -> None:
         """Move the particles until `count` draws of each chain are kept in all."""
