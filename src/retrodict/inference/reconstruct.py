@@ -19,7 +19,7 @@ from retrodict.inference.density.kernels import (
     INPUTS,
     LEVELS,
     REACHED,
-    ROWS,
+    rows_of,
 )
 from retrodict.inference.modes import ModeSearch, PosteriorModes, Solution
 from retrodict.inference.outcome import Outcome, attributes_of
@@ -155,7 +155,7 @@ def _several_modes_note(found: tuple[Solution, ...]) -> str:
 def compile_search(scene: Scene, model: str) -> None:
     """Compile in the background what the search needs; arguments as of `compile_ahead`."""
     structure, data = RUNGS[model].of_scene(scene)
-    crash = np.zeros((ROWS, structure.deviates))
+    crash = np.zeros((rows_of(structure), structure.deviates))
     programs_for(structure.without_transform).expect(CRASHES, data, crash)
 
 
@@ -183,8 +183,8 @@ def compile_ahead(
         programs.expect(REACHED, data, separation, xi)
     if programs.target.rung.impact.levels:
         programs.expect(LEVELS, data, transform.regressions, transform.whitening.centre)
-    w = np.zeros((ROWS, transform.whitening.size))
-    missed = np.zeros((ROWS, len(transform.surrogates(structure))))
+    w = np.zeros((rows_of(structure), transform.whitening.size))
+    missed = np.zeros((rows_of(structure), len(transform.surrogates(structure))))
     programs.expect(EVALUATE, data, transform, w, missed)
     METHODS[method].compile_ahead(programs, warmup, data, transform)
 

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from retrodict.inference.density.compiled import Programs, in_chunks
-from retrodict.inference.density.kernels import CRASHES, ROWS
+from retrodict.inference.density.kernels import CRASHES, rows_of
 from retrodict.inference.density.together import room
 from retrodict.inference.fitting.ceilings import ceilings
 from retrodict.inference.own import SLOPE, TERM
@@ -66,12 +66,13 @@ class Crashes:
         else:
             data = self._on_device
 
-            def some(rows: Deviates) -> tuple[Any, dict[str, Any]]:
-                log_likelihood, every = self.programs(CRASHES, data, rows)
+            def some(u: Deviates) -> tuple[Any, dict[str, Any]]:
+                log_likelihood, every = self.programs(CRASHES, data, u)
                 # what nobody needs is not copied
                 return log_likelihood, {k: every[k] for k in names or every}
 
-            log_likelihood, quantities = in_chunks(some, np.asarray(u, float), ROWS)
+            rows = rows_of(self.programs.structure)
+            log_likelihood, quantities = in_chunks(some, np.asarray(u, float), rows)
         return np.nan_to_num(
             log_likelihood, nan=-np.inf, posinf=-np.inf, neginf=-np.inf
         ), quantities

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from retrodict.inference.density.compiled import Programs, in_chunks, programs_for
-from retrodict.inference.density.kernels import EVALUATE, ROWS
+from retrodict.inference.density.kernels import EVALUATE, rows_of
 from retrodict.inference.density.log_density import Evaluated
 from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.basins import Basins
@@ -149,7 +149,9 @@ class Posterior:
         elif structure.steps is None:
             data = data._replace(steps=data.steps._replace(number=np.array(0)))
         return in_chunks(
-            lambda at: self.programs(EVALUATE, data, transform, *at), (w, missed), ROWS
+            lambda at: self.programs(EVALUATE, data, transform, *at),
+            (w, missed),
+            rows_of(structure),
         )
 
     def _at_deviates(self, w: np.ndarray) -> Evaluated[np.ndarray]:
