@@ -21,7 +21,7 @@ from retrodict.inference.density.compiled import Programs, programs_for
 from retrodict.inference.density.kernels import CHUNK, PRIOR, SIMULATE
 from retrodict.inference.errors import Interrupted, Unanswerable
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.modes import SLIGHT, ModeSearch, PosteriorModes, Solution
+from retrodict.inference.modes import SLIGHT, ModeSearch, PosteriorModes, Solution, shares
 from retrodict.inference.outcome import Checks
 from retrodict.inference.plan import ways
 from retrodict.inference.samplers import METHODS, Draws, Task
@@ -221,7 +221,12 @@ def _batch(calibration: Calibration, numbers: list[int]) -> list[Row]:
         seed = int(rng.integers(2**31))
         way, *_ = ways(calibration.method, scene)
         try:
-            where = ModeSearch(scene, seed).on(calibration.model, way.coordinates)
+            # as in a reconstruction: a method that gives the evidence weights solutions by its own draws
+            where = ModeSearch(scene, seed).on(
+                calibration.model,
+                way.coordinates,
+                weighted=not METHODS[calibration.method].weighs,
+            )
         except Unanswerable as error:
             rows.append(Row(number, {}, f"refused: {error}", closing[i]))
             continue
@@ -371,18 +376,21 @@ def _ranked(
     """A row with ranks of the truth among draws of a scene's solutions; or none, and why."""
     found = where.found
     programs, data = found[0].posterior.programs, found[0].posterior.data
-    every = [_draws(solution, method, seed) for solution in found]
-    weights = np.array([solution.mode.weight for solution in found])
-    weights /= weights.sum()  # of solutions that were left out some had a little
-    judged = [own for w, (_, own) in zip(weights, every, strict=True) if w >= SLIGHT]
+    every, reasons, evidence = zip(*(_draws(s, method, seed) for s in found), strict=True)
+    if METHODS[method].weighs:
+        weights = shares(np.array(evidence))
+    else:
+        weights = np.array([solution.mode.weight for solution in found])
+        weights /= weights.sum()  # of solutions that were left out some had a little
+    judged = [own for w, own in zip(weights, reasons, strict=True) if w >= SLIGHT]
     if faults := sum(judged, where.faults):
         return replace(row, reason=f"checks failed: {'; '.join(faults)}")
     # as many as one call takes, evenly along the chains, with the truth last
     which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
-    along = [np.linspace(0, len(s["Vax"]) - 1, CHUNK - 1).round().astype(int) for s, _ in every]
+    along = [np.linspace(0, len(s["Vax"]) - 1, CHUNK - 1).round().astype(int) for s in every]
     chosen = {}
     for name, own in truth.items():
-        taken = [np.asarray(s[name])[place] for (s, _), place in zip(every, along, strict=True)]
+        taken = [np.asarray(s[name])[place] for s, place in zip(every, along, strict=True)]
         mixed = np.stack(taken)[which, np.arange(CHUNK - 1)]
         chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
     quantities = jax.tree.map(np.asarray, programs(SIMULATE, data, chosen))
@@ -404,8 +412,11 @@ def _ranked(
     return replace(row, ranks=ranks, closing=float(closing))
 
 
-def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...]]:
-    """The unknowns at draws of a solution, and why a reconstruction would withhold them."""
+def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...], float]:
+    """The unknowns at draws of a solution, why they would be withheld, and their log evidence.
+
+    Where the method gives no evidence, this is not a number.
+    """
     posterior, scene = solution.posterior, solution.scene
     draws = METHODS[method].draws
     task = Task(posterior, _CHAINS, draws, _WARMUP, seed, lambda *_: None)
@@ -421,7 +432,7 @@ def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[st
     (drawn,), (sites, checks), _ = until_enough(first, judge, short, doubled)
     if not drawn.complete:
         raise KeyboardInterrupt
-    return sites, checks.reasons
+    return sites, checks.reasons, drawn.attributes.get("log_evidence", np.nan)
 
 
 def _checked(posterior: Posterior, drawn: Draws, scene: Scene) -> tuple[Values, Checks]:
