@@ -23,7 +23,7 @@ from retrodict.report.calibration import (
     write_ranks,
 )
 from retrodict.report.figures.calibration import calibration_figure
-from retrodict.studies.calibration import Calibration, Row, design
+from retrodict.studies.calibration import MOST_WITHHELD, Calibration, Row, design
 from retrodict.studies.uniformity import uniformity
 
 
@@ -174,3 +174,8 @@ def test_a_table_of_other_plausible_crashes_is_another_calibration(
     file.write_text("\n".join(older) + "\n")
     with pytest.raises(ValueError, match=r"another calibration.*closing_from '3\.0'"):
         read_ranks(calibration, tmp_path)
+
+
+def test_exactly_the_share_that_may_be_withheld_is_not_more(calibration) -> None:
+    ranked, withheld = Row(0, {"speed_b": 1}), Row(0)
+    assert replace(calibration, rows=(*[ranked] * 190, *[withheld] * 10)).withheld == MOST_WITHHELD

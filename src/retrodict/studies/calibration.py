@@ -117,7 +117,8 @@ class Calibration:
     @property
     def withheld(self) -> float:
         """Share of simulations without ranks."""
-        return 1 - len(self.ranked) / len(self.rows) if self.rows else 0.0
+        count = len(self.rows)  # 1 - 190 / 200 is above 0.05
+        return (count - len(self.ranked)) / count if count else 0.0
 
 
 def calibrate(
