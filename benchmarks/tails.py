@@ -49,7 +49,9 @@ def main(scenes: list[str]) -> None:
             found = reconstruct(scene, model=MODEL, method=method)
             draws = found.idata["posterior"][speed].to_numpy().ravel()
             said = f"{method}, {'passed' if found.checks.passed else 'withheld'}"
-            _print(said if found.outcome.settings["method"] == method else f"{said} by another", draws)
+            if found.outcome.settings["method"] != method:
+                said += " by another"
+            _print(said, draws)
         answer = session(scene, model=MODEL).answer
         _print(f"session, {'passed' if answer.checks.passed else 'withheld'}", answer.draws[speed])
 
