@@ -6,10 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from retrodict.inference.fitting.about_peak import crashes_of
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import importance
 from retrodict.inference.warm import Warm
 from retrodict.options import DEFAULT_RUNG, RunOptions
+from retrodict.scene.load import load_scene
 from retrodict.scene.records import Measured, Scene
 from tests.shared.scenes import collision
 
@@ -109,3 +111,17 @@ def test_a_rest_pose_sharper_than_run_outs_resolve_is_refused(warm: Warm) -> Non
     found = warm.estimate(_rest_of_b(x=Measured(8.968, 0.001)))
     assert not found.checks.passed
     assert any("resolve" in reason for reason in found.checks.reasons)
+
+
+def test_the_end_of_a_long_tail_is_where_weighted_prior_draws_have_it() -> None:
+    """A car against a barrier: 97.5 % below 23.4 m/s (benchmarks.tails); about the mode, 20.8."""
+    scene = load_scene("benchmarks/staged/cases/iihs-cf11002/scene.toml")
+    found = Warm(scene, "planar-moment+spin").estimate(scene)
+    assert found.checks.passed, found.checks.reasons
+    crashes = crashes_of(scene, "planar-moment+spin")
+    height, known = crashes.at(np.random.default_rng(3).standard_normal((400_000, crashes.size)))
+    limit, sure = 0.975, known["speed_a"]
+    order = np.argsort(sure)
+    shares = np.cumsum(np.exp(height[order] - height.max()))
+    reference = sure[order][np.searchsorted(shares, limit * shares[-1])]
+    assert np.quantile(found.draws["speed_a"], limit) == pytest.approx(reference, abs=1.0)

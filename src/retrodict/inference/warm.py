@@ -20,6 +20,7 @@ from retrodict.inference.modes import Solution, solutions
 from retrodict.inference.plan import kept_warm
 from retrodict.inference.points import TAILS, USELESS, Estimate, Part, Points, more_points
 from retrodict.inference.samplers.importance import adapted
+from retrodict.inference.samplers.nested import nested
 from retrodict.inference.samplers.proposal import LIGHT, Proposal
 from retrodict.inference.samplers.psis import log_mean
 from retrodict.inference.samplers.quasi import scrambled
@@ -97,12 +98,23 @@ class Warm:
             The estimate; its checks say whether it can be relied on.
         """
         begin = time.perf_counter()
-        parts = [Part(self._rebased(each, scene), each.proposal) for each in self.fitted]
+        parts = [self._part(each, scene) for each in self.fitted]
         found = self._points.estimate(scene, parts, begin)
         if found.checks.passed or scene != self.scene:  # refitted coordinates may do
             return found
         more = more_points(self.fitted[0].solution.posterior.size, self.seed)
         return more.estimate(scene, parts, begin)
+
+    def _part(self, fitted: Fitted, scene: Scene) -> Part:
+        """A solution of a scene with the proposal for it.
+
+        A nested one follows long tails that one about the mode misses; run-outs of wheels that roll are
+        too dear for it.
+        """
+        posterior, own = self._rebased(fitted, scene), fitted.solution.posterior
+        if own.programs.structure.paced:
+            return Part(posterior, fitted.proposal)
+        return Part(posterior, nested(replace(posterior, peak=own.peak)) or fitted.proposal)
 
     def _rebased(self, fitted: Fitted, scene: Scene) -> Posterior:
         _, data = RUNGS[self.rung].of_scene(turned(scene, fitted.solution.turns))
