@@ -62,9 +62,7 @@ def _print(name: str, values: np.ndarray, weights: np.ndarray | None = None) -> 
     weights = np.full(values.size, 1 / values.size) if weights is None else weights
     mean = weights @ values
     sd = np.sqrt(weights @ (values - mean) ** 2)
-    order = np.argsort(values)
-    shares = np.cumsum(weights[order])
-    limits = [values[order[np.searchsorted(shares, limit)]] for limit in LIMITS]
+    limits = np.quantile(values, LIMITS, weights=weights, method="inverted_cdf")
     numbers = " ".join(f"{number:8.2f}" for number in (mean, sd, *limits))
     print(f"  {name:36} {numbers}  ({effective(weights):.0f} effective)")
 

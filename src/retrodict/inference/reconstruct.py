@@ -183,8 +183,9 @@ def compile_ahead(
         programs.expect(REACHED, data, separation, xi)
     if programs.target.rung.impact.levels:
         programs.expect(LEVELS, data, transform.regressions, transform.whitening.centre)
-    w = np.zeros((rows_of(structure), transform.whitening.size))
-    missed = np.zeros((rows_of(structure), len(transform.surrogates(structure))))
+    rows = rows_of(structure)
+    w = np.zeros((rows, transform.whitening.size))
+    missed = np.zeros((rows, len(transform.surrogates(structure))))
     programs.expect(EVALUATE, data, transform, w, missed)
     METHODS[method].compile_ahead(programs, warmup, data, transform)
 
