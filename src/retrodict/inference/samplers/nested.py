@@ -154,18 +154,36 @@ class Nested:
         Returns:
             The draws in the posterior's coordinates w, shape (any, q), and their log densities.
         """
-        pinned = self._pinned
         free = self._about_peak.size
         x = self._of_free.at(points[:, :free])
-        z = self._of_pinned.at(points[:, free:]) if pinned else np.zeros((len(x), 0))
+        z = self._of_pinned.at(points[:, free:]) if self._pinned else np.zeros((len(x), 0))
         mode, root = self._solved(x)
         v = np.concatenate([mode + np.einsum("kij,kj->ki", root, z), x], axis=1)
-        log_density = self._of_free.log_density(x) - np.linalg.slogdet(self._axes)[1]
-        if pinned:
-            volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
-            log_density += self._of_pinned.log_density(z) - volume
         w = self.posterior.at_deviates(self.peak.u + v @ self._axes.T)
-        return w, log_density + self.posterior.log_volume
+        return w, self._density(x, z, root)
+
+    def log_density(self, w: Points) -> Float[np.ndarray, " points"]:
+        """Log densities at points w; each takes some crashes to solve for the mode."""
+        x, z, root = self._seen(w)
+        return self._density(x, z, root)
+
+    def _density(
+        self, x: np.ndarray, z: np.ndarray, root: np.ndarray
+    ) -> Float[np.ndarray, " points"]:
+        """Log densities of free directions and pinned ones, whose covariances have these roots."""
+        found = self._of_free.log_density(x) - np.linalg.slogdet(self._axes)[1]
+        if self._pinned:
+            volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+            found += self._of_pinned.log_density(z) - volume
+        return found + self.posterior.log_volume
+
+    def _seen(self, w: Points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Free directions, pinned ones in standard deviations about their modes, and roots, at w."""
+        v = np.linalg.solve(self._axes, (self.posterior.deviates(w) - self.peak.u).T).T
+        x = v[:, self._pinned :]
+        mode, root = self._solved(x)
+        z = np.linalg.solve(root, (v[:, : self._pinned] - mode)[..., None])[..., 0]
+        return x, z, root
 
     def moved(self, w: Points, log_weight: Float[np.ndarray, " points"]) -> Nested:
         """The proposal where weighted draws have shown the posterior to be.
@@ -179,12 +197,9 @@ class Nested:
         weights, _ = smoothed(log_weight)
         counts = weights > 0  # elsewhere may be no crash
         weights = weights[counts]
-        v = np.linalg.solve(self._axes, (self.posterior.deviates(w[counts]) - self.peak.u).T).T
-        x, about = v[:, self._pinned :], self._of_pinned
-        shown = _moments(x, weights)
+        x, z, _ = self._seen(w[counts])
+        shown, about = _moments(x, weights), self._of_pinned
         if self._pinned:
-            mode, root = self._solved(x)
-            z = np.linalg.solve(root, (v[:, : self._pinned] - mode)[..., None])[..., 0]
             mean = weights @ z
             covariance = (z - mean).T @ (weights[:, None] * (z - mean))
             about = replace(about, tails=HEAVY).moved(mean, covariance, effective(weights))
