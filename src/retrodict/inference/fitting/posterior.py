@@ -15,7 +15,6 @@ from retrodict.inference.fitting import regression
 from retrodict.inference.fitting.basins import Basins
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.optimise import Potential
-from retrodict.inference.fitting.ridge import Ridge, ridge_of
 from retrodict.inference.fitting.search import Peak
 from retrodict.inference.transforms import layout
 from retrodict.inference.transforms.choice import Transform
@@ -180,11 +179,6 @@ class Posterior:
     def deviates(self, w: np.ndarray) -> np.ndarray:
         """Deviates at points, where these are coordinates; shape (any, n)."""
         return self.in_deviates.transform(w)
-
-    @cached_property
-    def ridge(self) -> Ridge | None:
-        """Ridge where a posterior in deviates extends beyond a normal about its peak, if it has one."""
-        return ridge_of(self.crashes, self.peak) if self.peak else None
 
     def at_deviates(self, u: np.ndarray) -> np.ndarray:
         """Points w at given deviates, where these are coordinates; shape (any, n)."""

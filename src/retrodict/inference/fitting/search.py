@@ -17,7 +17,6 @@ from retrodict.inference.errors import Unanswerable
 from retrodict.inference.fitting.deviates import Crashes, Quantities, Turns
 from retrodict.scene.names import parsed
 
-_HELD = 1e12  # damping of a deviate that is held
 # Integration steps of the crashes that are searched, and of those that coordinates are fitted to, where
 # measurements ask for more: a third and half of what takes nearly all the time.
 ROUGH, SUFFICIENT = 16, 24
@@ -236,7 +235,6 @@ def descended(
     u: Float[np.ndarray, "starts n"],
     settings: Search,
     turns: Turns | None = None,
-    held: int | None = None,
 ) -> Ends:
     """Ends of the searches that were not given up.
 
@@ -245,12 +243,8 @@ def descended(
         u: deviates at the starts, shape (starts, n).
         settings: settings of the search.
         turns: whole turns to count for each angle of `Crashes.modulo`; None for the nearest.
-        held: index of a deviate that stays as it is; None where all move.
     """
     u, n = u.copy(), u.shape[1]
-    stiff = np.zeros(n)
-    if held is not None:
-        stiff[held] = _HELD
     residuals, slopes = crashes.linearised(u, turns)
     potential = _potential(u, residuals)
     damping = np.ones(len(u))
@@ -260,8 +254,8 @@ def descended(
         if not under_way.size:
             break
         own, J, r = u[under_way], slopes[under_way], residuals[under_way]
-        normal = J.swapaxes(1, 2) @ J + np.eye(n) * (1 + damping[under_way, None, None] + stiff)
-        downhill = -(own + np.einsum("kmi,km->ki", J, r)) * (stiff == 0)
+        normal = J.swapaxes(1, 2) @ J + np.eye(n) * (1 + damping[under_way, None, None])
+        downhill = -(own + np.einsum("kmi,km->ki", J, r))
         step = np.linalg.solve(normal, downhill[..., None])[..., 0]
         length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300)
         moved = own + step * np.minimum(1, settings.stride / length)
@@ -278,7 +272,7 @@ def descended(
         # upper bound of the step's decrease if the surface were the local quadratic
         small = np.einsum("ki,ki->k", downhill, step) < settings.still
         arrived[under_way] |= small | (damping[under_way] >= 1e10)
-        if turns is None and held is None:
+        if turns is None:
             met = _met(u, potential, slopes, settings.met)
             potential[met], arrived[met] = np.inf, True
         if done >= settings.after:

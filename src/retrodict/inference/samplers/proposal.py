@@ -1,4 +1,4 @@
-"""Proposals of importance sampling: a normal with heavy tails, and one beside the posterior's ridge."""
+"""The proposal about a mode of importance sampling: a normal with heavy tails."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri, gammaln, logsumexp, ndtri
-
-from retrodict.inference.fitting.posterior import Posterior
 
 # Scale of wide axes over `sd`, at most, for a skew's wider half.
 _SKEWED = 1.25
@@ -121,33 +119,3 @@ def principal_axes(covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Principal axes of a covariance, as columns, the widest first, and the sd along each."""
     variances, axes = np.linalg.eigh(covariance)
     return axes[:, ::-1], np.sqrt(variances[::-1])
-
-
-@dataclass(frozen=True)
-class WithRidge:
-    """A proposal about the mode; half of the draws come from along the posterior's ridge, if it has one.
-
-    Args:
-        about_mode: proposal about the mode.
-        posterior: posterior, whose ridge is followed if it has one.
-    """
-
-    about_mode: Proposal
-    posterior: Posterior
-
-    def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
-        """Independent draws, shape (count, q), in random order."""
-        ridge = self.posterior.ridge
-        if ridge is None:
-            return self.about_mode.draw(count, rng)
-        along = self.posterior.at_deviates(ridge.draw(count // 2, rng))
-        w = np.concatenate([self.about_mode.draw(count - count // 2, rng), along])
-        return w[rng.permutation(count)]
-
-    def log_density(self, w: np.ndarray) -> np.ndarray:
-        """Log density at points, shape (any,)."""
-        ridge, near = self.posterior.ridge, self.about_mode.log_density(w)
-        if ridge is None:
-            return near
-        along = ridge.log_density(self.posterior.deviates(w)) + self.posterior.log_volume
-        return np.logaddexp(near, along) - np.log(2)
