@@ -1,8 +1,8 @@
 """Sequential Monte Carlo, tempered from the nested proposal to the posterior; it gives the evidence too.
 
 Particles move by preconditioned Crank-Nicolson steps (Cotter et al. 2013) on random subsets of the
-coordinates, whitened by the particles' own mean and covariance, anew as they move. They need values of
-the density only, so that run-outs that have no good derivatives, or several valleys, are followed too.
+coordinates, whitened by the particles' own mean and covariance, anew as they move; and by draws of the
+nested proposal, which reach the end of long tails where such steps do not (`benchmarks.tails`).
 
 Written out here: blackjax's tempering takes the density and its moves as one program, which would be one
 more to compile for each structure of scene, and would run on one core.
@@ -145,12 +145,13 @@ class _Populations:
 
     Args:
         posterior: posterior to draw from, in coordinates about its mode.
-        start: distribution that the particles are first drawn from.
+        start: distribution that the particles are first drawn from, and offered draws of as they move.
         rng: generator of all random numbers.
         progress: callback that is called with (done, of all) as the work goes on.
         w: positions of the particles, shape (chains, particles, q).
-        height, at_start: log densities at `w` of the posterior and of the start, shape
-            (chains, particles); the latter has no effect, and is not kept, at temperature one.
+        height: log density of the posterior at `w`, shape (chains, particles).
+        at_start: log density of the start at `w`, shape (chains, particles); of earlier positions at
+            temperature one, where nothing but a fresh start asks for it.
         log_evidence: log evidence of the tempered density by each population, shape (chains,); at
             temperature one, of the posterior.
         transform: whitened coordinates of the particles, in which steps are made.
@@ -262,10 +263,6 @@ class _Populations:
         lately = np.concatenate([self.w, *self.kept[-3:]], axis=1)
         self.transform = self._whitened(lately, np.ones(lately.shape[:2]))
 
-    def _bridge(self, height: Values, at_start: Values) -> Values:
-        """Log density at the temperature, between that of the start and the posterior's."""
-        return self.temperature * height + (1 - self.temperature) * at_start
-
     def _sweep(self, z: Points) -> Points:
         """Make one step of each particle, given its whitened coordinates; returns these after it."""
         each, n = z.shape[:2], z.shape[2]
@@ -277,7 +274,8 @@ class _Populations:
         w = self.transform.at(there)
         height = self._density(w)
         at_start = self._of_start(w) if self.temperature < 1 else self.at_start
-        rise = self._bridge(height, at_start) - self._bridge(self.height, self.at_start)
+        rise = self.temperature * (height - self.height)
+        rise += (1 - self.temperature) * (at_start - self.at_start)
         rise += (np.sum(there**2, axis=2) - np.sum(z**2, axis=2)) / 2  # over the normal of the step
         taken = np.log(self.rng.random(each)) < rise
         self._take(taken, w, height, at_start)
