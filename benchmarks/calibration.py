@@ -28,7 +28,7 @@ METHODS = ["importance", "nuts"]
 BY = {
     "rolling": ["importance"],
     "slow": ["importance", "smc"],
-    "wall": ["importance"],
+    "wall": ["importance", "smc"],
     "together": ["importance"],
 }
 MODELS = {

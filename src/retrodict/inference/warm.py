@@ -43,12 +43,13 @@ class Fitted:
     Args:
         solution: solution, with its posterior.
         constrained: centre of its coordinates as constraints move it, shape (q,).
-        proposal: proposal that its draws suggest.
+        proposal: proposal that its draws suggest; None where each scene has a nested one of its own,
+            which follows long tails that one about the mode misses.
     """
 
     solution: Solution
     constrained: np.ndarray
-    proposal: Proposal
+    proposal: Proposal | None
 
 
 class Warm:
@@ -106,15 +107,13 @@ class Warm:
         return more.estimate(scene, parts, begin)
 
     def _part(self, fitted: Fitted, scene: Scene) -> Part:
-        """A solution of a scene with the proposal for it.
-
-        A nested one follows long tails that one about the mode misses; run-outs of wheels that roll are
-        too dear for it.
-        """
-        posterior, own = self._rebased(fitted, scene), fitted.solution.posterior
-        if own.programs.structure.paced:
+        """A solution of a scene with the proposal for it."""
+        posterior = self._rebased(fitted, scene)
+        if fitted.proposal is not None:
             return Part(posterior, fitted.proposal)
-        return Part(posterior, nested(replace(posterior, peak=own.peak)) or fitted.proposal)
+        own = nested(replace(posterior, peak=fitted.solution.posterior.peak))
+        assert own is not None, "as of the scene that was fitted to"
+        return Part(posterior, own)
 
     def _rebased(self, fitted: Fitted, scene: Scene) -> Posterior:
         _, data = RUNGS[self.rung].of_scene(turned(scene, fitted.solution.turns))
@@ -122,10 +121,15 @@ class Warm:
 
 
 def _fitted(solution: Solution, seed: int) -> tuple[Fitted, float]:
-    """A solution with the proposal that its draws suggest, and its log evidence."""
+    """A solution with the proposal that its draws suggest, and its log evidence.
+
+    Run-outs of wheels that roll are too dear for a nested proposal to each change of a scene.
+    """
     posterior = solution.posterior
+    constrained = posterior.constrained(np.zeros(posterior.size))
+    if nested(posterior) is not None and not posterior.programs.structure.paced:
+        return Fitted(solution, constrained, None), posterior.log_evidence
     points = scrambled(posterior.size + 2, _FITTED, 1, seed + 2)
     found = adapted(posterior, Proposal.first(posterior.size, LIGHT), lambda at: at.at(points))
-    constrained = posterior.constrained(np.zeros(posterior.size))
     proposal = replace(found.next, worth=_WORTH)
     return Fitted(solution, constrained, proposal), log_mean(found.log_weight)[0]
