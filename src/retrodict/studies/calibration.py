@@ -376,7 +376,6 @@ def _ranked(
 ) -> Row:
     """A row with ranks of the truth among draws of a scene's solutions; or none, and why."""
     found = where.found
-    programs, data = found[0].posterior.programs, found[0].posterior.data
     every, reasons, evidence = zip(*(_draws(s, method, seed) for s in found), strict=True)
     if METHODS[method].weighs:
         weights = shares(np.array(evidence))
@@ -386,31 +385,70 @@ def _ranked(
     judged = [own for w, own in zip(weights, reasons, strict=True) if w >= SLIGHT]
     if faults := sum(judged, where.faults):
         return replace(row, reason=f"checks failed: {'; '.join(faults)}")
-    # as many as one call takes, evenly along the chains, with the truth last
-    which = rng.choice(len(found), CHUNK - 1, p=weights) if len(found) > 1 else 0
-    along = [np.linspace(0, len(s["Vax"]) - 1, CHUNK - 1).round().astype(int) for s in every]
-    chosen = {}
-    for name, own in truth.items():
-        taken = [np.asarray(s[name])[place] for s, place in zip(every, along, strict=True)]
-        mixed = np.stack(taken)[which, np.arange(CHUNK - 1)]
-        chosen[name] = np.concatenate([mixed, np.asarray(own)[None]])
-    quantities = jax.tree.map(np.asarray, programs(SIMULATE, data, chosen))
-    good = np.flatnonzero(plausible(programs.structure, data, chosen, quantities)[:-1])
-    if good.size < DRAWS:
-        few = f"implausible: {good.size} of {CHUNK - 1} draws are plausible, not {DRAWS}"
+    drawn, truth = _plausible_draws(found, every, weights, truth, rng)
+    count = len(drawn["closing"])
+    if count < DRAWS:
+        few = f"implausible: {count} of the draws are plausible, not {DRAWS}"
         return replace(row, reason=few)
-    kept = good[np.linspace(0, good.size - 1, DRAWS).round().astype(int)]
-    known = chosen | quantities
-    items = [v for k, v in quantities.items() if k.startswith("log_likelihood/")]
-    known["log_likelihood"] = np.sum(items, axis=0)
+    kept = np.linspace(0, count - 1, DRAWS).round().astype(int)
     ranks, given = {}, found[0].scene.inputs()  # what is measured is not ranked
     for name in QUANTITIES:
-        if name in known and not (name == "speed_a" and name in given):
-            others, own = known[name][kept], known[name][-1]
+        if name in drawn and not (name == "speed_a" and name in given):
+            others, own = drawn[name][kept], truth[name]
             ties = rng.integers(np.sum(others == own) + 1)
             ranks[name] = int(np.sum(others < own) + ties)
-    closing = np.median(_closing_speeds(programs.structure, data, chosen, quantities)[good])
-    return replace(row, ranks=ranks, closing=float(closing))
+    return replace(row, ranks=ranks, closing=float(np.median(drawn["closing"])))
+
+
+def _plausible_draws(
+    found: list[Solution],
+    every: Sequence[Values],
+    weights: Float[np.ndarray, " solutions"],
+    truth: Values,
+    rng: np.random.Generator,
+) -> tuple[Values, Values]:
+    """What is known of plausible draws of a scene's solutions, and of the truth.
+
+    Draws are taken evenly along the chains, in as many calls as give `DRAWS`, or all that there are.
+
+    Args:
+        found: the scene's solutions.
+        every: the unknowns at the draws of each solution.
+        weights: weight of each solution.
+        truth: the true unknowns.
+        rng: random number generator.
+    """
+    programs, data = found[0].posterior.programs, found[0].posterior.data
+    each = CHUNK - 1  # the truth is the last row of a call
+    calls = max(1, min(len(own["Vax"]) for own in every) // each)
+    parted: list[Values] = []
+    own: Values = {}
+    for call in range(calls):
+        which = rng.choice(len(found), each, p=weights) if len(found) > 1 else 0
+        chosen = {}
+        for name, true in truth.items():
+            taken = [
+                np.asarray(s[name])[
+                    np.linspace(call, len(s[name]) - calls + call, each).astype(int)
+                ]
+                for s in every
+            ]
+            mixed = np.stack(taken)[which, np.arange(each)]
+            chosen[name] = np.concatenate([mixed, np.asarray(true)[None]])
+        quantities = _simulated(programs, data, chosen)
+        structure = programs.structure
+        known = chosen | quantities
+        known["closing"] = _closing_speeds(structure, data, chosen, quantities)
+        known["log_likelihood"] = np.sum(
+            [v for k, v in quantities.items() if k.startswith("log_likelihood/")], axis=0
+        )
+        good = np.flatnonzero(plausible(structure, data, chosen, quantities)[:-1])
+        parted.append({name: values[good] for name, values in known.items()})
+        own = {name: values[-1] for name, values in known.items()}
+        if sum(len(of_call["closing"]) for of_call in parted) >= DRAWS:
+            break
+    drawn = {name: np.concatenate([of_call[name] for of_call in parted]) for name in own}
+    return drawn, own
 
 
 def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...], float]:
