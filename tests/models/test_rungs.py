@@ -16,6 +16,7 @@ from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import METHODS, Task
 from retrodict.inference.samplers.importance import log_evidence
+from retrodict.inference.transforms.choice import Coordinates
 from retrodict.scene.records import Approach, Mark, Measured, Rest, Scene
 from tests.models.closed_form import everything_exact, momentum_and_slide
 from tests.shared.scenes import collision, rolls
@@ -132,10 +133,15 @@ def test_subset_of_evidence_agrees_with_weights_in_the_models_unknowns(which: st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("v", ["a", "b"])
-def test_a_vehicle_that_rolls_beside_one_that_skids(v: str) -> None:
-    """Of the one velocities are coordinates, of the other the rest pose."""
-    agrees(rolls(SCENE, v, (0.9, 0.5, 0.4, 0.4)), "planar-common+wheels")
+@pytest.mark.parametrize(
+    ("v", "coordinates"), [("a", Coordinates.DEVIATES), ("b", Coordinates.PINNED)]
+)
+def test_a_vehicle_that_rolls_beside_one_that_skids(v: str, coordinates: Coordinates) -> None:
+    """Of the one velocities are coordinates, of the other the rest pose; or both are deviates.
+
+    (Beside A the rest pose of B leaves weights too uneven, which a Pareto k of 1.5 tells.)
+    """
+    agrees(rolls(SCENE, v, (0.9, 0.5, 0.4, 0.4)), "planar-common+wheels", coordinates)
 
 
 @pytest.mark.slow
@@ -151,13 +157,13 @@ def test_marks_on_the_way_that_a_vehicle_rolled_along() -> None:
     agrees(replace(rolled(), marks={"b": (Mark(3.0, -4.0, 0.5, "centre"),)}), "momentum+roll")
 
 
-def agrees(scene: Scene, name: str) -> None:
+def agrees(scene: Scene, name: str, coordinates: Coordinates = Coordinates.PINNED) -> None:
     """A Student-t in the model's unconstrained unknowns, weighted by NumPyro's density of it.
 
     Neither the regressions nor the constraints nor their determinants take part, so all of them must
     be right for the evidence to agree.
     """
-    posterior = prepare(scene, name)
+    posterior = prepare(scene, name, coordinates)
     structure, data = posterior.programs.structure, posterior.data
     model, ours = RUNGS[name].model, drawn(posterior)
     trace = handlers.trace(handlers.seed(model, 0)).get_trace(structure, data)
