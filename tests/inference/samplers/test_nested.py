@@ -14,17 +14,20 @@ from scipy import stats
 from retrodict.inference.density.compiled import programs_for
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.deviates import Crashes
-from retrodict.inference.samplers import Task, smc
+from retrodict.inference.modes import solutions
+from retrodict.inference.samplers import METHODS, Task, smc
 from retrodict.inference.samplers.importance import adapted, evaluated, weighted_points
 from retrodict.inference.samplers.nested import _PRIOR, Nested, _corrected, _Free, nested
 from retrodict.inference.samplers.proposal import HEAVY, Proposal
 from retrodict.inference.samplers.psis import effective, log_mean, smoothed
 from retrodict.inference.transforms.choice import Coordinates
 from retrodict.options import DEFAULT_RUNG
+from retrodict.scene.load import load_scene
 from retrodict.scene.records import Scene
 from retrodict.studies import calibration
 
 POINTS = 4000
+EDGES = "benchmarks/users/scenes/slow-side-24.toml"
 NUMBER, BEYOND = 9, 0.956  # of a simulated crash; its true e_m, far out in the posterior
 
 
@@ -172,6 +175,21 @@ def test_fitted_slopes_lead_to_the_modes_and_few_draws_need_their_own(monkeypatc
     assert sum(asked) < 5 * len(x)  # slopes of their own take one for each pinned direction more
     _, step = proposal._stepped(mode, x, *proposal._linearised(mode, x))
     assert np.quantile(np.linalg.norm(step, axis=1), 0.95) < 0.3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["importance", "smc"])
+def test_draws_at_edges_spoil_no_slopes(method: str) -> None:
+    """The evidence is that of the prior's draws, where one in 488 slopes is 400 times the others."""
+    (found,) = solutions(load_scene(EDGES), DEFAULT_RUNG)
+    posterior = found.posterior
+    chance = np.random.default_rng(12)
+    u = chance.standard_normal((200_000, posterior.size))
+    evidence, error = log_mean(posterior.crashes.at(u)[0])
+    task = Task(posterior, 4, METHODS[method].draws, 0, 2, lambda *_: None)
+    drawn = METHODS[method].draw(task).attributes
+    error = np.hypot(error, drawn["log_evidence_sd"])
+    assert drawn["log_evidence"] == pytest.approx(evidence, abs=4 * error)
 
 
 def test_corrected_slopes_agree_with_the_change_along_a_step() -> None:
