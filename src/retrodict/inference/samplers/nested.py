@@ -283,8 +283,9 @@ class Nested:
         mode, step = self._stepped(mode, x, residuals, slopes)
         length = np.linalg.norm(step, axis=1)
         found = (length > 0) & (length < _STRIDE)  # no step: no crash
-        off = np.linalg.norm(slopes - at_peak, axis=(1, 2))
-        found &= off <= _OUTLYING * np.median(off[found]) if found.any() else False
+        if found.any():
+            off = np.linalg.norm(slopes - at_peak, axis=(1, 2))
+            found &= off <= _OUTLYING * np.median(off[found])
         of_x = terms(x)
         weight = found * float(found.sum() >= of_x.shape[1])
         wanted = np.concatenate([mode, (slopes - at_peak).reshape(count, -1)], axis=1)
