@@ -421,22 +421,17 @@ def _plausible_draws(
     programs, data = found[0].posterior.programs, found[0].posterior.data
     each = CHUNK - 1  # the truth is the last row of a call
     calls = max(1, min(len(own["Vax"]) for own in every) // each)
+    structure = programs.structure
     parted: list[Values] = []
-    own: Values = {}
     for call in range(calls):
         which = rng.choice(len(found), each, p=weights) if len(found) > 1 else 0
+        along = [np.linspace(call, len(s["Vax"]) - calls + call, each).astype(int) for s in every]
         chosen = {}
         for name, true in truth.items():
-            taken = [
-                np.asarray(s[name])[
-                    np.linspace(call, len(s[name]) - calls + call, each).astype(int)
-                ]
-                for s in every
-            ]
+            taken = [np.asarray(s[name])[place] for s, place in zip(every, along, strict=True)]
             mixed = np.stack(taken)[which, np.arange(each)]
             chosen[name] = np.concatenate([mixed, np.asarray(true)[None]])
         quantities = _simulated(programs, data, chosen)
-        structure = programs.structure
         known = chosen | quantities
         known["closing"] = _closing_speeds(structure, data, chosen, quantities)
         known["log_likelihood"] = np.sum(
@@ -444,11 +439,10 @@ def _plausible_draws(
         )
         good = np.flatnonzero(plausible(structure, data, chosen, quantities)[:-1])
         parted.append({name: values[good] for name, values in known.items()})
-        own = {name: values[-1] for name, values in known.items()}
         if sum(len(of_call["closing"]) for of_call in parted) >= DRAWS:
             break
-    drawn = {name: np.concatenate([of_call[name] for of_call in parted]) for name in own}
-    return drawn, own
+    drawn = {name: np.concatenate([of_call[name] for of_call in parted]) for name in known}
+    return drawn, {name: values[-1] for name, values in known.items()}
 
 
 def _draws(solution: Solution, method: str, seed: int) -> tuple[Values, tuple[str, ...], float]:

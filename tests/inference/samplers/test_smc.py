@@ -84,6 +84,12 @@ def test_a_posterior_far_from_the_start_is_found() -> None:
     assert found.w.std(axis=(0, 1)) == pytest.approx(np.full(SIZE, 0.3), rel=0.1)
 
 
+def test_a_posterior_that_is_not_where_it_was_sought_is_a_fault() -> None:
+    found = drawn(far(6.0))
+    assert any("from where it was sought" in fault for fault in found.faults)
+    assert found.more is None
+
+
 def test_populations_too_small_to_agree_on_the_evidence_are_a_fault() -> None:
     found = drawn(far(6.0), draws=8, seed=2)
     assert any("disagree on the log evidence" in fault for fault in found.faults)

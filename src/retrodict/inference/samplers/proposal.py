@@ -111,11 +111,5 @@ class Proposal:
         scale = share * spread + (1 - share) * (self.axes * self.sd**2) @ self.axes.T
         share = effective / (effective + 2 * self.sd.size)
         middle = share * mean + (1 - share) * self.middle
-        axes, sd = principal_axes(scale)
-        return replace(self, middle=middle, axes=axes, sd=sd)
-
-
-def principal_axes(covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Principal axes of a covariance, as columns, the widest first, and the sd along each."""
-    variances, axes = np.linalg.eigh(covariance)
-    return axes[:, ::-1], np.sqrt(variances[::-1])
+        variances, axes = np.linalg.eigh(scale)
+        return replace(self, middle=middle, axes=axes[:, ::-1], sd=np.sqrt(variances[::-1]))

@@ -32,14 +32,14 @@ _ASUNDER = 0.4  # standard deviations between populations from which more moves 
 _EFFECTIVE = 0.5  # share of the particles that a step in temperature leaves
 _STAGES = 60  # steps in temperature at most
 _SWEEPS = 4  # moves of each particle at a temperature, after which coordinates are whitened anew
-# Rounds of sweeps at the posterior: before the first draw that is kept (as a rule means are off by no
-# more than chance takes them after 6; tests/data/sideswipe.toml has them off by 0.2 sd then, by 0.1
-# after 18), and before each further one
+# Rounds of moves at the posterior: before the first draw that is kept, to part particles that were
+# resampled from one, and before each further one.
 _SETTLING, _LAST = 6, 1
 # Steps far and near; the far ones go farthest in the mean, and the near ones are rarely refused.
 _KEEP = np.array([0.0, 0.3, 0.7, 0.95])  # factor of a coordinate that a step keeps
 _MOVED = np.array([0.15, 0.4, 1.0])  # share of the coordinates that a step moves
 _WIDER = 1.15  # scale of the steps over the particles' spread: they need the heavier tails
+_ASTRAY = 4.5  # standard deviations from the start at which a posterior is not one that was sought
 _UNSURE = 0.5  # standard error of the log evidence: 0.1 is usual
 _LEAST = 1e-12  # variance added, so that none is zero
 _NOWHERE = -1e12  # log density where there is none
@@ -101,6 +101,11 @@ def _kept(task: Task, populations: _Populations, times: int) -> Draws:
             f"{populations.temperature:.2g} of its density"
         )
     w = populations.draws(min(times, 2) * task.draws)
+    if populations.astray > _ASTRAY:
+        faults.append(
+            f"the posterior lies {populations.astray:.1f} standard deviations from where it was sought, "
+            f"more than {_ASTRAY:g}: parts of it may be missing"
+        )
     if (unsure := _error(populations.log_evidence)) > _UNSURE:
         faults.append(
             f"the populations disagree on the log evidence: its standard error is {unsure:.1f}, more "
@@ -154,6 +159,7 @@ class _Populations:
             temperature one, where nothing but a fresh start asks for it.
         log_evidence: log evidence of the tempered density by each population, shape (chains,); at
             temperature one, of the posterior.
+        begun: whitened coordinates of the particles as they were first drawn.
         transform: whitened coordinates of the particles, in which steps are made.
         temperature: power t of the tempered density, start^(1 - t) posterior^t, from 0 to 1.
         evaluations: number of density evaluations.
@@ -168,6 +174,7 @@ class _Populations:
     height: Values
     at_start: Values
     log_evidence: Float[np.ndarray, " chains"]
+    begun: _Whitened
     transform: _Whitened
     temperature: float = 0.0
     evaluations: int = 0
@@ -184,10 +191,10 @@ class _Populations:
         count, n = min(_PARTICLES, task.draws), task.posterior.size
         rng = np.random.default_rng([task.seed, task.chains, count])
         w, at_start = start.sampled(task.chains * count, rng)
-        each = (task.chains, count)
+        each, begun = (task.chains, count), _Whitened.by(w, np.full(len(w), 1 / len(w)))
         self = cls(
             task.posterior, start, rng, task.progress, w.reshape(*each, n), np.zeros(each),
-            at_start.reshape(each), np.zeros(task.chains), _Whitened(np.zeros(n), np.eye(n))
+            at_start.reshape(each), np.zeros(task.chains), begun, begun
         )  # fmt: skip
         self.height = self._density(self.w)
         return self
@@ -200,6 +207,11 @@ class _Populations:
                 return
             self._move()
             self._tell(0.8 * self.temperature**0.25)
+
+    @property
+    def astray(self) -> float:
+        """Distance of the particles' mean from that of the start, in standard deviations there."""
+        return float(np.linalg.norm(self.begun.seen(self.w).mean(axis=(0, 1))))
 
     def keep(self, count: int) -> None:
         """Move the particles until `count` draws of each chain are kept in all."""
