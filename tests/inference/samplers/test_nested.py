@@ -192,6 +192,31 @@ def test_draws_at_edges_spoil_no_slopes(method: str) -> None:
     assert drawn["log_evidence"] == pytest.approx(evidence, abs=4 * error)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("jump", [1e3, 1e10])
+def test_slopes_across_an_edge_leave_covariances_as_they_are_at_the_peak(
+    jump: float, monkeypatch
+) -> None:
+    """Of a jump of residuals by a thousandth of a deviate; 1e10 left a precision without a root."""
+    posterior = prepare(crash(), DEFAULT_RUNG, Coordinates.DEVIATES)
+    proposal = nested(posterior)
+    assert proposal is not None
+    x = np.zeros((50, proposal._of_free.size))
+    _, sound = proposal._solved(x)
+    residuals = Crashes.residuals
+
+    def edged(self, u: np.ndarray, *turns) -> np.ndarray:
+        # residuals jump to and fro at each of the steps, however short
+        jumps = jump * (np.round(u.sum(axis=1) * 1e6) % 2)
+        return residuals(self, u, *turns) + jumps[:, None]
+
+    monkeypatch.setattr(Crashes, "residuals", edged)
+    _, root = proposal._solved(x)
+    assert np.isfinite(root).all()
+    volume, of_sound = (np.linalg.slogdet(each)[1] for each in (root, sound))
+    np.testing.assert_allclose(volume, of_sound, atol=1.0)
+
+
 def test_corrected_slopes_agree_with_the_change_along_a_step() -> None:
     """Broyden's condition, and nothing else changes: directions across the step keep their slopes."""
     chance = np.random.default_rng(10)
