@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retrodict.inference.prior_check import PriorCheck, Reference, reference, refuted
+from retrodict.inference.prior_check import (
+    PriorCheck,
+    Reference,
+    reference,
+    refuted,
+    refuted_evidence,
+)
 
 SIZE = 3
 
@@ -14,11 +20,11 @@ SIZE = 3
 def crashes(sd: float = 0.5, ruled_out: float = -np.inf) -> SimpleNamespace:
     """Of three deviates the first was measured as 1; where it is less than `ruled_out` is no crash."""
 
-    def with_quantities(u: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        found = np.where(u[:, :1] < ruled_out, np.nan, (u[:, :1] - 1) / sd)
+    def of_nearest_turns(u: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        found = np.where(u[:, 0] < ruled_out, -np.inf, -(((u[:, 0] - 1) / sd) ** 2) / 2)
         return found, {"speed_b": u[:, 0], "e": u[:, 1], "other": u[:, 2]}
 
-    return SimpleNamespace(size=SIZE, with_quantities=with_quantities)
+    return SimpleNamespace(size=SIZE, of_nearest_turns=of_nearest_turns)
 
 
 def normal_reference(count: int, left: int, rng: np.random.Generator) -> Reference:
@@ -38,6 +44,29 @@ def test_weighted_crashes_have_the_posteriors_moments() -> None:
     error = np.sqrt(0.2 / found.effective)
     assert mean == pytest.approx(0.8, abs=4 * error)
     assert variance == pytest.approx(0.2, abs=4 * 0.2 * np.sqrt(2 / found.effective))
+
+
+def test_weighted_crashes_give_the_evidence() -> None:
+    """Of a normal prior and a normal likelihood, whose mean is that of a normal of both variances."""
+    sd = 0.5
+    found, error = reference(crashes(sd), ("speed_b",), seed=0).log_evidence
+    exact = stats.norm.logpdf(1, 0, np.hypot(1, sd)) - stats.norm.logpdf(0, 0, sd)
+    assert 0 < error < 0.05
+    assert found == pytest.approx(exact, abs=4 * error)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_draws_that_miss_or_double_a_part_are_refuted_by_their_evidence(seed: int) -> None:
+    known = reference(crashes(), ("speed_b",), seed)
+    exact = stats.norm.logpdf(1, 0, np.hypot(1, 0.5)) - stats.norm.logpdf(0, 0, 0.5)
+    assert refuted_evidence(known, exact, 0.02) == ()
+    (missing,) = refuted_evidence(known, exact + np.log(0.6), 0.02)
+    assert "missing" in missing
+    assert "of the posterior by" in missing
+    (twice,) = refuted_evidence(known, exact + np.log(2), 0.02)
+    assert "counted twice" in twice
+    assert refuted_evidence(known, exact + np.log(0.6), 0.3) == ()
+    assert refuted_evidence(known, exact + np.log(0.6), np.nan) == ()  # of one chain
 
 
 @pytest.mark.parametrize(

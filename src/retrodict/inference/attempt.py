@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpyro.diagnostics import split_gelman_rubin
+from scipy.special import logsumexp
 
 from retrodict.inference import diagnostics
 from retrodict.inference.datatree import tree_of
@@ -31,7 +32,7 @@ from retrodict.inference.modes import (
 )
 from retrodict.inference.outcome import Checks
 from retrodict.inference.plan import WORTH_MORE, Way
-from retrodict.inference.prior_check import Reference
+from retrodict.inference.prior_check import Reference, refuted_evidence
 from retrodict.inference.samplers import METHODS, Draws, Task
 from retrodict.inference.samplers.importance import Evidence
 from retrodict.options import RunOptions
@@ -305,8 +306,8 @@ class Sampling:
 
     def _judged(self, drawn: list[Draws], task: Task) -> _Judged:
         """The draws mixed, and the verdict on them."""
+        known = self.where.faults + self._refuted_evidence(drawn)
         found, drawn = self._weighted(drawn)
-        known = self.where.faults
         trees = [
             tree_of(s, d, task.seed, self.reference if self.pictured else None)
             for s, d in zip(found, drawn, strict=False)
@@ -325,6 +326,16 @@ class Sampling:
         idata = mixed(trees, [s.mode for s in found], task.seed)
         checks = diagnostics.judge(idata, found[0].scene, known, self.reference)
         return _Judged(idata, checks, found)
+
+    def _refuted_evidence(self, drawn: list[Draws]) -> tuple[str, ...]:
+        """Faults of the evidence of all solutions together, where the method gives it."""
+        own = [each.attributes for each in drawn]
+        if len(own) < len(self.found) or not all("log_evidence" in each for each in own):
+            return ()
+        every = np.array([each["log_evidence"] for each in own])
+        errors = np.array([each["log_evidence_sd"] for each in own])
+        error = float(np.sqrt(shares(every) ** 2 @ errors**2))
+        return refuted_evidence(self.reference, float(logsumexp(every)), error)
 
     def _weighted(self, drawn: list[Draws]) -> tuple[list[Solution], list[Draws]]:
         """The solutions, weighted by the evidence that their draws give, and the draws of each."""

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import softmax
 
-from retrodict.inference.fitting.deviates import Crashes, heights
-from retrodict.inference.samplers.psis import effective
+from retrodict.inference.fitting.deviates import Crashes
+from retrodict.inference.samplers.psis import effective, log_mean
 from retrodict.scene.quantities import describe, si_symbol
 
 
@@ -28,7 +28,8 @@ class PriorCheck:
         promising: number of effective crashes among the first from which on more are drawn.
         enough: number of effective crashes at which no more are drawn.
         least: number of effective crashes from which on they can refute draws.
-        errors: number of standard errors between means, or between variances, that refutes draws.
+        errors: number of standard errors between means, between variances, or between the logs of the
+            evidence, that refutes draws.
         heavy: largest weight of one crash above which no draws can be refuted.
     """
 
@@ -52,16 +53,22 @@ class Reference:
         quantities: reported quantities of each crash, by name.
         weights: likelihood weights of the crashes, shape (crashes,); they sum to one, or all are zero.
         every: all quantities of the first crashes, by name.
+        log_evidence: log of the mean likelihood of the crashes, and its standard error.
     """
 
     quantities: dict[str, np.ndarray]
     weights: Float[np.ndarray, " crashes"]
     every: dict[str, np.ndarray]
+    log_evidence: tuple[float, float] = (-np.inf, np.inf)
 
     @property
     def effective(self) -> float:
         """Number of crashes of equal weight that would say as much."""
         return effective(self.weights) if self.weights.any() else 0.0
+
+    def refutes(self, settings: PriorCheck) -> bool:
+        """Whether there are enough crashes of weight to refute draws."""
+        return self.effective >= settings.least and self.weights.max() <= settings.heavy
 
 
 def reference(
@@ -81,10 +88,10 @@ def reference(
     every_height: list[np.ndarray] = []
     count = settings.first
     while True:
-        residuals, quantities = crashes.with_quantities(rng.standard_normal((count, crashes.size)))
+        height, quantities = crashes.of_nearest_turns(rng.standard_normal((count, crashes.size)))
         every = every or {k: np.asarray(v) for k, v in quantities.items()}
         kept.append({k: np.asarray(v) for k, v in quantities.items() if k in names})
-        every_height.append(heights(residuals, quantities))
+        every_height.append(height)
         height = np.concatenate(every_height)
         weights = softmax(height) if np.isfinite(height).any() else np.zeros(height.size)
         worth = effective(weights) if weights.any() else 0.0
@@ -93,7 +100,7 @@ def reference(
             break
         count = min(drawn, settings.most - drawn)
     found = {k: np.concatenate([some[k] for some in kept]) for k in kept[0]}
-    return Reference(found, weights, every)
+    return Reference(found, weights, every, log_mean(height))
 
 
 def refuted(
@@ -110,10 +117,9 @@ def refuted(
         worth: effective sample size of each quantity's draws.
         settings: settings of the reference.
     """
-    crashes, weights = reference.effective, reference.weights
-    if crashes < settings.least or weights.max() > settings.heavy:
+    if not reference.refutes(settings):
         return {}
-    found = {}
+    weights, found = reference.weights, {}
     for name, values in reference.quantities.items():
         if name not in draws:
             continue
@@ -134,7 +140,39 @@ def refuted(
                 for m, s in ((own.mean(), own.std()), (mean, sd))
             )
             found[name] = (
-                f"{label}: {both} by {crashes:.0f} crashes of the prior weighted by the evidence, "
-                f"{max(errors, apart):.0f} standard errors apart: part of the posterior is missing"
+                f"{label}: {both} {_by(reference, max(errors, apart))}: part of the posterior is missing"
             )
     return found
+
+
+def refuted_evidence(
+    reference: Reference, log_evidence: float, error: float, settings: PriorCheck = SETTINGS
+) -> tuple[str, ...]:
+    """A sentence with both numbers if the reference refutes the evidence that draws gave; else nothing.
+
+    Means can agree by chance where a part of the posterior is missing; the evidence cannot.
+
+    Args:
+        reference: weighted crashes of the prior.
+        log_evidence: log evidence by the draws.
+        error: its standard error.
+        settings: settings of the reference.
+    """
+    if not reference.refutes(settings):
+        return ()
+    own, of_own = reference.log_evidence
+    errors = abs(log_evidence - own) / np.hypot(error, of_own)
+    if not errors > settings.errors:  # one chain alone has no error
+        return ()
+    share = np.exp(log_evidence - own)
+    return (
+        f"the draws stand for {share:.2g} of the posterior {_by(reference, errors)}: part of it is "
+        + ("missing" if share < 1 else "counted twice"),
+    )
+
+
+def _by(reference: Reference, errors: float) -> str:
+    return (
+        f"by {reference.effective:.0f} crashes of the prior weighted by the evidence, {errors:.0f} "
+        "standard errors apart"
+    )

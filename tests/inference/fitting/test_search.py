@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from retrodict.inference.errors import Unanswerable
-from retrodict.inference.fitting.about_peak import crashes_of
+from retrodict.inference.fitting.about_peak import crashes_of, turned
 from retrodict.inference.fitting.deviates import Crashes
 from retrodict.inference.fitting.search import Peak, Search, peaks
 from retrodict.options import DEFAULT_RUNG
@@ -68,6 +68,18 @@ def test_residuals_are_those_of_the_likelihood(crashes: Crashes) -> None:
     assert (quantities["closing_speed"][~inside] <= 0).any()
     assert (quantities["closing_speed"][inside] > 0).all()
     np.testing.assert_allclose(apart[inside], apart[inside][0], rtol=1e-8)
+
+
+def test_the_likelihood_of_the_nearest_turns_is_the_highest_of_any_turns() -> None:
+    scene = turned_scene()
+    every = crashes_of(scene, DEFAULT_RUNG)
+    u = np.random.default_rng(0).normal(size=(300, every.size))
+    found, quantities = every.of_nearest_turns(u)
+    as_written = quantities["predicted/rest_heading_b"] - scene.rest["b"].heading.value
+    counts = np.unique(np.rint(as_written[np.isfinite(found)] / (2 * np.pi)))
+    assert counts.size > 3
+    turned_by = [crashes_of(turned(scene, {"b": int(k)}), DEFAULT_RUNG).at(u)[0] for k in counts]
+    np.testing.assert_allclose(found, np.max(turned_by, axis=0), rtol=1e-9)
 
 
 def test_the_true_numbers_of_turns_are_found_where_none_was_counted() -> None:

@@ -103,6 +103,19 @@ class Crashes:
         log_likelihood, quantities = self.at(u)
         return self._residuals(log_likelihood, quantities, turns), quantities
 
+    def of_nearest_turns(self, u: Deviates) -> tuple[Float[np.ndarray, " crashes"], Quantities]:
+        """`at`, by the nearest of the turns that each angle of `modulo` may have."""
+        log_likelihood, quantities = self.at(u)
+        if not self.modulo:
+            return log_likelihood, quantities
+        as_written = {parsed(name).vehicle: np.zeros(len(u), int) for name in self.modulo}
+        potential, of_nearest = (
+            np.square(self._residuals(log_likelihood, quantities, turns)).sum(axis=1) / 2
+            for turns in (as_written, None)
+        )
+        log_likelihood = log_likelihood + np.nan_to_num(potential - of_nearest)
+        return log_likelihood, quantities
+
     @cached_property
     def _for_residuals(self) -> frozenset[str]:
         """Names of the quantities that residuals follow from."""
@@ -162,19 +175,6 @@ class Crashes:
     @cached_property
     def _on_device(self) -> Data:
         return jax.device_put(self.data)
-
-
-def heights(residuals: Residuals, quantities: Quantities) -> Float[np.ndarray, " crashes"]:
-    """Log likelihood of crashes up to a constant, exactly; minus infinity where there is none.
-
-    Args:
-        residuals: residuals of the crashes, last those of the terms of the user's own.
-        quantities: quantities of the crashes, by name.
-    """
-    own = [value for name, value in quantities.items() if name.startswith(TERM)]
-    of_evidence = residuals[:, : residuals.shape[1] - len(own)]
-    height = sum(own, -np.square(of_evidence).sum(axis=1) / 2)
-    return np.where(np.isnan(height), -np.inf, height)
 
 
 def _is_bound(name: str) -> bool:
