@@ -12,9 +12,9 @@ from benchmarks import tables
 from benchmarks.competitors import Array
 from benchmarks.inference.reference import (
     ASKED,
-    CHAINS,
     STATISTICS,
     Effort,
+    Posteriors,
     Reference,
     drawn_by,
     errors_of,
@@ -22,18 +22,16 @@ from benchmarks.inference.reference import (
     least_ess,
     long_runs,
     pooled,
+    posteriors_of,
     sites_of,
     statistics_of,
 )
 from benchmarks.tables import Remark
 from retrodict.inference import Unanswerable
-from retrodict.inference.fitting.about_peak import prepare
-from retrodict.inference.fitting.posterior import Posterior
 from retrodict.inference.samplers import METHODS
-from retrodict.options import DEFAULT_RUNG
 from tests.shared import random_scenes
 
-COMPARED = {"nuts": METHODS["nuts"].draws, "importance": 2500, "smc": 600}  # draws of a chain
+COMPARED = {name: METHODS[name].draws for name in ("nuts", "smc")} | {"importance": 2500}
 
 
 class Compared(NamedTuple):
@@ -47,12 +45,11 @@ class Compared(NamedTuple):
     z: Array
 
 
-def compare(posterior: Posterior, known: Reference, scene: str) -> Iterator[Compared]:
+def compare(posteriors: Posteriors, known: Reference, scene: str) -> Iterator[Compared]:
     """Every method of ours beside the reference of a scene."""
     for method, entry in METHODS.items():
-        chains = 2 if method == "smc" else CHAINS
-        drawn = drawn_by(posterior, method, chains, COMPARED.get(method, 10_000), 1)
-        x = sites_of(posterior, drawn)
+        drawn = drawn_by(posteriors[method], method, COMPARED.get(method, 10_000), 1)
+        x = sites_of(posteriors[method], drawn)
         with np.errstate(all="ignore"):
             off = statistics_of(x) - known.values
             z = (
@@ -74,15 +71,15 @@ def at_random(effort: Effort) -> Iterator[Compared]:
         made, _ = random_scenes.scene(np.random.default_rng(seed))
         name, seed = f"synthetic {seed}", seed + 1
         try:
-            posterior = prepare(made, DEFAULT_RUNG)
+            posteriors = posteriors_of(made)
         except Unanswerable:
             continue
-        long = [*long_runs(posterior, effort.long, 4 * effort.long).values()]
+        long = [*long_runs(posteriors, effort.long, 4 * effort.long).values()]
         sound = [x for x, fault in long if not fault] or [x for x, _ in long]
         known = Reference(
             *pooled([statistics_of(x) for x in sound], [errors_of(x) for x in sound]), {}
         )
-        yield from compare(posterior, known, name)
+        yield from compare(posteriors, known, name)
         print(name, flush=True)
         done += 1
 

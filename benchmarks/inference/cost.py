@@ -16,6 +16,7 @@ from benchmarks.inference.reference import (
     CHAINS,
     WARMUP,
     Effort,
+    Posteriors,
     Reference,
     drawn_by,
     least_ess,
@@ -27,7 +28,8 @@ from benchmarks.tables import Remark
 from retrodict import load_scene
 from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
-from retrodict.inference.samplers import METHODS, Task
+from retrodict.inference.plan import ways
+from retrodict.inference.samplers import METHODS
 from retrodict.options import DEFAULT_RUNG
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,7 +40,7 @@ SCENES = {
 BUDGETS = {
     "nuts": (50, 150, METHODS["nuts"].draws, 2100),
     "importance": (100, 250, METHODS["importance"].draws, 2500, 10_000),
-    "smc": (600,),  # particles; its budgets are one, two and four runs
+    "smc": (128, 256, METHODS["smc"].draws),
     "laplace": (100, 250, 600, 2500, 10_000),
     "monte-carlo": (100, 250, 600, 2500, 10_000),
     "linear": (100, 250, 600, 2500, 10_000),
@@ -70,16 +72,15 @@ class Point(NamedTuple):
     note: str = ""
 
 
-def ours(posterior: Posterior, known: Reference, effort: Effort, scene: str) -> Iterator[Point]:
+def ours(posteriors: Posteriors, known: Reference, effort: Effort, scene: str) -> Iterator[Point]:
     """Every method of ours at its budgets, compiled, from draws to unknowns."""
-    begin = time.perf_counter()
-    prepare(load_scene(SCENES[scene]), DEFAULT_RUNG)
-    set_up = time.perf_counter() - begin
+    read = load_scene(SCENES[scene])
     for method, budgets in BUDGETS.items():
-        if method == "smc":
-            yield from _smc(posterior, known, budgets[0], scene, set_up)
-            continue
-        sites_of(posterior, drawn_by(posterior, method, CHAINS, budgets[0], 0))  # compiles
+        begin = time.perf_counter()
+        prepare(read, DEFAULT_RUNG, ways(method, read)[0].coordinates)
+        set_up = time.perf_counter() - begin
+        posterior = posteriors[method]
+        sites_of(posterior, drawn_by(posterior, method, budgets[0], 0))  # compiles
         points = [_mine(posterior, known, effort, scene, method, n) for n in budgets]
         usable = _usable(points, set_up)
         default = METHODS[method].draws
@@ -95,7 +96,7 @@ def _mine(
     off, ess, taken, evaluations = [], [], [], np.nan
     for seed in range(effort.repeats):
         begin = time.perf_counter()
-        drawn = drawn_by(posterior, method, CHAINS, draws, seed)
+        drawn = drawn_by(posterior, method, draws, seed)
         x = sites_of(posterior, drawn)
         taken.append(time.perf_counter() - begin)
         off.append((statistics_of(x) - known.values) / known.values[1])
@@ -109,29 +110,6 @@ def _mine(
     return Point(scene, method, budget, *measured, *worst(np.array(off)))
 
 
-def _smc(
-    posterior: Posterior, known: Reference, particles: int, scene: str, set_up: float
-) -> Iterator[Point]:
-    """One, two and four runs of it, the clock read after each."""
-    marks: list[float] = []
-    drawn_by(posterior, "smc", 1, particles, 0)  # compiles
-    begin = time.perf_counter()
-    task = Task(
-        *(posterior, CHAINS, particles, WARMUP, 1),
-        lambda *_: marks.append(time.perf_counter() - begin),
-    )
-    x = sites_of(posterior, METHODS["smc"].draw(task))
-    points = []
-    for runs in (1, 2, CHAINS):
-        part = {name: x[name][:runs] for name in ASKED}
-        off = (statistics_of(part) - known.values) / known.values[1]
-        budget = f"{runs} × {particles}"
-        measured = (marks[runs - 1], least_ess(part), np.nan)
-        points.append(Point(scene, "smc", budget, *measured, *worst(off[None])))
-    yield from points[:-1]
-    yield points[-1]._replace(listed=True, usable=_usable(points, set_up))
-
-
 def _usable(points: Sequence[Point], set_up: float) -> float:
     """Seconds to enough effective draws, finding the coordinates included."""
     enough = [p for p in points if p.ess >= USABLE]
@@ -141,8 +119,9 @@ def _usable(points: Sequence[Point], set_up: float) -> float:
     return float(seconds) + set_up
 
 
-def theirs(posterior: Posterior, known: Reference, effort: Effort, scene: str) -> Iterator[Point]:
+def theirs(posteriors: Posteriors, known: Reference, effort: Effort, scene: str) -> Iterator[Point]:
     """Every competitor, at parts of its run; what it had no time for is extrapolated."""
+    posterior = posteriors["nuts"]
     forward = competitors.Forward(posterior.programs.structure, posterior.data, known.draws)
     for trace in competitors.traces(forward, effort.limit, effort.share):
         yield from _points(trace, forward.sites(trace.u), known, scene)

@@ -10,8 +10,12 @@ from arviz_stats.base import array_stats
 
 from benchmarks.competitors import Array, Sites
 from benchmarks.tables import Remark
+from retrodict.inference.fitting.about_peak import prepare
 from retrodict.inference.fitting.posterior import Posterior
+from retrodict.inference.plan import ways
 from retrodict.inference.samplers import METHODS, Draws, Task
+from retrodict.options import DEFAULT_RUNG
+from retrodict.scene.records import Scene
 
 ASKED = ("speed_b", "e", "e_m", "mu")
 STATISTICS = ("mean", "sd", "lower", "upper")  # the last two limit 95 %
@@ -56,9 +60,20 @@ class Reference(NamedTuple):
     draws: Sites
 
 
-def refer(posterior: Posterior, effort: Effort, scene: str) -> tuple[Reference, Remark]:
+Posteriors = dict[str, Posterior]
+"""The posterior of a scene, by method in the coordinates that it is first tried in."""
+
+
+def posteriors_of(scene: Scene) -> Posteriors:
+    """The posterior of a scene for each of our methods."""
+    first = {method: ways(method, scene)[0].coordinates for method in METHODS}
+    found = {each: prepare(scene, DEFAULT_RUNG, each) for each in {*first.values()}}
+    return {method: found[each] for method, each in first.items()}
+
+
+def refer(posteriors: Posteriors, effort: Effort, scene: str) -> tuple[Reference, Remark]:
     """The posterior from long runs of nuts and importance, and how they agree."""
-    long = long_runs(posterior, effort.nuts, effort.importance)
+    long = long_runs(posteriors, effort.nuts, effort.importance)
     runs = {name: x for name, (x, _) in long.items()}
     values = [statistics_of(x) for x in runs.values()]
     errors = [errors_of(x) for x in runs.values()]
@@ -78,13 +93,15 @@ def refer(posterior: Posterior, effort: Effort, scene: str) -> tuple[Reference, 
     return Reference(both, error, spread), ("reference", text)
 
 
-def long_runs(posterior: Posterior, nuts: int, importance: int) -> dict[str, tuple[Sites, str]]:
+def long_runs(posteriors: Posteriors, nuts: int, importance: int) -> dict[str, tuple[Sites, str]]:
     """Long runs of both methods that a reference is made of, and what is at fault with each."""
     drawn = {
-        "nuts": drawn_by(posterior, "nuts", CHAINS, nuts, 1000),
-        "importance": drawn_by(posterior, "importance", CHAINS, importance, 2000),
+        "nuts": drawn_by(posteriors["nuts"], "nuts", nuts, 1000),
+        "importance": drawn_by(posteriors["importance"], "importance", importance, 2000),
     }
-    return {name: (sites_of(posterior, each), fault_of(each)) for name, each in drawn.items()}
+    return {
+        name: (sites_of(posteriors[name], each), fault_of(each)) for name, each in drawn.items()
+    }
 
 
 def fault_of(drawn: Draws) -> str:
@@ -99,9 +116,9 @@ def pooled(values: Sequence[Array], errors: Sequence[Array]) -> tuple[Array, Arr
     return np.mean(values, axis=0), np.sqrt(np.sum(np.square(errors), axis=0)) / len(errors)
 
 
-def drawn_by(posterior: Posterior, method: str, chains: int, draws: int, seed: int) -> Draws:
-    """Draws by a method of ours."""
-    return METHODS[method].draw(Task(posterior, chains, draws, WARMUP, seed, lambda *_: None))
+def drawn_by(posterior: Posterior, method: str, draws: int, seed: int) -> Draws:
+    """Draws by a method of ours, so many a chain."""
+    return METHODS[method].draw(Task(posterior, CHAINS, draws, WARMUP, seed, lambda *_: None))
 
 
 def sites_of(posterior: Posterior, drawn: Draws) -> Sites:

@@ -6,12 +6,10 @@ from pathlib import Path
 
 from benchmarks.inference import agreement, cost
 from benchmarks.inference.chart import draw
-from benchmarks.inference.reference import Effort, refer
+from benchmarks.inference.reference import Effort, posteriors_of, refer
 from benchmarks.machine import machine
 from benchmarks.tables import Remark, shown
 from retrodict import load_scene
-from retrodict.inference.fitting.about_peak import prepare
-from retrodict.options import DEFAULT_RUNG
 
 
 def main(charts: Path, share: float = 1.0) -> None:
@@ -27,15 +25,15 @@ def main(charts: Path, share: float = 1.0) -> None:
     points: list[cost.Point] = []
     rows: list[agreement.Compared] = []
     for scene, file in cost.SCENES.items():
-        posterior = prepare(load_scene(file), DEFAULT_RUNG)
-        known, remark = refer(posterior, effort, scene)
+        posteriors = posteriors_of(load_scene(file))
+        known, remark = refer(posteriors, effort, scene)
         remarks.append(remark)
         print(*remark, flush=True)
         for found in (cost.ours, cost.theirs):
-            for point in found(posterior, known, effort, scene):
+            for point in found(posteriors, known, effort, scene):
                 points.append(point)
                 print(*point[:3], *map(shown, point[3:9]), point.note, flush=True)
-        rows += agreement.compare(posterior, known, scene)
+        rows += agreement.compare(posteriors, known, scene)
     rows += agreement.at_random(effort)
     verdicts = list(agreement.judged(rows))
     stopped = [p for p in points if p.listed and p.note]
