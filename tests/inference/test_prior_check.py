@@ -66,7 +66,7 @@ def test_draws_that_miss_or_double_a_part_are_refuted_by_their_evidence(seed: in
     (twice,) = refuted_evidence(known, exact + np.log(2), 0.02)
     assert "counted twice" in twice
     assert refuted_evidence(known, exact + np.log(0.6), 0.3) == ()
-    assert refuted_evidence(known, exact + np.log(0.6), np.nan) == ()  # of one chain
+    assert refuted_evidence(known, exact + np.log(0.6), np.nan) == ()
 
 
 @pytest.mark.parametrize(

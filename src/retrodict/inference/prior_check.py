@@ -148,21 +148,21 @@ def refuted(
 def refuted_evidence(
     reference: Reference, log_evidence: float, error: float, settings: PriorCheck = SETTINGS
 ) -> tuple[str, ...]:
-    """A sentence with both numbers if the reference refutes the evidence that draws gave; else nothing.
+    """The share of the posterior that draws stand for, in a sentence, if not all of it; else nothing.
 
     Means can agree by chance where a part of the posterior is missing; the evidence cannot.
 
     Args:
         reference: weighted crashes of the prior.
         log_evidence: log evidence by the draws.
-        error: its standard error.
+        error: its standard error; NaN if unknown.
         settings: settings of the reference.
     """
     if not reference.refutes(settings):
         return ()
     own, of_own = reference.log_evidence
     errors = abs(log_evidence - own) / np.hypot(error, of_own)
-    if not errors > settings.errors:  # one chain alone has no error
+    if not errors > settings.errors:  # not a number where an error is unknown
         return ()
     share = np.exp(log_evidence - own)
     return (
