@@ -155,7 +155,7 @@ def refuted_evidence(
     Args:
         reference: weighted crashes of the prior.
         log_evidence: log evidence by the draws.
-        error: its standard error; NaN if unknown.
+        error: standard error of the log evidence; NaN if unknown.
         settings: settings of the reference.
     """
     if not reference.refutes(settings):
