@@ -26,6 +26,7 @@ from retrodict.inference.modes import (
     SLIGHT,
     PosteriorModes,
     Solution,
+    evidence_of,
     mixed,
     shares,
     weighted_by_evidence,
@@ -329,25 +330,25 @@ class Sampling:
 
     def _refuted_evidence(self, drawn: list[Draws]) -> tuple[str, ...]:
         """Faults of the evidence of all solutions together, where the method gives it."""
-        own = [each.attributes for each in drawn]
-        if len(own) < len(self.found) or not all("log_evidence" in each for each in own):
+        if not (evidence := self._evidence(drawn)):
             return ()
-        every = np.array([each["log_evidence"] for each in own])
-        errors = np.array([each["log_evidence_sd"] for each in own])
+        every = np.array([each.value for each in evidence])
+        errors = np.array([each.error for each in evidence])
         error = float(np.sqrt(shares(every) ** 2 @ errors**2))
         return refuted_evidence(self.reference, float(logsumexp(every)), error)
 
     def _weighted(self, drawn: list[Draws]) -> tuple[list[Solution], list[Draws]]:
         """The solutions, weighted by the evidence that their draws give, and the draws of each."""
-        sampled = len(drawn) == len(self.found) > 1
-        if not (sampled and all("log_evidence" in each.attributes for each in drawn)):
+        evidence = self._evidence(drawn)
+        if len(evidence) < 2:
             return self.found, drawn
-        evidence = [
-            Evidence(each.attributes["log_evidence"], each.attributes["log_evidence_sd"], ())
-            for each in drawn
-        ]
         found, places, _ = weighted_by_evidence(self.found, evidence)
         return found, [drawn[i] for i in places]
+
+    def _evidence(self, drawn: list[Draws]) -> list[Evidence]:
+        """Log evidence of each solution, where all were drawn by a method that gives it; else empty."""
+        known = [each for each in drawn if "log_evidence" in each.attributes]
+        return [evidence_of(each) for each in known] if len(known) == len(self.found) else []
 
 
 class _Judged(NamedTuple):

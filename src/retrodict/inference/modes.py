@@ -149,6 +149,12 @@ def _settled(posterior: Posterior, seed: int) -> Evidence:
     return found
 
 
+def evidence_of(drawn: Draws) -> Evidence:
+    """The log evidence that draws of a solution gave."""
+    attributes = drawn.attributes
+    return Evidence(attributes["log_evidence"], attributes["log_evidence_sd"], drawn.faults)
+
+
 def mixed(trees: list[xr.DataTree], modes: list[Mode], seed: int) -> xr.DataTree:
     """Draws of several solutions in one, each as often as its weight asks.
 
@@ -237,10 +243,7 @@ class PosteriorModes:
         }
         if len(weighed) < len(self.found):
             return []
-        return [
-            Evidence(own.attributes["log_evidence"], own.attributes["log_evidence_sd"], own.faults)
-            for _, own in sorted(weighed.items())
-        ]
+        return [evidence_of(own) for _, own in sorted(weighed.items())]
 
     @property
     def shared(self) -> bool:

@@ -307,19 +307,17 @@ class Nested:
         if not self._pinned:
             return np.zeros((len(x), 0)), np.zeros((len(x), 0, 0))
         mode, slopes = self._sheet.at(x)
-        slopes = self._of_no_edge(slopes)
         far = np.arange(len(x))
         before = moved = np.zeros(0)
         for done in range(_CORRECTED + _OWN):
             at = mode[far]
             if done >= _CORRECTED:
-                residuals, own = self._linearised(at, x[far])
-                slopes[far] = self._of_no_edge(own)
+                residuals, slopes[far] = self._linearised(at, x[far])
             else:
                 residuals = self._crashes.residuals(self._deviates(at, x[far]))
                 if done:
-                    corrected = _corrected(slopes[far], moved, residuals - before)
-                    slopes[far] = self._of_no_edge(corrected)
+                    slopes[far] = _corrected(slopes[far], moved, residuals - before)
+            slopes[far] = self._of_no_edge(slopes[far])
             mode[far], step = self._stepped(at, x[far], residuals, slopes[far])
             on = np.linalg.norm(step, axis=1) > _ARRIVED
             if not on.any():
