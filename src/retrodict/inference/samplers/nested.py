@@ -8,7 +8,7 @@ Then 35 to 60 % of the draws are effective (measured on simulated crashes of unk
 
 The steps begin at modes, and go by slopes, that are fitted once to a few hundred draws solved for by
 slopes of their own. Each step corrects the slopes by how residuals changed along it (Broyden 1965);
-what three such steps do not bring to its mode goes on by slopes of its own. The draws of the fit also
+what a few such steps do not bring to its mode goes on by slopes of its own. The draws of the fit also
 show, by Laplace's approximation, where the free directions are.
 
 A fifth of each free direction is drawn from its prior: without, the tails of priors with bounds were
@@ -39,15 +39,17 @@ _TAILS = Tails(0.3, 8.0)
 # Free directions: sd over that at the peak where evidence outweighs the prior; share of the prior.
 _WIDE, _PRIOR = 1.15, 0.2
 # Steps at most: by fitted slopes, corrected by the change that each step brings; then by slopes of their
-# own, which take a crash for each pinned direction; length of the last step.
-_CORRECTED, _OWN, _ARRIVED = 3, 3, 0.15
+# own, which take a crash for each pinned direction; length of the last step. (Where 2 % of the draws did
+# not arrive, the far end of e_m was missed: its upper 97.5 % limit was 0.2 sd too low.)
+_CORRECTED, _OWN, _ARRIVED = 3, 6, 0.15
 # Draws that modes and slopes are fitted to: at least, and for each coefficient; steps by the slopes at
 # the peak before those by slopes of their own.
 _LEAST, _EACH, _FIRST_CHORDS = 256, 2, 3
 # Change of slopes over the slopes at the peak beyond which they are those of an edge. (One of 453 among
 # some hundred of about 1 made fitted slopes so steep that two fifths of a posterior were missed.)
 _OUTLYING = 10.0
-_STRIDE = 4.0  # longest step
+_STRIDE = 30.0  # longest step: the fit may be so far off where the sheet bends most
+_NEAR = 4.0  # length of the next step from which on a draw tells the fit nothing of its mode
 _STEP = 1e-3  # step of a deviate in difference quotients
 
 Points = Float[np.ndarray, "points n"]
@@ -282,7 +284,7 @@ class Nested:
         potential = (np.square(u).sum(axis=1) + np.square(residuals).sum(axis=1)) / 2
         mode, step = self._stepped(mode, x, residuals, slopes)
         length = np.linalg.norm(step, axis=1)
-        found = (length > 0) & (length < _STRIDE) & ~self._at_edge(slopes)  # no step: no crash
+        found = (length > 0) & (length < _NEAR) & ~self._at_edge(slopes)  # no step: no crash
         of_x = terms(x)
         weight = found * float(found.sum() >= of_x.shape[1])
         wanted = np.concatenate([mode, (slopes - at_peak).reshape(count, -1)], axis=1)
