@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from retrodict.inference.fitting.about_peak import crashes_of
 from retrodict.inference.reconstruct import reconstruct
 from retrodict.inference.samplers import importance
 from retrodict.inference.warm import Warm
@@ -114,12 +113,9 @@ def test_a_rest_pose_sharper_than_run_outs_resolve_is_refused(warm: Warm) -> Non
 
 
 def test_the_end_of_a_long_tail_is_where_weighted_prior_draws_have_it() -> None:
-    """A car against a barrier: 97.5 % below 23.4 m/s (benchmarks.tails); about the mode, 20.8."""
+    """A car against a barrier: 97.5 % below 23.36 m/s by ten million of them; about the mode, 20.8."""
     scene = load_scene("benchmarks/staged/cases/iihs-cf11002/scene.toml")
     found = Warm(scene, "planar-moment+spin").estimate(scene)
     assert found.checks.passed, found.checks.reasons
-    crashes = crashes_of(scene, "planar-moment+spin")
-    height, known = crashes.at(np.random.default_rng(3).standard_normal((400_000, crashes.size)))
-    limit, weights = 0.975, np.exp(height - height.max())
-    reference = np.quantile(known["speed_a"], limit, weights=weights, method="inverted_cdf")
-    assert np.quantile(found.draws["speed_a"], limit) == pytest.approx(reference, abs=1.0)
+    reference = 23.36  # benchmarks.tails, docs/how-wrong.md; so many draws as a test has time for are 0.3 off
+    assert np.quantile(found.draws["speed_a"], 0.975) == pytest.approx(reference, abs=1.0)
