@@ -117,5 +117,5 @@ def test_the_end_of_a_long_tail_is_where_weighted_prior_draws_have_it() -> None:
     scene = load_scene("benchmarks/staged/cases/iihs-cf11002/scene.toml")
     found = Warm(scene, "planar-moment+spin").estimate(scene)
     assert found.checks.passed, found.checks.reasons
-    reference = 23.36  # benchmarks.tails, docs/how-wrong.md; so many draws as a test has time for are 0.3 off
+    reference = 23.36  # benchmarks.tails; what draws a test has time for are 0.3 off
     assert np.quantile(found.draws["speed_a"], 0.975) == pytest.approx(reference, abs=1.0)
