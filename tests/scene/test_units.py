@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from retrodict.scene import units
 from retrodict.scene.units import QuantityError, read_quantity
@@ -176,6 +178,38 @@ def test_directions_may_be_compass_bearings_where_y_is_north(text, angle, sd):
     assert reading.sd == (None if sd is None else pytest.approx(math.radians(sd)))
 
 
+WORDS = [
+    "45",
+    "-2.5",
+    "1e400",
+    "±",
+    "5 %",
+    "mph",
+    "deg",
+    "to",
+    "at most",
+    "about",
+    "N",
+    "bearing",
+    "north",
+]
+WORDS += ["\x1b[2J", "\n", "\u2028", "\x9b", "°", "²", "{0}", "__class__"]
+DIMENSIONS = [units.SPEED, units.ANGLE, units.DIRECTION, units.NUMBER, units.SHARE]
+
+
+@settings(max_examples=2000, deadline=None)
+@given(
+    st.lists(st.sampled_from(WORDS) | st.text(max_size=4), max_size=8).map(" ".join),
+    st.sampled_from(DIMENSIONS),
+)
+def test_any_text_is_a_quantity_or_refused_in_one_line(text, dimension):
+    try:
+        said = read_quantity(text, dimension, "45 ± 2 mph").source
+    except QuantityError as error:
+        said = error.fix
+    assert said.isprintable()
+
+
 REFUSED = [
     ("45", units.SPEED, 'write "45 m/s"'),
     ("45 ± 2", units.SPEED, 'write "45 ± 2 m/s"'),
@@ -197,6 +231,7 @@ REFUSED = [
     ("> 40 mph", units.SPEED, "a range with its upper end"),
     ("about 40 mph", units.SPEED, 'one standard deviation: "40 mph ± …"'),
     ("some 40 mph", units.SPEED, "not a quantity"),
+    ("at least 40 \x1b[2J", units.SPEED, "not a quantity"),
     ("0.7 g", units.NUMBER, "without a unit"),
     ("1,35 m", units.LENGTH, "decimal point"),
     ("1,857 kg", units.MASS, "decimal point"),

@@ -257,14 +257,16 @@ def _parsed(raw: str) -> tuple[str, re.Match[str] | None]:
 
 
 def _read_text(raw: str, dimension: Dimension, example: str) -> Reading:
-    if dimension is DIRECTION and (angle := _from_bearing(" ".join(raw[:_TEXT_LENGTH].split()))):
+    bearing = " ".join(raw[:_TEXT_LENGTH].split())
+    if dimension is DIRECTION and (angle := _from_bearing(bearing)):
         reading = _read_text(angle, ANGLE, example)
-        return Reading(reading.value, reading.sd, f"{raw.strip()}, where +y is north")
+        return Reading(reading.value, reading.sd, f"{bearing}, where +y is north")
     text, match = _parsed(raw)
     if ends := _RANGE.fullmatch(text) or _HYPHEN.fullmatch(text):
         return _read_range(ends, dimension)
     if match is None:
-        _refuse_words(text, dimension)
+        if text.isprintable():  # what follows a bound's words is quoted
+            _refuse_words(text, dimension)
         comma = " with a decimal point, no comma" if re.search(r"[0-9],[0-9]", text) else ""
         raise QuantityError(f'not a quantity; write it{comma} like "{example}"')
     value, unit, sd, percent, sd_unit = match.groups()
