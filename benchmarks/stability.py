@@ -117,7 +117,7 @@ def reconstructions(charts: Path, share: float) -> None:
     file = charts / "atlas-reconstructions.csv"
     found = drawn.study(file, max(2, int(CRASHES * share)))
     with file.open("a", encoding="utf-8") as out:
-        for of, text in drawn.remarks(found):
+        for of, text in (*drawn.remarks(found), *drawn.repeated(drawn.apart(found))):
             print(of, text, sep=": ", flush=True)
             out.write(f"# {of}: {text}\n")
 

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 
 from retrodict.inference import Unanswerable
 from retrodict.inference.fitting.about_peak import prepare
+from retrodict.inference.plan import ways
 from retrodict.options import DEFAULT_RUNG
 from retrodict.scene.records import Scene
 from tests.shared.known_truth import made
@@ -26,6 +27,8 @@ LONG = 5000  # draws a chain of the longer importance run
 WRONG = 0.25  # posterior sd: by which a mean may be off, and a sd, relative
 STATES = ("fine", "flagged", "wrong", "unknown")
 COLOURS = ("#009E73", "#F0E442", "#D55E00", "#DDDDDD")
+
+_TRACEBACK = "traceback: "
 
 Array = np.ndarray
 
@@ -94,37 +97,31 @@ MAPS = (
 
 
 def judge(scene: Scene) -> Iterator[tuple[str, str, float, str]]:
-    """Each method on a scene: its name, state, error, and what it was flagged for.
+    """Each method on a scene, in its coordinates: its name, state, error, and what it was flagged for.
 
     The reference of nuts is a longer importance run, that of the others nuts; where a reference is
     itself flagged, the other takes its place.
     """
-    try:
-        posterior = prepare(scene, DEFAULT_RUNG)
-    except Unanswerable as refusal:
-        yield from ((method, "flagged", np.nan, str(refusal)) for method in SHOWN)
-        return
-    except (ValueError, IndexError) as error:  # LinAlgError is one
-        yield from ((method, "wrong", np.inf, f"traceback: {error}") for method in SHOWN)
-        return
     x, held = {}, {}
     for name in (*SHOWN, "long"):
+        long = name == "long"
+        method = "importance" if long else name
         try:
-            long = name == "long"
-            drawn = draw(
-                posterior, "importance" if long else name, LONG if long else None, int(long)
-            )
+            posterior = prepare(scene, DEFAULT_RUNG, ways(method, scene)[0].coordinates)
+            drawn = draw(posterior, method, LONG if long else None, int(long))
             x[name] = sites(posterior, drawn)
             held[name] = faults(posterior, drawn, x[name])
-        except (ValueError, IndexError) as error:
-            held[name] = [f"traceback: {error}"]
+        except Unanswerable as refusal:
+            held[name] = [str(refusal)]
+        except (ValueError, IndexError) as error:  # LinAlgError is one
+            held[name] = [f"{_TRACEBACK}{error}"]
     for method in SHOWN:
         # importance is not judged by itself, however long
         others = ("nuts",) if method == "importance" else ("nuts", "long")
         sure = [r for r in others if r != method and not held[r]]
         error = off(x[method], x[sure[0]]) if sure and method in x else np.nan
         if held[method]:
-            state = "flagged" if method in x else "wrong"
+            state = "wrong" if held[method][0].startswith(_TRACEBACK) else "flagged"
         elif not sure:
             state = "unknown"
         else:

@@ -21,6 +21,7 @@ from scipy.stats import binomtest
 from benchmarks.atlas.maps import ASKED, WRONG
 from retrodict.inference import Unanswerable
 from retrodict.inference.reconstruct import reconstruct
+from retrodict.inference.samplers import METHODS
 from retrodict.options import RunOptions
 from retrodict.studies.engine import engine
 from tests.shared import random_scenes
@@ -31,6 +32,7 @@ PROCESSES = 2
 LEVEL = 0.999  # of the interval that is to hold the truth of B's speed
 CHANCE = 0.01  # below which more misses are not put down to chance
 ERRORS = 4  # Monte Carlo errors by which two methods may differ
+MORE = 10  # times as many draws as by default, for crashes in which they do
 NUMBERS = tuple(f"{n} {what}" for n in ASKED for what in ("mean", "sd", "mean error", "sd error"))
 COLUMNS = ("seed", "method", "by", "state", "why", "seconds", "truth", "low", "high", *NUMBERS)
 
@@ -54,10 +56,10 @@ def reconstructed(seed: int) -> list[Row]:
     return rows
 
 
-def _reconstruction(scene: Any, method: str, seed: int) -> Row:
+def _reconstruction(scene: Any, method: str, seed: int, draws: int | None = None) -> Row:
     import arviz_stats
 
-    found = reconstruct(scene, RunOptions(method=method, seed=seed))
+    found = reconstruct(scene, RunOptions(method=method, seed=seed, draws=draws))
     draws = found.idata["posterior"].to_dataset()[list(ASKED)]
     numbers = {
         "mean": draws.mean(),
@@ -132,18 +134,17 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
             + f"; seconds a crash: median {mine['seconds'].median():.1f}, at most "
             f"{mine['seconds'].max():.0f}",
         )
-    nuts, other = (by_method[m][by_method[m]["state"] == "passed"] for m in EXACT)
-    nuts, other = nuts[nuts["by"] == EXACT[0]], other[other["by"] == EXACT[1]]
+    nuts, other = _passed(table)
     both = nuts.index.intersection(other.index)
     gaps = _gaps(nuts.loc[both], other.loc[both])
-    apart = gaps[gaps.max(axis=1) > ERRORS]
+    far = apart(table)
     off = _off(other.loc[both], nuts.loc[both])
     yield (
         "reconstructions",
         f"nuts and importance, both passed by themselves in {len(both)} crashes: mean or sd of "
-        f"{', '.join(ASKED)} over {ERRORS} Monte Carlo errors apart in {len(apart)} (chance: "
+        f"{', '.join(ASKED)} over {ERRORS} Monte Carlo errors apart in {len(far)} (chance: "
         f"{2 * len(ASKED) * len(both) * math.erfc(ERRORS / math.sqrt(2)):.2g})"
-        + (f": seeds {', '.join(map(str, apart.index))}" if len(apart) else "")
+        + (f": seeds {', '.join(map(str, far))}" if far else "")
         + f"; the most {gaps.to_numpy().max(initial=0):.1f}. Over {WRONG} of the posterior's sd, which "
         f"would be wrong, apart in {(off > WRONG).sum()}; the most {off.max():.2f}",
     )
@@ -159,6 +160,37 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
             by = ", ".join(f"seed {seed} by {off:.3f} sd" for seed, off in wrong.items())
             yield "reconstructions", f"{method}, wrong and passed: {by}"
         yield "approximations", f"| {method} | {' | '.join(str(c.sum()) for c in counts)} |"
+
+
+def apart(table: pd.DataFrame) -> list[int]:
+    """Seeds of the crashes in which two methods that passed differ by more than chance allows."""
+    nuts, other = _passed(table)
+    both = nuts.index.intersection(other.index)
+    gaps = _gaps(nuts.loc[both], other.loc[both])
+    return list(gaps.index[gaps.max(axis=1) > ERRORS])
+
+
+def repeated(seeds: list[int]) -> Iterator[tuple[str, str]]:
+    """Crashes by more draws of both methods, a line each: do they still differ?"""
+    for seed in seeds:
+        scene, _ = random_scenes.scene(np.random.default_rng(seed), KINDS[seed % len(KINDS)])
+        nuts, other = (
+            pd.DataFrame([_reconstruction(scene, m, seed, MORE * METHODS[m].draws)]) for m in EXACT
+        )
+        gap = _gaps(nuts, other).loc[0]
+        name = gap.idxmax()
+        yield (
+            "reconstructions",
+            f"seed {seed} by {MORE} times as many draws ({', '.join((*nuts['by'], *other['by']))}): "
+            f"at most {gap[name]:.1f} errors apart, in the {name.split()[1]} of {name.split()[0]}, "
+            f"{nuts[name][0]:.4g} and {other[name][0]:.4g}",
+        )
+
+
+def _passed(table: pd.DataFrame) -> list[pd.DataFrame]:
+    """Rows of nuts and of importance where they passed by themselves, by seed."""
+    by_itself = table[(table["state"] == "passed") & (table["by"] == table["method"])]
+    return [by_itself[by_itself["method"] == method].set_index("seed") for method in EXACT]
 
 
 def _gaps(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:

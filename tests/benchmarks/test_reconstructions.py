@@ -7,7 +7,15 @@ from typing import Any
 
 import pandas as pd
 
-from benchmarks.atlas.reconstructions import APPROXIMATE, COLUMNS, EXACT, NUMBERS, remarks, study
+from benchmarks.atlas.reconstructions import (
+    APPROXIMATE,
+    COLUMNS,
+    EXACT,
+    NUMBERS,
+    apart,
+    remarks,
+    study,
+)
 
 
 def table(**changed: Any) -> pd.DataFrame:
@@ -38,6 +46,7 @@ def test_a_truth_missed_a_disagreement_and_a_wrong_approximation_are_reported() 
     assert "those passed 1 have" in summary_of(truth=10.1)
     assert "errors apart in 1 " in summary_of(**{"e mean": 1.06})
     assert "seeds 1" in summary_of(**{"e mean": 1.06})
+    assert apart(table(**{"e mean": 1.06})) == [1]
     assert "errors apart in 0 " in summary_of(**{"e mean": 1.05})  # 3.5 of both errors together
     assert "would be wrong, apart in 0; the most 0.05" in summary_of(**{"e mean": 1.05})
     assert "would be wrong, apart in 1; the most 0.30" in summary_of(**{"e mean": 1.30})
