@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,8 +28,6 @@ LONG = 5000  # draws a chain of the longer importance run
 WRONG = 0.25  # posterior sd: by which a mean may be off, and a sd, relative
 STATES = ("fine", "flagged", "wrong", "unknown")
 COLOURS = ("#009E73", "#F0E442", "#D55E00", "#DDDDDD")
-
-_TRACEBACK = "traceback: "
 
 Array = np.ndarray
 
@@ -102,26 +101,28 @@ def judge(scene: Scene) -> Iterator[tuple[str, str, float, str]]:
     The reference of nuts is a longer importance run, that of the others nuts; where a reference is
     itself flagged, the other takes its place.
     """
-    x, held = {}, {}
+    prepared = cache(partial(prepare, scene, DEFAULT_RUNG))  # methods share coordinates
+    x, held, raised = {}, {}, set()
     for name in (*SHOWN, "long"):
         long = name == "long"
         method = "importance" if long else name
         try:
-            posterior = prepare(scene, DEFAULT_RUNG, ways(method, scene)[0].coordinates)
+            posterior = prepared(ways(method, scene)[0].coordinates)
             drawn = draw(posterior, method, LONG if long else None, int(long))
             x[name] = sites(posterior, drawn)
             held[name] = faults(posterior, drawn, x[name])
         except Unanswerable as refusal:
             held[name] = [str(refusal)]
         except (ValueError, IndexError) as error:  # LinAlgError is one
-            held[name] = [f"{_TRACEBACK}{error}"]
+            raised.add(name)
+            held[name] = [f"traceback: {error}"]
     for method in SHOWN:
         # importance is not judged by itself, however long
         others = ("nuts",) if method == "importance" else ("nuts", "long")
         sure = [r for r in others if r != method and not held[r]]
         error = off(x[method], x[sure[0]]) if sure and method in x else np.nan
         if held[method]:
-            state = "wrong" if held[method][0].startswith(_TRACEBACK) else "flagged"
+            state = "wrong" if method in raised else "flagged"
         elif not sure:
             state = "unknown"
         else:

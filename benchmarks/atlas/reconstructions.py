@@ -41,7 +41,7 @@ Row = dict[str, Any]
 
 def reconstructed(seed: int) -> list[Row]:
     """A crash by each method, as a user gets it: what the checks say, and the numbers."""
-    scene, truth = random_scenes.scene(np.random.default_rng(seed), KINDS[seed % len(KINDS)])
+    scene, truth = _crash(seed)
     rows = []
     for method in (*EXACT, *APPROXIMATE):
         begin = time.perf_counter()
@@ -56,18 +56,23 @@ def reconstructed(seed: int) -> list[Row]:
     return rows
 
 
+def _crash(seed: int) -> tuple[Any, dict[str, float]]:
+    """The scene of a crash at random, and its truth."""
+    return random_scenes.scene(np.random.default_rng(seed), KINDS[seed % len(KINDS)])
+
+
 def _reconstruction(scene: Any, method: str, seed: int, draws: int | None = None) -> Row:
     import arviz_stats
 
     found = reconstruct(scene, RunOptions(method=method, seed=seed, draws=draws))
-    draws = found.idata["posterior"].to_dataset()[list(ASKED)]
+    drawn = found.idata["posterior"].to_dataset()[list(ASKED)]
     numbers = {
-        "mean": draws.mean(),
-        "sd": draws.std(),
-        "mean error": arviz_stats.mcse(draws, method="mean"),
-        "sd error": arviz_stats.mcse(draws, method="sd"),
+        "mean": drawn.mean(),
+        "sd": drawn.std(),
+        "mean error": arviz_stats.mcse(drawn, method="mean"),
+        "sd error": arviz_stats.mcse(drawn, method="sd"),
     }
-    low, high = np.quantile(draws["speed_b"], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    low, high = np.quantile(drawn["speed_b"], [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return {
         "by": found.settings["method"],
         "state": "passed" if found.checks.passed else "withheld",
@@ -135,15 +140,14 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
             f"{mine['seconds'].max():.0f}",
         )
     nuts, other = _passed(table)
-    both = nuts.index.intersection(other.index)
-    gaps = _gaps(nuts.loc[both], other.loc[both])
+    gaps = _gaps(nuts, other)
     far = apart(table)
-    off = _off(other.loc[both], nuts.loc[both])
+    off = _off(other.loc[gaps.index], nuts.loc[gaps.index])
     yield (
         "reconstructions",
-        f"nuts and importance, both passed by themselves in {len(both)} crashes: mean or sd of "
+        f"nuts and importance, both passed by themselves in {len(gaps)} crashes: mean or sd of "
         f"{', '.join(ASKED)} over {ERRORS} Monte Carlo errors apart in {len(far)} (chance: "
-        f"{2 * len(ASKED) * len(both) * math.erfc(ERRORS / math.sqrt(2)):.2g})"
+        f"{2 * len(ASKED) * len(gaps) * math.erfc(ERRORS / math.sqrt(2)):.2g})"
         + (f": seeds {', '.join(map(str, far))}" if far else "")
         + f"; the most {gaps.to_numpy().max(initial=0):.1f}. Over {WRONG} of the posterior's sd, which "
         f"would be wrong, apart in {(off > WRONG).sum()}; the most {off.max():.2f}",
@@ -164,16 +168,14 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
 
 def apart(table: pd.DataFrame) -> list[int]:
     """Seeds of the crashes in which two methods that passed differ by more than chance allows."""
-    nuts, other = _passed(table)
-    both = nuts.index.intersection(other.index)
-    gaps = _gaps(nuts.loc[both], other.loc[both])
+    gaps = _gaps(*_passed(table))
     return list(gaps.index[gaps.max(axis=1) > ERRORS])
 
 
 def repeated(seeds: list[int]) -> Iterator[tuple[str, str]]:
     """Crashes by more draws of both methods, a line each: do they still differ?"""
     for seed in seeds:
-        scene, _ = random_scenes.scene(np.random.default_rng(seed), KINDS[seed % len(KINDS)])
+        scene, _ = _crash(seed)
         nuts, other = (
             pd.DataFrame([_reconstruction(scene, m, seed, MORE * METHODS[m].draws)]) for m in EXACT
         )
@@ -194,7 +196,9 @@ def _passed(table: pd.DataFrame) -> list[pd.DataFrame]:
 
 
 def _gaps(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
-    """By how many Monte Carlo errors means and sds differ."""
+    """By how many Monte Carlo errors means and sds differ, of the crashes in both tables."""
+    both = one.index.intersection(other.index)
+    one, other = one.loc[both], other.loc[both]
     return pd.DataFrame(
         {
             f"{n} {what}": (one[f"{n} {what}"] - other[f"{n} {what}"]).abs()

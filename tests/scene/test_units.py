@@ -178,22 +178,8 @@ def test_directions_may_be_compass_bearings_where_y_is_north(text, angle, sd):
     assert reading.sd == (None if sd is None else pytest.approx(math.radians(sd)))
 
 
-WORDS = [
-    "45",
-    "-2.5",
-    "1e400",
-    "±",
-    "5 %",
-    "mph",
-    "deg",
-    "to",
-    "at most",
-    "about",
-    "N",
-    "bearing",
-    "north",
-]
-WORDS += ["\x1b[2J", "\n", "\u2028", "\x9b", "°", "²", "{0}", "__class__"]
+WORDS = ["45", "-2.5", "1e400", "±", "5 %", "mph", "deg", "to", "at most", "about", "N"]
+WORDS += ["bearing", "north", "\x1b[2J", "\n", "\u2028", "\x9b", "°", "²", "{0}", "__class__"]
 DIMENSIONS = [units.SPEED, units.ANGLE, units.DIRECTION, units.NUMBER, units.SHARE]
 
 
