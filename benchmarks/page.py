@@ -121,7 +121,7 @@ def _edge(row: dict[str, str]) -> list[str]:
 def of_atlas(charts: Path) -> Parts:
     """What stands between the markers of docs/atlas.md."""
     of_edges = [charts / f"atlas-{part}.csv" for part in ("mechanics", "inference")]
-    at_random = [charts / f"atlas-{part}.csv" for part in ("random", "reconstructions")]
+    at_random = [charts / f"atlas-{part}.csv" for part in ("random", "reconstructions", "unseen")]
     _, parts = _read(*at_random, *of_edges, charts / "atlas-map.csv")
     approximations = [line.removeprefix("- ") for line in parts["approximations"]]
     parts["approximations"] = table(APPROXIMATIONS, []) + approximations

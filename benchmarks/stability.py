@@ -3,9 +3,9 @@
 python3 -m uv run --group bench python -m benchmarks.stability [part ...] [--trial SHARE FOLDER]
 
 Each part writes its table into docs/charts, and then the numbers of docs/atlas.md: `random` (impacts,
-run-outs and scene files), `reconstructions` (crashes at random, which goes on where it stopped),
-`mechanics` and `inference` (edges), `map` (and atlas.png). None named: all of them. A trial takes a
-share of the counts (0.05, say) and writes into the folder only.
+run-outs and scene files), `reconstructions` (crashes at random), `unseen` (more of them, which nothing
+was tuned on; both go on where they stopped), `mechanics` and `inference` (edges), `map` (and atlas.png).
+None named: all of them. A trial takes a share of the counts (0.05, say) and writes into the folder only.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from benchmarks.tables import Remark
 
 CHARTS = Path(__file__).resolve().parents[1] / "docs" / "charts"
 IMPACTS, LOCKED, ROLLING, FILES, CRASHES = 10_000, 10_000, 10_000, 10_000, 50
+UNSEEN, UNSEEN_FROM = 100, 1000  # crashes; seed of the first
 FIXED_STEPS, COARSE = (12, 48, 192), 0.01  # COARSE: m
 AGAINST_SCIPY = 20  # run-outs of each kind
 
@@ -112,12 +113,27 @@ def at_random(charts: Path, share: float) -> None:
 
 def reconstructions(charts: Path, share: float) -> None:
     """Write `atlas-reconstructions.csv`: what crashes at random came to by every method."""
+    from benchmarks.atlas.reconstructions import ALL
+
+    _crashes("reconstructions", charts, range(max(2, int(CRASHES * share))), ALL)
+
+
+def unseen(charts: Path, share: float) -> None:
+    """Write `atlas-unseen.csv`: what other crashes at random came to by the exact methods."""
+    from benchmarks.atlas.reconstructions import EXACT
+
+    count = max(2, int(UNSEEN * share))
+    _crashes("unseen", charts, range(UNSEEN_FROM, UNSEEN_FROM + count), EXACT)
+
+
+def _crashes(part: str, charts: Path, seeds: range, methods: tuple[str, ...]) -> None:
+    """Write a part's table of crashes at random by some methods, and its remarks below."""
     from benchmarks.atlas import reconstructions as drawn
 
-    file = charts / "atlas-reconstructions.csv"
-    found = drawn.study(file, max(2, int(CRASHES * share)))
+    file = charts / f"atlas-{part}.csv"
+    found = drawn.study(file, seeds, methods)
     with file.open("a", encoding="utf-8") as out:
-        for of, text in (*drawn.remarks(found), *drawn.repeated(drawn.apart(found))):
+        for of, text in (*drawn.remarks(found, part), *drawn.repeated(drawn.apart(found), part)):
             print(of, text, sep=": ", flush=True)
             out.write(f"# {of}: {text}\n")
 
@@ -177,6 +193,7 @@ def _write(
 PARTS = {
     "random": at_random,
     "reconstructions": reconstructions,
+    "unseen": unseen,
     "mechanics": mechanics,
     "inference": inference,
     "map": maps,

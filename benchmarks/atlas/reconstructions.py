@@ -10,7 +10,8 @@ from __future__ import annotations
 import csv
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from retrodict.studies.engine import engine
 from tests.shared import random_scenes
 
 EXACT, APPROXIMATE = ("nuts", "importance"), ("laplace", "monte-carlo", "linear")
+ALL = (*EXACT, *APPROXIMATE)
 KINDS = ("ordinary", "ordinary", "slow", "lorry", "grazing")  # of crashes, in turn
 PROCESSES = 2
 LEVEL = 0.999  # of the interval that is to hold the truth of B's speed
@@ -39,11 +41,11 @@ COLUMNS = ("seed", "method", "by", "state", "why", "seconds", "truth", "low", "h
 Row = dict[str, Any]
 
 
-def reconstructed(seed: int) -> list[Row]:
+def reconstructed(methods: Iterable[str], seed: int) -> list[Row]:
     """A crash by each method, as a user gets it: what the checks say, and the numbers."""
     scene, truth = _crash(seed)
     rows = []
-    for method in (*EXACT, *APPROXIMATE):
+    for method in methods:
         begin = time.perf_counter()
         row: Row = {"seed": seed, "method": method, "by": method, "truth": truth["speed_b"]}
         try:
@@ -83,12 +85,13 @@ def _reconstruction(scene: Any, method: str, seed: int, draws: int | None = None
     }
 
 
-def study(file: Path, count: int) -> pd.DataFrame:
-    """Reconstruct so many crashes, but for those that stand in the table.
+def study(file: Path, seeds: Iterable[int], methods: tuple[str, ...] = ALL) -> pd.DataFrame:
+    """Reconstruct crashes, but for those that stand in the table.
 
     Args:
         file: of the table; made where it is not there.
-        count: of crashes.
+        seeds: of the crashes.
+        methods: by which each is reconstructed.
 
     Returns:
         The table, a row a crash and method.
@@ -98,14 +101,14 @@ def study(file: Path, count: int) -> pd.DataFrame:
         lines = file.read_text("utf-8").splitlines()
         rows = list(csv.DictReader(line for line in lines if not line.startswith("# ")))
     per_method = pd.Series([int(row["seed"]) for row in rows], dtype=int).value_counts()
-    done = set(per_method[per_method == len(EXACT + APPROXIMATE)].index)
+    done = set(per_method[per_method == len(methods)].index)
     with file.open("w", newline="", encoding="utf-8") as out:
         table = csv.DictWriter(out, COLUMNS, lineterminator="\n")
         table.writeheader()
         table.writerows(row for row in rows if int(row["seed"]) in done)
-        todo = [seed for seed in range(count) if seed not in done]
+        todo = [seed for seed in seeds if seed not in done]
         with engine(PROCESSES) as running:
-            for found in running.results(reconstructed, todo):
+            for found in running.results(partial(reconstructed, methods), todo):
                 for row in found:
                     short = {k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()}
                     table.writerow(short)
@@ -114,8 +117,13 @@ def study(file: Path, count: int) -> pd.DataFrame:
     return pd.read_csv(file)
 
 
-def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
-    """What the table comes to, a line a finding: which part of the page it is for, and the text."""
+def remarks(table: pd.DataFrame, of: str = "reconstructions") -> Iterator[tuple[str, str]]:
+    """What the table comes to, a line a finding: which part of the page it is for, and the text.
+
+    Args:
+        table: as of `study`.
+        of: part of the page that the crashes are for.
+    """
     by_method = {method: rows.set_index("seed") for method, rows in table.groupby("method")}
     for method in EXACT:
         mine = by_method[method]
@@ -126,12 +134,13 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
         missed = len(off)
         excess = binomtest(missed, len(passed), 1 - LEVEL, "greater").pvalue if len(passed) else 1
         yield (
-            "reconstructions",
+            of,
             f"{method}, {len(mine)} crashes: "
             + ", ".join(
                 f"{states.get(s, 0)} {s}" for s in ("passed", "withheld", "refused", "raised")
             )
-            + f"; {(passed['by'] == method).sum()} passed by itself, the others by another method"
+            + f"; {(passed['by'] == method).sum()} passed by itself ({_by_kind(mine, method)}), the "
+            "others by another method"
             f"; of those passed {missed} have the true speed of B outside the {LEVEL:.1%} interval, "
             f"{'more than' if excess < CHANCE else 'which'} chance allows (p = {excess:.2g})"
             + (": " if missed else "")
@@ -144,7 +153,7 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
     far = apart(table)
     off = _off(other.loc[gaps.index], nuts.loc[gaps.index])
     yield (
-        "reconstructions",
+        of,
         f"nuts and importance, both passed by themselves in {len(gaps)} crashes: mean or sd of "
         f"{', '.join(ASKED)} over {ERRORS} Monte Carlo errors apart in {len(far)} (chance: "
         f"{2 * len(ASKED) * len(gaps) * math.erfc(ERRORS / math.sqrt(2)):.2g})"
@@ -153,7 +162,7 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
         f"would be wrong, apart in {(off > WRONG).sum()}; the most {off.max():.2f}",
     )
     known = pd.concat([nuts, other[~other.index.isin(nuts.index)]])
-    for method in APPROXIMATE:
+    for method in (each for each in APPROXIMATE if each in by_method):
         mine = by_method[method]
         mine = mine[mine["state"].isin(["passed", "withheld"])]
         mine = mine.loc[mine.index.intersection(known.index)]
@@ -162,8 +171,15 @@ def remarks(table: pd.DataFrame) -> Iterator[tuple[str, str]]:
         counts = ((right & passed), (right & ~passed), (~right & ~passed), (~right & passed))
         if (wrong := _off(mine, sure)[~right & passed]).size:
             by = ", ".join(f"seed {seed} by {off:.3f} sd" for seed, off in wrong.items())
-            yield "reconstructions", f"{method}, wrong and passed: {by}"
+            yield of, f"{method}, wrong and passed: {by}"
         yield "approximations", f"| {method} | {' | '.join(str(c.sum()) for c in counts)} |"
+
+
+def _by_kind(rows: pd.DataFrame, method: str) -> str:
+    """How many crashes of each kind a method passed by itself, in words."""
+    itself = (rows["state"] == "passed") & (rows["by"] == method)
+    counts = itself.groupby([KINDS[seed % len(KINDS)] for seed in rows.index], sort=False)
+    return ", ".join(f"{kind} {mine.sum()} of {len(mine)}" for kind, mine in counts)
 
 
 def apart(table: pd.DataFrame) -> list[int]:
@@ -172,7 +188,7 @@ def apart(table: pd.DataFrame) -> list[int]:
     return list(gaps.index[gaps.max(axis=1) > ERRORS])
 
 
-def repeated(seeds: list[int]) -> Iterator[tuple[str, str]]:
+def repeated(seeds: list[int], of: str = "reconstructions") -> Iterator[tuple[str, str]]:
     """Crashes by more draws of both methods, a line each: do they still differ?"""
     for seed in seeds:
         scene, _ = _crash(seed)
@@ -182,7 +198,7 @@ def repeated(seeds: list[int]) -> Iterator[tuple[str, str]]:
         gap = _gaps(nuts, other).loc[0]
         name = gap.idxmax()
         yield (
-            "reconstructions",
+            of,
             f"seed {seed} by {MORE} times as many draws ({', '.join((*nuts['by'], *other['by']))}): "
             f"at most {gap[name]:.1f} errors apart, in the {name.split()[1]} of {name.split()[0]}, "
             f"{nuts[name][0]:.4g} and {other[name][0]:.4g}",

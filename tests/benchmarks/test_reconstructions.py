@@ -38,6 +38,8 @@ def summary_of(**changed: Any) -> str:
 def test_agreement_is_no_finding() -> None:
     assert "nuts, 3 crashes: 3 passed, 0 withheld" in summary_of()
     assert "those passed 0 have" in summary_of()
+    assert "3 passed by itself (ordinary 2 of 2, slow 1 of 1)" in summary_of()
+    assert "2 passed by itself (ordinary 1 of 2, slow 1 of 1)" in summary_of(by="importance")
     assert "errors apart in 0 " in summary_of()
     assert "| laplace | 3 | 0 | 0 | 0 |" in summary_of()
 
@@ -64,5 +66,5 @@ def test_a_study_keeps_what_was_done(tmp_path: Path) -> None:
     file = tmp_path / "table.csv"
     done = table()
     file.write_text(done.to_csv(index=False) + "# reconstructions: of an earlier run\n", "utf-8")
-    pd.testing.assert_frame_equal(study(file, 3), pd.read_csv(file))
+    pd.testing.assert_frame_equal(study(file, range(3)), pd.read_csv(file))
     assert len(pd.read_csv(file)) == len(done)
