@@ -29,7 +29,11 @@ def parts(charts: Path) -> page.Parts:
             [_calibrated(file) for file in sorted(charts.glob("calibration/*/calibration.json"))],
         ),
         "rolling": _rolling(charts / "rolling.csv"),
-        "random": _remarks(charts / "atlas-reconstructions.csv", "reconstructions"),
+        "random": [
+            line
+            for of in ("reconstructions", "unseen")
+            for line in _remarks(charts / f"atlas-{of}.csv", of)
+        ],
         "map": _remarks(charts / "atlas-map.csv", "maps"),
     }
 
