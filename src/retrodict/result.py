@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.findings.answers import Answered
     from retrodict.findings.differences import Differences
-    from retrodict.report.figures.drawing_process import DrawingProcess
     from retrodict.scene.case import Case
 
 CHAINS = "chains.npz"  # what an interrupted run needs to go on
@@ -259,9 +258,7 @@ class Result:
         asked = Asked(tuple(draws) or DRAWS, rate, before, units)
         return write_export(self.findings, self.outcome, Path(directory), formats, asked)
 
-    def save(
-        self, directory: str | Path, units: Units = "si", drawing: DrawingProcess | None = None
-    ) -> Path:
+    def save(self, directory: str | Path, units: Units = "si") -> Path:
         """Write the result: `load_result` reads it again.
 
         The files are posterior.nc, run.json, scene.toml, report.html, figures/*.png,
@@ -273,7 +270,6 @@ class Result:
                 replaced, once all of the new ones are written, and others are left alone. Where it
                 holds the answer of a finished run, an interrupted run writes chains.npz only.
             units: units of the report and the figures, "si" or "us".
-            drawing: a process started ahead to draw the figures; None to draw them here.
 
         Returns:
             The directory.
@@ -281,9 +277,6 @@ class Result:
         Raises:
             OSError: something could not be written; then nothing in the directory has changed.
         """
-        # handed over before the imports and asked for last: all else is done while they are drawn
-        begun = drawing.begin(self.findings, self.outcome, units) if drawing else None
-
         from retrodict.findings.stored import stored
         from retrodict.findings.summary import SUMMARY, holds_answer, summary_json
         from retrodict.report.document import FORMATS, document_of
@@ -295,13 +288,13 @@ class Result:
         if not self.outcome.complete and holds_answer(directory):
             write_together(directory, chains)
             return directory
-        drawn = cache(begun or partial(images, self.findings, self.outcome, units))
+        drawn = images(self.findings, self.outcome, units)
         document = document_of(self.findings, self.outcome, units, drawn=drawn)
         files = {
             **stored(self.outcome, self.ladder),
             "scene.toml": self.findings.scene_text.text.encode(),
             "report.html": FORMATS["html"](document),
-            **{f"figures/{name}.png": image for name, image in drawn().items()},
+            **{f"figures/{name}.png": image for name, image in drawn.items()},
             **{
                 f"figures/{name}.svg": drawing
                 for name, drawing in svgs(self.findings, self.outcome, units).items()

@@ -72,10 +72,6 @@ def reconstruct(
         folder = output_folder(out, found.name)
         progress(LOADING, 0, 1)
 
-        from retrodict.report.figures.drawing_process import DrawingProcess
-
-        drawing = DrawingProcess()  # it imports while this process does
-
         chains_file = _chains_of(folder) if resume else None
         require_rung(model, auto=True)
 
@@ -105,7 +101,7 @@ def reconstruct(
             from retrodict.findings.summary import holds_answer
 
             stays = not result.outcome.complete and holds_answer(folder)
-            result.save(folder, units.value, drawing)
+            result.save(folder, units.value)
             progress(WRITING, 1, 1)
 
     _print(result, folder, units.value, stays, quiet)

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from retrodict.inference.outcome import Outcome
     from retrodict.scene.case import Case
 
-Images = Callable[[], dict[str, bytes]]  # figures' images by name
 Renderer = Callable[[Document], bytes]
 
 # renderers by file suffix; heavy libraries are imported where a document is rendered
@@ -41,7 +40,7 @@ def document_of(
     outcome: Outcome,
     units: Units = "si",
     case: Case | None = None,
-    drawn: Images | None = None,
+    drawn: dict[str, bytes] | None = None,
 ) -> Document:
     """The report of a reconstruction, for every format.
 
@@ -50,8 +49,7 @@ def document_of(
         outcome: outcome of the reconstruction, with the draws that the figures show.
         units: "si" or "us", the system that comes first and that inputs and figures are printed in.
         case: the expert's statements on the case; None where nothing is stated.
-        drawn: function that returns the figures' images, where another process draws them; None to
-            draw them here.
+        drawn: images of the figures, by name; None to draw them.
 
     Returns:
         The document.
@@ -61,8 +59,12 @@ def document_of(
     from retrodict.report.replay_html import replay_fragment
 
     replay = printable(replay_fragment(findings, outcome, units))
-    drawings = drawn() if drawn else images(findings, outcome, units)
-    return replace(content(findings, drawings, figures_of(findings), units, case), replay=replay)
+    return replace(
+        content(
+            findings, drawn or images(findings, outcome, units), figures_of(findings), units, case
+        ),
+        replay=replay,
+    )
 
 
 def renderers(suffixes: Iterable[str]) -> dict[str, Renderer]:

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from retrodict.findings import Findings
     from retrodict.inference.outcome import Outcome
 
-_ALL = slice(None)
-
 
 @dataclass(frozen=True, slots=True)
 class Registered:
@@ -81,22 +79,21 @@ def figures_of(findings: Findings) -> dict[str, Registered]:
     return FIGURES | {name: figure for name, figure in ASKED.items() if name in asked}
 
 
-def images(
-    findings: Findings, outcome: Outcome, units: Units = "si", which: slice = _ALL
-) -> dict[str, bytes]:
+def images(findings: Findings, outcome: Outcome, units: Units = "si") -> dict[str, bytes]:
     """Figures as PNG images.
 
     Args:
         findings: findings of the reconstruction.
         outcome: outcome of the reconstruction, with its draws.
         units: "si" or "us".
-        which: slice of the figures of `figures_of`; all by default.
 
     Returns:
         The images by name, in the order of the report.
     """
-    chosen = list(figures_of(findings).items())[which]
-    return {name: to_png(figure.draw(findings, outcome, units)) for name, figure in chosen}
+    return {
+        name: to_png(figure.draw(findings, outcome, units))
+        for name, figure in figures_of(findings).items()
+    }
 
 
 def svgs(findings: Findings, outcome: Outcome, units: Units = "si") -> dict[str, bytes]:
