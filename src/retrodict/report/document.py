@@ -59,12 +59,9 @@ def document_of(
     from retrodict.report.replay_html import replay_fragment
 
     replay = printable(replay_fragment(findings, outcome, units))
-    return replace(
-        content(
-            findings, drawn or images(findings, outcome, units), figures_of(findings), units, case
-        ),
-        replay=replay,
-    )
+    if drawn is None:
+        drawn = images(findings, outcome, units)
+    return replace(content(findings, drawn, figures_of(findings), units, case), replay=replay)
 
 
 def renderers(suffixes: Iterable[str]) -> dict[str, Renderer]:

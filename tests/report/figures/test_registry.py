@@ -390,3 +390,11 @@ def test_text_is_at_least_seven_points_as_printed(outcome, sparse, asked, name):
         printed = 17 / 2.54 / figure.get_size_inches()[0]
         sizes = {t.get_text(): printed * t.get_size() for t in figure.findobj(Text) if t.get_text()}
         assert not {text: size for text, size in sizes.items() if size < 7}
+
+
+def test_drawing_does_not_wait_for_jax():
+    code = (
+        "import sys, retrodict.inference.outcome, retrodict.report.figures.registry;"
+        "sys.exit('jaxlib' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
