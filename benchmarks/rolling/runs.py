@@ -19,7 +19,7 @@ NUMBERS = (
 )  # fmt: skip
 COLUMNS = (
     "scene", "wheels_a", "wheels_b", "rolling", "drag", "steered", "recorder", "course", "asked",
-    "way_a", "way_b", "status", "reason", "model", "method", "seconds_first", "seconds",
+    "way_a", "way_b", "status", "reason", "model", "method", "seconds",
     *(f"{quantity}_{number}" for quantity in QUANTITIES for number in NUMBERS),
 )  # fmt: skip
 Row = dict[str, str]
@@ -54,7 +54,7 @@ def run(index: int, made: Made, scene: Path) -> Row:
         "way_b": f"{true['way_b']:.1f}",
     }
     results = scene.parent / "results"
-    _, row["seconds_first"] = _command(scene, results)
+    _command(scene, results)
     summary = results / "summary.json"
     summary.unlink(missing_ok=True)  # of the first run
     status, row["seconds"] = _command(scene, results)

@@ -188,7 +188,7 @@ def made_up_row(**differing: object) -> runs.Row:
     row = {
         "scene": 0, "wheels_a": "RLLL", "wheels_b": "LLLL", "rolling": 1, "drag": "rolling",
         "asked": "speed_b", "status": "answered", "model": "momentum+slide", "method": "nuts",
-        "seconds_first": 20, "seconds": 10,
+        "seconds": 10,
         "speed_b_true": 20, "speed_b_median": 20.5, "speed_b_sd": 1,
         "speed_b_low_50": 20.1, "speed_b_high_50": 21, "speed_b_low_90": 19,
         "speed_b_high_90": 22, "speed_b_low_99.9": 17, "speed_b_high_99.9": 24,
