@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
+from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -90,22 +91,32 @@ def reconstruct(
 
     run = first_that_passes(plan, find, draw, quick=is_quick(options))
     report("predicting", 1, 1)
+    run = replace(run, idata=pointwise(run.idata))
+    seconds = {
+        "total": time.perf_counter() - begin,
+        "compile": COMPILATION.seconds - compiled_before,
+        "sample": run.seconds,
+    }
+    return _outcome(run, options, asked or options, seconds)
+
+
+def _outcome(
+    run: Run, options: RunOptions, asked: RunOptions, seconds: dict[str, float]
+) -> Outcome:
+    """What a run has found, with the record of how; arguments as of `Outcome`."""
+    scene = run.found[0].scene
     outcome = Outcome(
-        scene=run.found[0].scene,
-        description=RUNGS[model].description(run.found[0].scene),
-        idata=pointwise(run.idata),
+        scene=scene,
+        description=RUNGS[options.model].description(scene),
+        idata=run.idata,
         checks=run.checks,
-        seconds={
-            "total": time.perf_counter() - begin,
-            "compile": COMPILATION.seconds - compiled_before,
-            "sample": run.seconds,
-        },
+        seconds=seconds,
         versions=_versions(),
         seed=options.seed,
         settings=_settings(run, options),
-        asked=asked or options,
+        asked=asked,
         complete=run.complete,
-        notes=(*run.notes, *_notes(run), *_notes_on_own(run.found[0].scene)),
+        notes=(*run.notes, *_notes(run), *_notes_on_own(scene)),
         unfinished=run.unfinished,
         modes=tuple(solution.mode for solution in run.found),
     )
