@@ -90,7 +90,6 @@ def _command(scene: Path, results: Path) -> tuple[int | None, str]:
     """The exit status, None where it took too long; and the seconds."""
     command = [Path(sys.executable).with_name("retrodict"), "reconstruct", scene, "--out", results]
     begin, status = time.perf_counter(), None
-    # into a file, not a pipe: a pipe would stay open as long as any process that the command starts
     with _log(results).open("w") as log:
         try:
             done = subprocess.run(

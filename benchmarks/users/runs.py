@@ -100,7 +100,6 @@ def _command(scene: Path, results: Path, log: Path, cache: Path) -> Ended:
     compiled = _programs(cache)
     before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     status: int | None = None
-    # into a file, not a pipe: a pipe would stay open as long as any process that the command starts
     with log.open("w") as out:
         process = subprocess.Popen(
             command, stdout=out, stderr=subprocess.STDOUT, env=environment, start_new_session=True

@@ -91,7 +91,7 @@ def reconstruct(
 
     run = first_that_passes(plan, find, draw, quick=is_quick(options))
     report("predicting", 1, 1)
-    run = replace(run, idata=pointwise(run.idata))
+    run = replace(run, idata=pointwise(run.idata))  # its time is in the total
     seconds = {
         "total": time.perf_counter() - begin,
         "compile": COMPILATION.seconds - compiled_before,
@@ -103,7 +103,7 @@ def reconstruct(
 def _outcome(
     run: Run, options: RunOptions, asked: RunOptions, seconds: dict[str, float]
 ) -> Outcome:
-    """What a run has found, with the record of how; arguments as of `Outcome`."""
+    """What a run has found, with the record of how it was done."""
     scene = run.found[0].scene
     outcome = Outcome(
         scene=scene,
